@@ -1,1 +1,1 @@
-"""Analysis commands, one module each, imported when called."""
+"""Implement the analysis commands, one module per command."""

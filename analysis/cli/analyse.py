@@ -1,4 +1,4 @@
-"""Implement ``slipscale analyse``; imports pandas, SciPy and Matplotlib only when it runs."""
+"""Implement ``slipscale analyse``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 LOG = logging.getLogger(__name__)
-#: Options that name the columns of a foreign table: option -> metavar, help text.
+#: Options that specify the columns of a table: option -> metavar, help text.
 COLUMN_OPTIONS = {
     "participant": ("COLUMN", "the column with the participant's label"),
     "stimulus": ("COLUMN:UNIT", "the column with the stimulus, and its unit"),
@@ -47,7 +47,7 @@ COLUMN_OPTIONS = {
 
 
 class _Once(Action):
-    """Option that names one column and may be given only once; argparse would use the last."""
+    """Reject an option that is given twice; by default, argparse would use the last value."""
 
     def __call__(
         self,
@@ -136,7 +136,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def add_mapping(parser: ArgumentParser) -> None:
-    """Add the options that define the columns of a foreign table."""
+    """Add the options that define the meaning of a table's columns."""
     group = parser.add_argument_group(
         "your own data", "what the columns of a table mean; see docs/how-to/your-data.md"
     )
@@ -189,7 +189,7 @@ def add_mapping(parser: ArgumentParser) -> None:
 
 
 def analysed(args: Namespace, progress: Callable[[str], None]) -> Analysis:
-    """Read and analyse the data as specified by the options."""
+    """Read and analyse the data specified by the options."""
     from slipscale.analysis.cli.mapping_options import mapping_from  # noqa: PLC0415
     from slipscale.analysis.load import load  # noqa: PLC0415
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415
@@ -231,10 +231,10 @@ def run_analyse(args: Namespace) -> int:
         data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
-            out /= f"ses-{args.in_session}"  # next to the results for all sessions together
+            out /= f"ses-{args.in_session}"  # Next to the results for all sessions combined.
         if args.task and not args.out:
             out /= f"task-{args.task}"
-        # Matplotlib takes a second to import, so the import is delayed until a figure is drawn.
+        # Imported late, because importing Matplotlib takes a second.
         from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
 
         report = write_analysis(analysis, out, progress, formats=args.figures)
@@ -248,14 +248,14 @@ def run_analyse(args: Namespace) -> int:
         )
     else:
         print_table3(analysis)
-        # For magnitude estimates, Table III is the main result.
+        # Table III is the main result of magnitude estimation.
         print_answers(analysis, outside_only=analysis.prepared is not None)
         print(f"report: {report}")
     return tell_plan(analysis)
 
 
 def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysis:
-    """Return an analysis together with its deviations from a frozen plan."""
+    """Compare an analysis with a frozen plan; return the analysis with its deviations."""
     from slipscale.analysis.cli.mapping_options import OTHERS  # noqa: PLC0415
     from slipscale.analysis.preregistration.check import check_plan  # noqa: PLC0415
 
@@ -265,12 +265,12 @@ def held_against(bundle: Bundle, analysis: Analysis, args: Namespace) -> Analysi
 
 
 def tell_plan(analysis: Analysis) -> int:
-    """Print every deviation from a plan; return exit status 1 if there is one, else 0."""
+    """Print all deviations from a plan; return exit status 1 if there are any, otherwise 0."""
     from slipscale.analysis.reporting.sections.plan import summary  # noqa: PLC0415
 
     if analysis.plan is None:
         return DONE
-    # On stderr, because the table may be JSON.
+    # Deviations are printed to stderr, because stdout may contain JSON.
     print(harmless(f"plan: {summary(analysis)}"), file=sys.stderr)
     for each in analysis.plan.deviations:
         print(harmless(f"deviation ({each.kind}): {each.what}"), file=sys.stderr)

@@ -1,6 +1,6 @@
-"""Compare protocols at equal sample size and time, and thresholds between conditions.
+"""Implement ``slipscale power`` for protocol comparisons and for thresholds by condition.
 
-Both belong to ``slipscale power``: ``--protocols``, and studies of thresholds with factors.
+The option ``--protocols`` compares protocols. Thresholds are compared for studies with factors.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.study.model import Study
 
-#: Number of simulated studies per protocol; low, because answers are simulated step by step.
+#: Number of simulated studies per protocol. It is low because answers are simulated step by step.
 STUDIES = 50
 WIDTH = 170
 #: Default numbers of participants to compare.
 SIZES = ("12",)
-#: Options of ``power`` that cannot be combined with a comparison, and their defaults.
+#: Options of ``power`` that cannot be combined with a comparison -> default value.
 OTHERS = {
     **dict.fromkeys(("repetitions", "effect", "lapses", "dropout", "exponent")),
     **dict.fromkeys(("catch_steps", "order", "assurance", "cache", "shard", "scheduler")),
@@ -31,7 +31,7 @@ OTHERS = {
 
 
 def add_comparison(parser: ArgumentParser) -> None:
-    """Add the options of the comparison."""
+    """Add the options for comparing protocols."""
     parser.add_argument(
         "--protocols",
         metavar="STUDY",
@@ -48,7 +48,7 @@ def add_comparison(parser: ArgumentParser) -> None:
 
 
 def compare_protocols(args: Namespace) -> int:
-    """Compare the precision of studies and print the result."""
+    """Compare the precision of several studies and print the result."""
     from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
     from slipscale.analysis.planning.protocols.output import (  # noqa: PLC0415
         as_json,
@@ -91,7 +91,7 @@ def compare_protocols(args: Namespace) -> int:
 
 
 def compare_conditions(args: Namespace, study: Study) -> int:
-    """Print the power to find differences in thresholds between levels of the study's factors."""
+    """Print the power to detect differences in thresholds between the levels of factors."""
     from slipscale.analysis.planning.power.grid import values_of  # noqa: PLC0415
     from slipscale.analysis.planning.protocols.conditions import (  # noqa: PLC0415
         HEAD,
@@ -133,7 +133,7 @@ def compare_conditions(args: Namespace, study: Study) -> int:
 
 
 def _show(table: Sequence[Sequence[str]], sentences: Sequence[str]) -> None:
-    """Print a table, headings first, and the sentences on it."""
+    """Print a table and sentences below it."""
     from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.console import Console  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415
@@ -145,7 +145,7 @@ def _show(table: Sequence[Sequence[str]], sentences: Sequence[str]) -> None:
     for row in rows:
         shown.add_row(*row)
     console = Console()
-    # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
+    # On a narrow terminal, lines wrap instead of truncating numbers.
     console.width = max(console.width, WIDTH)
     console.print(shown)
     for line in sentences:

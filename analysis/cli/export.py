@@ -1,4 +1,4 @@
-"""Implement ``slipscale export``; imports pandas, SciPy and Matplotlib only when it runs."""
+"""Implement ``slipscale export``."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ FORMS = {
     "methods": "a methods section with its references (methods.md, references.bib)",
     "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
 }
-#: Default for --forms; tables for French Excel are written only on request.
+#: Default formats: all except tables for French Excel.
 DEFAULT = ("word", "pdf", "scripts", "methods")
 
 

@@ -1,4 +1,4 @@
-"""Convert the column options of ``slipscale analyse`` to a mapping."""
+"""Convert the column options of ``slipscale analyse`` to a table mapping."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
 
 
 def mapping_from(args: Namespace) -> TableMapping | None:
-    """Return the mapping defined by the options; None if there are none.
+    """Return the table mapping that the options define, or None without such options.
 
     Raises
     ------
@@ -41,7 +41,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         name, unit = unit, ""
     stimulus = {"unit": unit} | ({"in_unit": args.in_unit} if args.in_unit else {})
     if args.levels:
-        # A wide table has no stimulus column; the option gives the name of the stimulus instead.
+        # A wide table has no stimulus column, so the option gives the name of the stimulus.
         columns.pop("stimulus", None)
         stimulus |= {"name": name} if name else {}
     elif name:

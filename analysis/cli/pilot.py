@@ -55,7 +55,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(args: Namespace) -> int:
-    """Run a pilot and print its Table III next to the paper's."""
+    """Run and analyse a pilot, and print its Table III next to the published one."""
     if args.times is not None:
         return run_times(args)
     refuse_without_times(args)
@@ -88,8 +88,7 @@ def run(args: Namespace) -> int:
                 tell=lambda _: progress.advance(bar),
             )
             work = progress.add_task("analysis", total=None)
-            # Imported while the progress bar is shown: pandas, SciPy and matplotlib take a
-            # moment.
+            # Imported late: importing pandas, SciPy and Matplotlib takes a moment.
             from slipscale.analysis.pipeline import OutsideTasks, analyse  # noqa: PLC0415
             from slipscale.analysis.reporting.files import write_analysis  # noqa: PLC0415
             from slipscale.analysis.reporting.terminal import (  # noqa: PLC0415
@@ -109,7 +108,7 @@ def run(args: Namespace) -> int:
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))
             progress.update(work, total=1, completed=1)
     except KeyboardInterrupt:
-        # Printed without markup and on one line, so that it can be copied; a path may contain
+        # Printed on one line so that it can be copied, and without markup because paths may contain
         # markup characters.
         command = repeated(args, folder)
         console.print(f"Nothing is lost. To continue: {command}", markup=False, soft_wrap=True)
@@ -128,7 +127,7 @@ def run(args: Namespace) -> int:
 
 
 def repeated(args: Namespace, folder: Path) -> str:
-    """Return the command that completes this pilot, including all options."""
+    """Return the command that completes an interrupted pilot, with all options."""
     given = {
         "--participants": args.participants,
         "--seed": args.seed,

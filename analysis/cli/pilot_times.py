@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.planning.distribution.distribution import Distribution
 
-#: Plate options of a single pilot, which do not apply to repeated simulations.
+#: Options of a single pilot that do not apply to repeated simulations.
 OF_ONE = ("position", "force")
 MOST = 1_000_000
-#: Subfolder of the pilot folder; separate from the pilots, which are data sets.
+#: Subfolder of the pilot folder for simulated distributions.
 FOLDER = "distributions"
 
 
@@ -53,7 +53,7 @@ def refuse_without_times(args: Namespace) -> None:
 
 
 def run_times(args: Namespace) -> int:
-    """Simulate a study many times; print and write the spread of its results."""
+    """Simulate a study many times; print and save the distribution of its results."""
     jobs = 1 if args.jobs is None else args.jobs
     _refuse(args, jobs)
     from slipscale.analysis.cli.power import showing  # noqa: PLC0415
@@ -104,7 +104,7 @@ def _folder(out: Path | None, pilots: Path) -> Path:
 
 
 def _refuse(args: Namespace, jobs: int) -> None:
-    """Reject invalid options before anything is imported."""
+    """Reject invalid options before slow imports."""
     if not 1 <= args.times <= MOST:
         raise UserError(f"--times {args.times}: expected 1 to {MOST}")
     if jobs != -1 and jobs < 1:

@@ -1,4 +1,4 @@
-"""Define the options for the simulated population, shared by `pilot` and `power`."""
+"""Define the options for the simulated population, which `pilot` and `power` share."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def add_population(parser: ArgumentParser) -> None:
 
 
 def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | None]:
-    """Return the simulated population and, if it was fitted, the message about it."""
+    """Return the simulated population and, if it was fitted to data, details of the fit."""
     from slipscale.experiments.participants.simulated_people.population import (  # noqa: PLC0415
         Population,
         read_population,

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.planning.power.run_grid import Part
 
-#: Axis -> description, and the default if neither the study nor the population sets one.
+#: Option -> description, and default if neither the study nor the population sets the value.
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
     "repetitions": "ratings per surface (default: the study's)",
@@ -135,7 +135,7 @@ def add_power(parser: ArgumentParser) -> None:
     )
 
 
-#: Option of ``power`` -> check of its values, and description of valid values.
+#: Option -> check of its value, and description of valid values.
 EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
     "studies": (lambda n: n is None or n >= 1, "1 or more"),
     "minutes": (lambda each: each is None or 0 < each < math.inf, "a number above 0"),
@@ -148,7 +148,7 @@ EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
 
 
 def refuse_nonsense(args: Namespace) -> None:
-    """Reject every invalid value of ``power`` in one message."""
+    """Reject invalid options of ``power``, with one message for all of them."""
     wrong = []
     for name, (meant, expected) in EXPECTED.items():
         value = getattr(args, name)
@@ -161,7 +161,7 @@ def refuse_nonsense(args: Namespace) -> None:
 
 
 def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
-    """Return the values along every axis."""
+    """Return the values to combine, keyed by option."""
     from slipscale.analysis.planning.power.grid import orders_of, values_of  # noqa: PLC0415
 
     if args.catch_steps is not None and design.steps is None:
@@ -187,7 +187,7 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
 
 
 def part_of(text: str | None, cache: Path | None) -> Part:
-    """Return the part of the grid to compute in this run."""
+    """Parse ``--shard``: the part of the grid to compute in this run."""
     from slipscale.analysis.planning.power.run_grid import Part  # noqa: PLC0415
 
     if text is None:
@@ -250,7 +250,7 @@ def run_power(args: Namespace) -> int:
         effects = [effect for effect, _ in assurance.effects(largest_effect(design))]
         beside += [replace(each, effect=effect) for each in wanted for effect in effects]
     for each in wanted:
-        each.people(population)  # rejects an effect beyond the scale before anything is computed
+        each.people(population)  # Rejects effects beyond the scale before the computation starts.
     looks = Looks(number=args.looks, spending=args.spending)
     every = shards(
         design,
@@ -292,7 +292,7 @@ def run_power(args: Namespace) -> int:
 
 
 def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
-    """Reject a grid that takes more than an hour unless ``--yes`` was given."""
+    """Reject computations of more than an hour unless ``--yes`` is given."""
     from slipscale.analysis.planning.power.run_grid import HOUR_S, estimated_s  # noqa: PLC0415
 
     if args.yes or args.scheduler:
@@ -313,9 +313,9 @@ def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
 
 @contextmanager
 def showing(*, enabled: bool, steps: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show a progress bar with the remaining time on stderr if it is a terminal.
+    """Show a progress bar with the remaining time if stderr is a terminal.
 
-    With ``steps``, print one line per finished part instead, for a program: ``step: 3/24``.
+    If ``steps``, print one line per finished part, such as ``step: 3/24``, for other programs.
     """
     if steps:
         with telling(lines=True) as told:

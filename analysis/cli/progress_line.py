@@ -1,4 +1,4 @@
-"""Show a command's progress: one line on a terminal, or one line per step for a program."""
+"""Show the progress of a command in a terminal, or report it to another program."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ def add_steps(parser: ArgumentParser) -> None:
 
 @contextmanager
 def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show progress in one line on stderr if stderr is a terminal; log it with --verbose.
+    """Show the current step in one line if stderr is a terminal; log it with --verbose.
 
     Parameters
     ----------
     lines : bool
-        Print one line per step instead, for a program that displays them: ``step: testing``.
+        Whether to print one line per step, such as ``step: testing``, for other programs.
     """
     if lines:
         yield _print_step

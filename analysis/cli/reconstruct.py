@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments of `reconstruct`."""
+    """Add the arguments of `slipscale reconstruct`."""
     parser.add_argument(
         "table",
         type=Path,
@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Report on every column; return 1 if one is inconsistent or a printed test is impossible."""
+    """Report on all columns; return 1 if any column or printed test is impossible."""
     # Imported here so that --help does not import NumPy.
     if arguments.batch:
         from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
@@ -139,7 +139,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
-    """Report on columns of continuous values, which cannot be counted, listed or sampled."""
+    """Report on columns of continuous values, which have no finite number of data sets."""
     import json  # noqa: PLC0415
 
     from slipscale.analysis.reconstruction import report  # noqa: PLC0415
@@ -169,12 +169,12 @@ def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> i
     return ANSWER_IS_NO if wrong or any(t.verdict == "impossible" for t in tests) else DONE
 
 
-# Shorter computations are not announced.
+# Seconds from which computations are announced.
 WORTH_SAYING_S = 5.0
 
 
 def _announce(columns: list[Solutions]) -> None:
-    """Announce long computations on stderr before they start."""
+    """Announce long computations on stderr."""
     from slipscale.analysis.reconstruction.counts.problem import duration, seconds_to_count  # noqa: PLC0415
 
     for solutions in columns:
@@ -218,9 +218,9 @@ def _answer(
     design: Design | None,
     arguments: argparse.Namespace,
 ) -> bool:
-    """Write each answer as soon as it is available; tests first, because they are fast.
+    """Write each answer as soon as it is available, starting with printed tests.
 
-    Returns whether a printed test is impossible.
+    Returns whether any printed test is impossible.
     """
     import json  # noqa: PLC0415
 
@@ -276,7 +276,7 @@ def _answer(
 
 
 def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestAnswer]:
-    """Return the answers about the printed tests."""
+    """Return the answers on all printed tests."""
     if not table.tests:
         return []
     from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
@@ -287,7 +287,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
 def _known_across(
     columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
 ) -> Across | None:
-    """Return the answers across columns; sums and sums of squares determine most of them."""
+    """Return the answers across columns if they can be computed quickly."""
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]
@@ -295,7 +295,7 @@ def _known_across(
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
-    """Return the answers across columns; show progress, because this can take a long time."""
+    """Return the answers across columns, and show progress."""
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
     from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 
@@ -307,7 +307,7 @@ def _across(columns: list[Solutions], design: Design, arguments: argparse.Namesp
 
 
 def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
-    """Write samples for every column that has data sets, and report why the others have none."""
+    """Write samples of all columns with data sets, and report why other columns have none."""
     usable = _usable(columns)
     for solutions in columns:
         if solutions not in usable:
@@ -319,17 +319,17 @@ def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
 
 
 def _usable(columns: list[Solutions]) -> list[Solutions]:
-    """Return the columns whose data sets can be sampled; ignore the other columns."""
+    """Return the columns whose data sets can be sampled."""
     return [solutions for solutions in columns if not solutions.not_drawn and solutions.consistent]
 
 
 def _status(columns: list[Solutions]) -> int:
-    """Return the exit status: whether all columns were counted, and all are consistent.
+    """Return the exit status: 0 if all columns are consistent, otherwise 1.
 
     Raises
     ------
     UserError
-        If a column could not be counted; the answers have been written.
+        If a column could not be counted. All answers have already been written.
     """
     if refused := [solutions for solutions in columns if solutions.refused]:
         labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)
@@ -351,7 +351,7 @@ def _write_samples(
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
     from slipscale.analysis.writing.spreadsheet_cells import harmless_cell  # noqa: PLC0415
 
-    # All columns are checked before the first row is written.
+    # Checks all columns before the first row is written.
     samplers = {
         place: Sampler(solutions, arguments.measure)
         for place, solutions in enumerate(columns)
@@ -365,7 +365,7 @@ def _write_samples(
         column = sampler.solutions.column
         label = harmless_cell(column.label)
         names = [f"{float(column.scale.value(v)):.10g}" for v in range(column.scale.steps + 1)]
-        # The samples for a column do not depend on the other columns.
+        # The samples of a column do not depend on other columns.
         generator = np.random.default_rng([arguments.seed, place])
         number = 0
         for block in sampler.stream(arguments.sample, generator):

@@ -1,4 +1,4 @@
-"""Implement `slipscale reconstruct --batch`: check every row of a CSV file, resumably."""
+"""Implement `slipscale reconstruct --batch`: check all rows of a CSV file."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run_batch(arguments: Namespace) -> int:
-    """Write one verdict per row, resuming an earlier run; return 1 if a row is inconsistent."""
+    """Write one verdict per row, or resume an earlier run; return 1 if a row is inconsistent."""
     from slipscale.analysis.reconstruction.data_sets.batch import Verdict, summary, verdicts  # noqa: PLC0415
     from slipscale.analysis.reconstruction.table.table_files import read_rows  # noqa: PLC0415
 
@@ -44,7 +44,7 @@ def run_batch(arguments: Namespace) -> int:
             ):
                 told = asdict(verdict)
                 writer.writerow(told | {"label": harmless_cell(verdict.label)})
-                # Finished answers are kept in any case.
+                # Finished verdicts are kept.
                 file.flush()
                 found.append((verdict.verdict, verdict.failed))
     except OSError as error:
@@ -54,7 +54,7 @@ def run_batch(arguments: Namespace) -> int:
 
 
 def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """Return the existing verdicts, and remove an unfinished last line.
+    """Read the existing verdicts, and remove an incomplete last line.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Implement ``slipscale study``: the actions in `slipscale.experiments.cli.study`, and freeze."""
+"""Implement ``slipscale study freeze``, and add it to the other actions on studies."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from slipscale.faults import DONE, UserError, harmless
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
 
-#: Multiples of the planned number of participants for which power is computed.
+#: Multiples of the planned number of participants for which to compute power.
 AROUND = (0.5, 0.75, 1.0, 1.25)
 
 
@@ -74,12 +74,12 @@ def add_study(parser: ArgumentParser) -> None:
 
 
 def run_study(args: Namespace) -> int:
-    """Freeze a study, or perform an action that needs no analysis."""
+    """Freeze a study, or run one of the other actions."""
     return _freeze(args) if args.what == "freeze" else study.run_study(args)
 
 
 def _freeze(args: Namespace) -> int:
-    """Write a bundle; print its path and the SHA-256 of its whole content."""
+    """Write the frozen plan; print its path and SHA-256."""
     import tempfile  # noqa: PLC0415
 
     from slipscale.analysis.preregistration.bundle import refuse_taken  # noqa: PLC0415
@@ -97,7 +97,7 @@ def _freeze(args: Namespace) -> int:
 
 
 def _compute_power(args: Namespace, folder: Path) -> None:
-    """Compute power around the planned number of participants, as `slipscale power` does."""
+    """Compute power for numbers of participants around the planned one, as `slipscale power`."""
     from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
     from slipscale.analysis.planning.power.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415

@@ -1,10 +1,9 @@
-"""Fit a simulated population to the participants of a data set, keeping defaults for the rest.
+"""Fit a simulated population to a data set; parameters that cannot be fitted keep their defaults.
 
-Estimates are scaled to 0-100 by the normalisation of the analysis. Each is then converted to a
-standard normal deviate at its amplitude, from the mid-ranks of all estimates at that amplitude.
-The variance of the deviates is divided into the components of the model: trial, and the person's
-intercept and exponent. The correlation between deviates at distant amplitudes separates the last
-two.
+Estimates are normalised to 0-100 as in the analysis. At each amplitude, estimates are converted to
+standard normal deviates from their mid-ranks. The variance of the deviates is divided into the
+components of the model: trials, and people's intercepts and exponents. Intercepts and exponents are
+separated by the correlation between deviates at distant amplitudes.
 """
 
 from __future__ import annotations
@@ -30,15 +29,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Smallest proportion of the total variance for a component; at 0, the model is unrealistic.
+#: Smallest proportion of the total variance per component. A component of 0 is unrealistic.
 LEAST_SHARE = 0.02
-#: Probability of a round estimate by chance: one in five hundredths of the scale.
+#: Probability that an estimate is a multiple of 5 % of the scale by chance.
 ROUND_BY_CHANCE = 1 / ROUND_TO_PERCENT
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FittedPopulation:
-    """A fitted population, and the source of its numbers.
+    """A fitted population, with the source of each parameter.
 
     Parameters
     ----------
@@ -55,7 +54,7 @@ class FittedPopulation:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Return what was fitted, one line each, and what was assumed."""
+        """One line per fitted parameter, and a line with the assumed parameters."""
         values = self.population.model_dump()
         lines = [
             f"fitted   {name} = {_shown(_value(values, name))}: {source}"
@@ -99,7 +98,7 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
         told |= dict.fromkeys(values, source)
     habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
     population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
-    # The levels are always fitted; `told` names them as in a file in µm.
+    # The levels are always fitted; `told` lists them under their name for amplitudes in µm.
     every = set(Population.model_fields) - {"name", "habits", "levels"}
     return FittedPopulation(
         population=population, fitted=told, assumed=tuple(sorted(every - set(told)))
@@ -110,7 +109,7 @@ Fit = tuple[dict[str, "Any"], str]
 
 
 def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fit:
-    """Return the variance components: per trial (given repetitions) and per person."""
+    """Estimate the variance components of people and, if trials are repeated, of trials."""
     deviates = _deviates(trials)
     who, what = trials[PARTICIPANT].astype(str), trials["amplitude_um_pp"]
     cells = deviates.groupby([who, what]).mean().unstack()  # noqa: PD010 - the index is made
@@ -123,7 +122,7 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
         trial = float(np.clip(trial, LEAST_SHARE, 1 - LEAST_SHARE))
         values["trial_to_trial"] = round(trial, 4)
     observed = np.corrcoef(cells.to_numpy(float), rowvar=False)
-    # A mean of several trials is more precise than one trial; correlations come from the person's
+    # Averaging trials reduces only the trial component; correlations come from the person's
     # component.
     steady = (1 - trial) / (1 - trial + trial / counts.mean())
     shares = np.linspace(LEAST_SHARE, 1 - LEAST_SHARE, 97) * (1 - trial)
@@ -147,7 +146,7 @@ def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray
 
 
 def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
-    """Return each estimate's rank at its amplitude as a standard normal deviate."""
+    """Convert the rank of each estimate at its amplitude to a standard normal deviate."""
     from scipy.special import ndtri  # noqa: PLC0415 - takes a second to import
 
     by = trials.groupby("amplitude_um_pp", observed=True)["normalised"]
@@ -192,7 +191,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
 def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     order = analysis.inference[ORDER]
     each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
-    # With few trials, a slope does not demonstrate a habit, whatever its interval.
+    # With few trials, a slope is not evidence of a habit, whatever its interval.
     if not order or each.min() < TRIALS_FOR_DRIFT:
         return {}, ""
     values: dict[str, Any] = {}
@@ -204,7 +203,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
     return values, "the analysis of order, if its interval excludes 0"
 
 
-#: Each returns fields of the population (or its habits), and what they were fitted from.
+#: Functions that return fitted fields of the population (or its habits), and their source.
 FITS: tuple[Callable[[Analysis, pd.DataFrame, Mapping[str, Any]], Fit], ...] = (
     _variance,
     _times,

@@ -1,1 +1,1 @@
-"""Numbers printed in the paper, and tables consistent with them; defined only here."""
+"""Provide the results printed in the paper."""

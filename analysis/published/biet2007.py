@@ -1,4 +1,4 @@
-"""Define the paper's results as data, each number as printed.
+"""Provide the results of Biet et al. (2007) as printed.
 
 Biet, Giraud, Lemaire-Semail, "Squeeze film effect for the design of an ultrasonic tactile
 plate", IEEE Transactions on Ultrasonics, Ferroelectrics, and Frequency Control 54(12), 2007,
@@ -17,15 +17,14 @@ from slipscale.analysis.reconstruction.table.rounding import Printed
 #: Name of the shipped study that replicates the paper.
 STUDY = "biet2007"
 
-#: Participants in the paper's Section IV-B: nine men, three women, aged between 18 and 25.
+#: Participants in Section IV-B of the paper: nine men, three women, aged between 18 and 25.
 PARTICIPANTS = 12
 
-#: Table III as printed; its numbers are defined only here.
+#: File with Table III as printed.
 TABLE3_FILE = Path(__file__).with_name("biet2007_table3.toml")
 
 #: A data set that is consistent with Table III: twelve integer ratings per column, found by a
-#: search. It is not the authors' raw data, which were never published; other data sets give the
-#: same table.
+#: search. The authors never published their raw data, and other data sets give the same table.
 ALLOWED_DATASET = Path(__file__).with_name("biet2007_table3_dataset.csv")
 
 NOT_RAW_DATA = (
@@ -36,7 +35,7 @@ NOT_RAW_DATA = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableRow:
-    """One column of Table III (normalised estimates, 0-100), strings as printed.
+    """One column of Table III (normalised estimates, 0-100), as printed strings.
 
     ``amplitude_um_pp`` is peak to peak, as stated in Section IV-B.
     """
@@ -61,7 +60,7 @@ def _table3() -> tuple[TableRow, ...]:
     )
 
 
-#: Table III. Columns as printed, from the still plate to the largest amplitude.
+#: Columns of Table III, from the plate at rest to the largest amplitude.
 TABLE3: tuple[TableRow, ...] = _table3()
 
 STATISTICS: tuple[str, ...] = ("mean", "maximum_deviation", "standard_deviation")
@@ -72,21 +71,20 @@ BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row i
 
 
 def published_means() -> dict[float, float]:
-    """Return {amplitude in µm peak to peak: mean estimate} from Table III (plotted in Fig. 15)."""
+    """Return the mean estimates in Table III, keyed by amplitude in µm peak to peak."""
     return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 
 def agrees(published: str, ours: float) -> bool:
-    """Return whether ``ours`` rounds to the printed number.
+    """Return whether our value rounds to the printed number.
 
-    The printed number stands for the closed interval of half a unit in its last place on either
-    side, so both half-up and half-even rounding agree.
+    The printed number represents a closed interval of half a unit in the last place on either side,
+    so both half-up and half-even rounding agree.
 
     >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
     (True, False)
     """
     allowed = Printed(published).values("nearest")
-    # Because of rounding errors, a mean of twelve floats can just miss half a unit in the last
-    # place.
+    # The tolerance allows for floating-point errors in a mean of twelve values.
     slack = Fraction(1, 10**12) * max(abs(allowed.high), Fraction(1))
     return allowed.low - slack <= Fraction(ours) <= allowed.high + slack

@@ -2,11 +2,10 @@
 
 Rules:
 
-- Two codes that form an obvious pair (`PAIRS`) are interpreted as such. Any other pair is rejected
-  until one code is declared to mean yes. Every other code then means no, so exactly one other code
-  may occur.
-- A few cells that match neither code are excluded and reported. If there are more than `FEW` of
-  them and more than `FEW_SHARE` of all, the column is misread, and nothing is analysed.
+- Two codes that form an obvious pair (`PAIRS`) are recognised. For any other pair, the user must
+  declare which code means yes. Exactly one other code, which means no, may then occur.
+- Cells that match neither code are excluded and reported. If there are more than `FEW` such cells,
+  and their share exceeds `FEW_SHARE`, the column is probably not an answer column and is rejected.
 """
 
 from __future__ import annotations
@@ -26,9 +25,9 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
-#: Codes in our own tables.
+#: Codes in tables written by Slipscale.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})
-#: Codes that always mean yes and no, or right and wrong.
+#: Pairs of codes that are recognised as yes and no, or right and wrong.
 PAIRS = (
     (TRUE, FALSE),
     (frozenset({"y"}), frozenset({"n"})),
@@ -38,12 +37,12 @@ PAIRS = (
     (frozenset({"sí", "si", "s"}), frozenset({"no", "n"})),
     (frozenset({"correct", "right"}), frozenset({"incorrect", "wrong"})),
 )
-#: Maximum number of codes listed in a message.
+#: Maximum number of codes to list in a message.
 LISTED = 8
 
 
 def own_answers(cells: pd.Series[Any]) -> pd.Series[float]:
-    """Return the answers of our own tables as 1 (yes, true), 0 (no, false) and missing."""
+    """Convert answers in Slipscale's own tables to 1 (yes, true), 0 (no, false) and missing."""
     codes = cells.astype("object").map(lambda value: str(value).strip().lower())
     return codes.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
 
@@ -56,7 +55,7 @@ def as_answers(
     *,
     yes: str | None = None,
 ) -> pd.Series[float]:
-    """Return a column of answers as 1 (yes), 0 (no) and missing.
+    """Convert a column of answers to 1 (yes), 0 (no) and missing.
 
     Parameters
     ----------
@@ -65,13 +64,13 @@ def as_answers(
     column : str
         Name of the answer column.
     yes : str, optional
-        The code that means yes; default: recognised from obvious pairs.
+        Code that means yes; by default, obvious pairs are recognised.
 
     Raises
     ------
     UserError
-        If the codes are not an obvious pair and none is declared, the declared code does not occur,
-        or too many cells match neither code.
+        If the codes are not an obvious pair and `yes` is not given, if `yes` does not occur, or if
+        too many cells match neither code.
     """
     codes = _codes(frame[column])
     counts = codes.value_counts()
@@ -108,7 +107,7 @@ def _codes(cells: pd.Series[Any]) -> pd.Series[Any]:
 def _meaning(
     counts: pd.Series[int], where: str, yes: str | None
 ) -> tuple[frozenset[str], frozenset[str]]:
-    """Return the codes that mean yes and those that mean no; `where` names file and column."""
+    """Return the codes that mean yes and the codes that mean no."""
     most_lost = max(FEW, FEW_SHARE * int(counts.sum()))
     if yes is not None:
         wanted = yes.strip().lower()

@@ -11,11 +11,11 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Source
 
-#: Maximum number of characters shown for a cell in a message.
+#: Maximum number of characters of a cell in a message.
 LONGEST_CELL = 60
-#: If the wrong cells exceed both this number and this share, the column is misread.
+#: Number and share of invalid cells above which a column is rejected.
 FEW, FEW_SHARE = 3, 0.05
-#: Maximum number of participants in a list.
+#: Maximum number of participants to list in a message.
 LISTED = 6
 
 
@@ -26,7 +26,7 @@ def places(rows: pd.DataFrame, sources: Sequence[Source]) -> list[str]:
 
 
 def cell(value: object) -> str:
-    r"""Format a cell for a message: on one line and shortened.
+    r"""Format a cell for a message, on one line and shortened.
 
     >>> cell("five\nor six")
     'five or six'
@@ -36,7 +36,7 @@ def cell(value: object) -> str:
 
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:
-    """Join names for a sentence; shorten the list if there are many.
+    """Join names for a sentence, and shorten long lists.
 
     >>> listed("abcdefgh")
     'a, b, c, d, e, f and 2 more'

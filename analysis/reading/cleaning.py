@@ -1,7 +1,7 @@
 """Convert raw rows into validated columns.
 
-Numbers are parsed, answers become 1 and 0, and missing labels are set to their default. Every
-invalid cell is reported by file and line and becomes missing.
+Numbers are parsed, answers become 1 and 0, and missing labels receive default values. Invalid cells
+become missing and are reported with file and line.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 PHASES = (MAIN, PRACTICE)
-#: A block number is a label and may be a word.
+#: Block numbers are labels and may be words.
 ESTIMATION_NUMBERS = tuple(name for name in ESTIMATION.numbers if name != BLOCK)
-#: A trial is unusable if one of these columns is missing.
+#: Columns that a usable trial must have.
 NEEDED = (*ESTIMATION.required, *STEP_AMPLITUDES)
-#: Larger numbers are treated as typing errors; their squares would overflow.
+#: Larger numbers are treated as typing errors, because their squares would overflow.
 LARGEST = 1e100
 
 
@@ -46,9 +46,9 @@ def clean_estimates(
     quantity: Quantity = PLATE_AMPLITUDE,
     factors: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Return rows with every column of the tidy table, with numbers parsed.
+    """Return the rows of a tidy table of magnitude estimates, with numbers parsed.
 
-    Columns listed in ``factors``, if present, become labels named `FACTOR` plus the column name.
+    Columns listed in ``factors`` become labels, and `FACTOR` is added to their names.
     """
     clean = pd.DataFrame(
         {
@@ -101,7 +101,7 @@ def clean_differences(
 
 
 def told_apart(levels: pd.Series[float], quantity: Quantity) -> pd.Series[float]:
-    """Return levels, rounded so that floating-point errors create no extra levels."""
+    """Round levels, so that floating-point errors do not create additional levels."""
     if quantity.decimals is not None:
         return levels.round(quantity.decimals)
     known = levels.dropna().unique()
@@ -117,14 +117,14 @@ def numbers(
     minimum: float = -np.inf,
     lost: str = "the trial",
 ) -> pd.Series[float]:
-    """Return a column as numbers; invalid cells become missing and are listed in ``problems``.
+    """Convert a column to numbers; invalid cells become missing and are reported.
 
     Parameters
     ----------
     minimum : float
-        Smaller values, and values above `LARGEST`, are also reported and set to missing.
+        Smallest valid number. Smaller numbers, and numbers above `LARGEST`, are also invalid.
     lost : str
-        Description of what is excluded if the cell cannot be read.
+        Description of the data that are excluded because of an invalid cell.
     """
     raw, values = as_numbers(frame[column])
     text = values.isna() & raw.notna()
@@ -151,9 +151,9 @@ def numbers(
 
 
 def as_numbers(raw: pd.Series[Any]) -> tuple[pd.Series[Any], pd.Series[float]]:
-    """Return a column as raw text and as numbers; cells that are not numbers become NaN."""
+    """Return a column as text and as numbers; cells that are not numbers become NaN."""
     if pd.api.types.is_bool_dtype(raw) or not pd.api.types.is_numeric_dtype(raw):
-        # TRUE is not a number, and whole numbers too large for a float are Python integers.
+        # TRUE is not a number. Whole numbers too large for a float are Python integers.
         raw = raw.astype("str")
         return raw, pd.to_numeric(raw, errors="coerce").astype(float)
     return raw, raw.astype(float)
@@ -166,9 +166,9 @@ def _refuse_many(
     sources: Sequence[Source],
     problems: Problems,
 ) -> None:
-    """Raise a `UserError` if many cells are not numbers, because the column is then misread.
+    """Raise a `UserError` if many cells are not numbers.
 
-    Symbols without a letter or digit (``-``, ``.``, ``?``) represent a missing number and are not
+    Cells without letters or digits (``-``, ``.``, ``?``) represent missing numbers and are not
     counted.
     """
     if not wrong.any():
@@ -201,7 +201,7 @@ def _optional_numbers(
     *,
     minimum: float = -np.inf,
 ) -> pd.Series[float] | float:
-    """Return a column as numbers, allowing it to be absent or empty; see `numbers`."""
+    """Convert a column that may be absent or empty to numbers; see `numbers`."""
     if column not in frame or not frame[column].notna().any():
         return np.nan
     return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
@@ -212,7 +212,7 @@ def _in_lower_case(answers: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
-    """Identify catch steps by the presented amplitudes; report deviations from the column."""
+    """Identify catch steps by amplitude; report differences from the column of catch steps."""
     unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
     if "catch" in frame:
         said = _in_lower_case(frame["catch"])
@@ -229,19 +229,19 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
 
 
 def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
-    """Return names as categories with surrounding blanks removed; a blank name is missing."""
+    """Convert names to categories without surrounding blanks; blank names become missing."""
     values = names.astype("category")
     plain = [" ".join(str(name).split()) for name in values.cat.categories]
     kept = sorted(set(plain) - {""})
     places = {name: place for place, name in enumerate(kept)}
-    # The last entry matches a missing cell's code, -1.
+    # Missing cells have code -1, which selects the last entry.
     lookup = np.array([*(places.get(name, -1) for name in plain), -1])
     codes = lookup[values.cat.codes]
     return pd.Series(pd.Categorical.from_codes(codes, pd.Index(kept, dtype=str)), index=names.index)
 
 
 def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
-    """Return a column of names as categories; missing names become ``missing``."""
+    """Return a column of names as categories, with missing names replaced by ``missing``."""
     if column not in frame:
         return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
     values = tidied(frame[column])
@@ -251,7 +251,7 @@ def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
 
 
 def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
-    """Return "practice" or "main" for each row; report which other words count as main."""
+    """Return "practice" or "main" for each row; report other words, which count as main."""
     values = labels(frame, "phase", MAIN)
     counts = values.value_counts()
     for name, count in counts[counts > 0].items():
@@ -270,7 +270,7 @@ def _without_doubles(
 ) -> pd.DataFrame:
     """Drop and report rows that repeat a trial within the same part of a run.
 
-    ``part`` is the block or series; trial numbers may start again in each.
+    ``part`` is the column of blocks or series, in which trial numbers may restart.
     """
     if clean["trial"].isna().all():
         return clean

@@ -1,4 +1,4 @@
-"""Represent the input of the analysis: the trials and their sources."""
+"""Represent the trials to analyse and their sources."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
 
 
-#: The fields of `Dataset` that contain trials of magnitude estimation and descending difference.
+#: Fields of `Dataset` with trials of magnitude estimation and descending difference.
 TABLES = ("estimates", "answers", "differences", "textures")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dataset:
-    """Trials to analyse, and their sources.
+    """Trials to analyse, with their sources.
 
     Parameters
     ----------
@@ -36,36 +36,36 @@ class Dataset:
         estimate response_time scale_top modulus flag timed_out faulty``, one row per answered
         main trial, in order of presentation. Empty if there are none.
     answers : DataFrame
-        All main trials of magnitude estimation that were not voided, whether answered or not. Data
-        quality is assessed from these trials.
+        Main trials of magnitude estimation that were not voided, including unanswered ones. They
+        are used to assess data quality.
     study_text : str
         Text of the study file used in the sessions; empty if it is not in the folder.
     textures : DataFrame
-        Answered main trials of textures, with their ``texture``; ``estimates`` and ``answers`` do
-        not contain them.
+        Answered main trials of textures, with their ``texture``. They are not included in
+        ``estimates`` and ``answers``.
     differences : DataFrame
         Answered steps of the descending difference task.
     trials : Mapping
-        Answered main trials of every other kind of task, keyed by the name of its `TaskTrials`;
-        use `of` to look them up. Kinds that were not run may be missing.
+        Answered main trials of all other kinds of task, keyed by the name of their `TaskTrials`.
+        Kinds that were not run may be missing; use `of` to avoid errors.
     others : Mapping
         Main trials of tasks without a Slipscale analysis (a laboratory's own protocols), keyed by
         task label, as returned by `slipscale.analysis.reading.labelled_tasks.read_others`.
     participants : DataFrame
-        ``participants.tsv``, if it exists.
+        Content of ``participants.tsv``; empty if it does not exist.
     mode : {"pilot", "participant", "unknown"}
-        Source of the answers.
+        Whether answers come from simulated people or participants.
     counts : Mapping
-        Numbers of rows read, and of rows excluded for each reason.
+        Number of rows read, and number of rows excluded for each reason.
     details : Mapping
         Sidecar entries on study, seeds, languages, plates and software.
     choices : AnalysisChoices
-        The frozen choices, or the defaults.
+        Analysis choices from the study file, or the defaults.
     frozen : tuple of str
-        The keys that the study file sets.
+        Keys of the analysis choices that the study file sets.
     unchanged : bool or None
-        Whether the sessions were run with this study file, so that the choices were frozen before
-        data collection; None if the sidecars do not say.
+        Whether the sessions used this study file, so that the choices were made before data
+        collection; None if sidecars do not contain this information.
     journal_differences : tuple of str or None
         Differences between tables and journals, one sentence each; None without journals.
     problems : tuple of str
@@ -75,8 +75,7 @@ class Dataset:
     folder : Path or None
         The data set folder; None for a single table.
     quantity : Quantity
-        Quantity in ``amplitude_um_pp``: the plate's amplitude, or another one declared by the
-        data.
+        Quantity in ``amplitude_um_pp``: the plate's amplitude, or a quantity that the data declare.
     """
 
     name: str
@@ -101,7 +100,7 @@ class Dataset:
     others: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     def of(self, kind: TaskTrials) -> pd.DataFrame:
-        """Return the trials of a kind of task; no rows if it was not run."""
+        """Return the trials of a kind of task; the table is empty if the task was not run."""
         known = kind.name in TABLES
         found = getattr(self, kind.name) if known else self.trials.get(kind.name)
         return kind.empty() if found is None else found
@@ -113,7 +112,7 @@ class Dataset:
         return {**own, **self.trials, **self.others}
 
     def with_tables(self, change: Callable[[pd.DataFrame], pd.DataFrame]) -> Dataset:
-        """Return the data with ``change`` applied to every trial table."""
+        """Return a copy of the data with ``change`` applied to every trial table."""
         changed: dict[str, Any] = {name: change(getattr(self, name)) for name in TABLES}
         for name in ("trials", "others"):
             changed[name] = {key: change(rows) for key, rows in getattr(self, name).items()}
@@ -121,7 +120,7 @@ class Dataset:
 
     @property
     def tasks(self) -> list[pd.DataFrame]:
-        """The trials of every kind of task that the analysis reads."""
+        """The trial tables of all kinds of task that the analysis supports."""
         return [self.estimates, self.differences, *self.trials.values()]
 
     @property
@@ -142,6 +141,6 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """A single digest of all files, in the order of their names."""
+        """SHA-256 of all files, sorted by name."""
         lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
         return digest("\n".join(lines).encode())

@@ -1,8 +1,8 @@
-"""Read many small tables of one kind at once, keeping the location of every cell.
+"""Read many small tables of one kind at once, with the file and line of every row.
 
-A study with thousands of participants has thousands of files, and parsing them one by one is
-mostly overhead. Files with the same header are joined and parsed together. Every row keeps its
-file and line, so that messages can refer to them.
+A study with thousands of participants has thousands of files. To avoid the overhead of parsing each
+file, files with the same header are joined and parsed together. Messages can still refer to the
+file and line of each row.
 """
 
 from __future__ import annotations
@@ -35,50 +35,50 @@ if TYPE_CHECKING:
 
     from pydantic import ValidationError
 
-#: Codes for missing cells in any column: the BIDS code and the empty cell.
+#: Codes for missing cells in all columns: the BIDS code and an empty cell.
 MISSING = ("", NO_VALUE)
 #: Codes for missing numbers, as written by R, pandas, NumPy, Excel and databases.
 NOT_AVAILABLE = (
     *MISSING,
     *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
 )
-#: Columns of names and words, including those of a code book.
+#: Columns that contain names and words, including the columns of a code book.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Option of ``slipscale analyse`` -> typical parts of the column's name, most likely first.
+#: Option of ``slipscale analyse`` -> typical parts of the column name, most likely first.
 LIKELY = {
     "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
     "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
     "response": ("estimate", "response", "rating", "answer", "magnitude", ".resp", "judg"),
 }
-#: Files are parsed in parts of this many bytes.
+#: Number of bytes to parse at once.
 PART_BYTES = 8_000_000
-#: Numeric column types, which are treated as equal if parts of a table differ in them.
+#: Numeric column types, which may differ between parts of a table.
 NUMBERS = ("int64", "float64")
-#: Maximum total length of column names in a message: the first line of a foreign file may be long.
+#: Maximum total length of column names in a message.
 LONGEST_LIST = 400
 
 
 @dataclass(slots=True)
 class Problems:
-    """Sentences about errors in the data; long lists are shortened, with a note."""
+    """Sentences about errors in the data. Long lists of errors are shortened."""
 
     sentences: list[str] = field(default_factory=list)
-    #: A column's name in the file, if it differs from ours.
+    #: Slipscale's name of a column -> name in the file, if different.
     titles: Mapping[str, str] = field(default_factory=dict)
 
     def title(self, column: str) -> str:
-        """Return a column's name in the file."""
+        """Return the name of a column in the file."""
         return self.titles.get(column, column)
 
     def add(self, sentence: str) -> None:
-        """Add one sentence."""
+        """Add a sentence about an error."""
         self.sentences.append(sentence)
 
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
-        """Add sentences of one kind: the first dozen in full, then the number of further ones.
+        """Add the first dozen of several similar sentences, and the number of further ones.
 
-        ``total`` is their number if only the first `LISTED_PROBLEMS` are given.
+        ``total`` is the number of all sentences, if only the first `LISTED_PROBLEMS` are given.
         """
         self.sentences.extend(sentences[:LISTED_PROBLEMS])
         more = (len(sentences) if total is None else total) - LISTED_PROBLEMS
@@ -88,14 +88,14 @@ class Problems:
 
 @dataclass(frozen=True, slots=True)
 class Source:
-    """An input file: its name in the data set, and the SHA-256 of its bytes."""
+    """Name and SHA-256 of an input file."""
 
     name: str
     sha256: str
 
 
 def read_bytes(path: Path, most: int = -1) -> bytes:
-    """Return a file's bytes, or the first ``most`` of them. Raises UserError on failure."""
+    """Read a file, or its first ``most`` bytes; raise UserError if this fails."""
     try:
         with path.open("rb") as file:
             return file.read(most)
@@ -109,7 +109,7 @@ def digest(content: bytes) -> str:
 
 
 def read_source(path: Path, root: Path) -> tuple[bytes, Source]:
-    """Return a file's bytes, and its entry as a source of the data set in ``root``."""
+    """Read a file; return its bytes, and its entry in the list of sources."""
     content = read_bytes(path)
     return content, Source(_name(path, root), digest(content))
 
@@ -128,18 +128,18 @@ def read_tables(
     Parameters
     ----------
     paths : sequence of Path
-        The files, each with a header line; columns may differ between files.
+        Files with a header line. Columns may differ between files.
     root : Path
-        The data set folder; file names are relative to it.
+        The data set folder, to which file names are relative.
     separator : str
         One character.
     required : sequence of str
         Columns that every file must have.
     columns : sequence of str
-        Columns to return if present; if empty, all columns. In these, ``NA`` and similar codes are
-        treated as missing, except in `TEXT`.
+        Columns to return if present; if empty, all columns are returned. ``NA`` and similar codes
+        count as missing in the given columns, except in `TEXT`.
     problems : Problems, optional
-        Receives the omitted lines between rows: empty lines and repeated headers.
+        Receives notes on omitted lines: empty lines and repeated headers between rows.
 
     Returns
     -------
@@ -152,7 +152,7 @@ def read_tables(
     ------
     UserError
         If a file cannot be read, is not UTF-8, is empty, lacks a required column, has a duplicate
-        column, or has a line with too few or too many cells.
+        column, or has a line with a wrong number of cells.
     """
     sources: list[Source] = []
     groups: dict[bytes, list[tuple[int, Lines]]] = {}
@@ -167,7 +167,7 @@ def read_tables(
         if problems is not None:
             for phrase in lines.left_out:
                 problems.add(f"{source.name}, {phrase}")
-        # A quotation that opens in one file must not close in the next.
+        # A quotation must not extend from one file into the next.
         alone = str(number).encode() if b'"' in lines.body else b""
         groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
     frames = [
@@ -181,7 +181,7 @@ def read_tables(
 
 
 def quantity_of(path: Path) -> Quantity:
-    """Return the quantity of a table's levels, as given in its sidecar; µm by default."""
+    """Return the quantity of a table's levels from its sidecar; by default, amplitude in µm."""
     sidecar = path.with_suffix(".json")
     if not path.name.endswith("_beh.tsv") or not sidecar.is_file():
         return PLATE_AMPLITUDE
@@ -205,7 +205,7 @@ def _read_group(
     separator: str,
     columns: Sequence[str],
 ) -> pd.DataFrame:
-    """Read and join files with the same header; every row has its file and line."""
+    """Read and join files with the same header; add the file and line of each row."""
     first, sample = group[0]
 
     def parsed(part: Sequence[tuple[int, Lines]]) -> pd.DataFrame:
@@ -214,7 +214,7 @@ def _read_group(
 
     try:
         frame = _joined([parsed(part) for part in _parts(group)])
-        # A column with numbers in one part and words in another must be parsed as a whole.
+        # If a column has numbers in one part and words in another, all parts are parsed together.
         frame = parsed(group) if frame is None else frame
     except UserError:
         for number, lines in group:
@@ -230,7 +230,7 @@ def _read_group(
 
 
 def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
-    """Split files into parts of about `PART_BYTES`: pandas needs several times the text size."""
+    """Split files into parts of about `PART_BYTES`, because pandas needs much more memory."""
     parts: list[list[tuple[int, Lines]]] = [[]]
     size = 0
     for entry in group:
@@ -243,9 +243,9 @@ def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
 
 
 def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
-    """Join parts into one table; None if joining would change the type of a column.
+    """Join parts of a table; return None if a column would change its type.
 
-    Whole and decimal numbers in a column become decimals, as if they had been parsed together.
+    Whole and decimal numbers in the same column become decimals, as if parsed together.
     """
     kinds = [["number" if kind in NUMBERS else str(kind) for kind in f.dtypes] for f in frames]
     if any(other != kinds[0] for other in kinds):
@@ -279,7 +279,7 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
 
 
 def _command(names: Sequence[str], path: Path) -> str:
-    """Return the command that names a table's columns: likely columns, or else placeholders."""
+    """Return an example command with likely column names, or placeholders."""
     options = []
     for option, likely in LIKELY.items():
         found = [name for part in likely for name in names if part in name.lower()]
@@ -304,10 +304,10 @@ def parse(
     words: Collection[str] = TEXT,
     as_written: Collection[str] = (),
 ) -> pd.DataFrame:
-    """Parse rows with the header in ``lines``, restricted to ``columns`` if given.
+    """Parse rows; return all columns, or only ``columns`` if given.
 
-    Columns in ``words`` and ``as_written`` stay text. In ``words``, only empty cells and the BIDS
-    code are treated as missing.
+    Columns in ``words`` and ``as_written`` are read as text. In ``words``, only empty cells and the
+    BIDS code count as missing.
     """
     names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}
@@ -320,7 +320,7 @@ def parse(
             names=names,
             na_values={name: list(missing[name]) for name in names},
             keep_default_na=False,
-            # 'a, "b"' is common in files edited by hand.
+            # Files edited by hand often contain 'a, "b"'.
             skipinitialspace=separator.encode() + b" " in text,
             low_memory=False,
             dtype=dict.fromkeys([*words, *as_written], "str"),
@@ -339,9 +339,9 @@ def parse(
 
 
 def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
-    """Return every error that pydantic found in a TOML text, with line number and expected value.
+    """Describe all errors that pydantic found in a TOML text, with line and expected value.
 
-    ``within`` is the table that was validated, unless it was the whole text.
+    ``within`` is the validated table, if only a part of the text was validated.
     """
     faults = [((*within, *place), fault) for place, fault in faults_in(error)]
     return "; ".join(said for _, said in sentences(faults, TomlLines(text).of))

@@ -1,8 +1,7 @@
 """Detect a table's format: encoding, separator, decimal mark and thousands separators.
 
-The decision is made once per file from all of its numbers, so that a single bad cell does not
-affect the others. An ambiguous number is rejected if nothing else in the file resolves the
-ambiguity.
+The format is detected once per file from all numbers, so that one invalid cell does not affect
+others. Ambiguous numbers are rejected unless other numbers in the file resolve the ambiguity.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 Decimal = Literal[".", ","]
-#: Possible separators; in a tie, the first one wins.
+#: Possible separators, in order of preference.
 SEPARATORS = ("\t", ";", ",")
 BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
-#: Default encoding of Excel on Windows in western Europe.
+#: Default encoding of Excel on Windows in Western Europe.
 FALLBACK = "cp1252"
 
 _TAIL = r"(?:[eE][+-]?\d+)?"
@@ -29,7 +28,7 @@ _GAPS = r"[ '\u2019\u00a0\u202f]"
 
 
 def _certain(mark: str, other: str) -> re.Pattern[str]:
-    """Return a pattern that matches numbers in which ``mark`` can only be the decimal mark."""
+    """Return a pattern for numbers in which ``mark`` can only be the decimal mark."""
     m, o = re.escape(mark), re.escape(other)
     forms = (
         rf"\d*{m}(?:\d{{1,2}}|\d{{4,}})?",  # 0,5 but not 1,000
@@ -44,15 +43,15 @@ def _certain(mark: str, other: str) -> re.Pattern[str]:
 
 CERTAIN: dict[Decimal, re.Pattern[str]] = {".": _certain(".", ","), ",": _certain(",", ".")}
 AMBIGUOUS = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
-#: Matches a number in which a point may separate thousands.
+#: Pattern for numbers in which a point may separate thousands.
 THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 
 
 def in_points(cell: str, decimal: Decimal) -> str:
-    """Normalise a number: decimal point, no thousands separators.
+    """Write a number with a decimal point and without thousands separators.
 
-    The other mark, blanks and apostrophes may separate thousands. Other cells are returned
-    unchanged.
+    In the original, the other mark, blanks and apostrophes may separate thousands. Cells that are
+    not numbers are not changed.
 
     >>> in_points("1.234,5", ",")
     '1234.5'
@@ -69,9 +68,9 @@ def in_points(cell: str, decimal: Decimal) -> str:
 
 
 def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
-    """Return a text file's content as UTF-8, and the original encoding.
+    """Convert a text file's content to UTF-8; also return the original encoding.
 
-    The content is decoded as UTF-8, as UTF-16 if it has a byte-order mark, or else as
+    The content is decoded as UTF-8, as UTF-16 if it has a byte-order mark, or otherwise as
     Windows-1252.
 
     Raises
@@ -84,7 +83,7 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
         return content.decode(encoding).encode("utf-8"), encoding
     except UnicodeError as error:
         start = error.start if isinstance(error, UnicodeDecodeError) else 0
-    # A null byte or a byte-order mark does not occur in Windows-1252.
+    # Null bytes and byte-order marks do not occur in Windows-1252.
     if encoding == "utf-8" and b"\x00" not in content:
         try:
             return content.decode(FALLBACK).encode("utf-8"), FALLBACK
@@ -99,13 +98,13 @@ def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
 
 
 def separator_of(header: bytes) -> str:
-    """Return the separator of a header line, ignoring characters inside quotes."""
+    """Detect the separator in a header line, ignoring characters inside quotes."""
     outside = re.sub(rb'"[^"]*"', b"", header)
     return next((mark for mark in SEPARATORS if mark.encode() in outside), ",")
 
 
 def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
-    """Return the decimal mark of a file, inferred from all its numbers.
+    """Detect the decimal mark of a file from all its numbers.
 
     Parameters
     ----------
@@ -117,15 +116,15 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        If a comma could be a thousands separator or the decimal mark and nothing resolves the
-        ambiguity; the same for a point in a column that also contains whole numbers; or both marks
-        occur equally often.
+        If all commas could be either thousands separators or decimal marks, and likewise points in
+        a column with whole numbers; or if both decimal marks are equally frequent.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}
     either: tuple[str, str] | None = None
     for column, values in cells.items():
-        # Programs write all decimals of a column or none: 1.080 next to 540 is probably 1080.
+        # Programs use the same number of decimals within a column: 1.080 next to 540 is probably
+        # 1080.
         whole = any(value.strip().isdigit() and value.strip() != "0" for value in values)
         for value, count in values.items():
             text = value.strip()

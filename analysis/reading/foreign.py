@@ -1,6 +1,6 @@
-"""Read data from other laboratories: any column names and quantity, long or wide format.
+"""Read data from other laboratories, with any column names and quantity, long or wide.
 
-A mapping defines what the columns mean; the returned rows have the format of our own tables.
+A mapping defines the meaning of the columns. The rows are converted to Slipscale's own format.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
 GROUP = "group"
-#: Column in a mapping -> our column.
+#: Column in a mapping -> column in Slipscale's tables.
 OURS = {
     "participant": PARTICIPANT,
     "stimulus": STIMULUS,
@@ -59,28 +59,28 @@ OURS = {
     "trial": "trial",
 }
 NUMBERS = ("stimulus", "response", "reference", "dissimilarity", "trial", "yes_count", "n")
-#: Tables in a folder; their names contain the participant label.
+#: Names of tables in a folder, which contain the participant label.
 BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|events)\.tsv")
 BIDS_LABELS = {"participant": "sub", "session": "ses"}
-#: With this many answers at the smallest level, this proportion of "yes" suggests guessing.
+#: Number of answers at the smallest level, and proportion of "yes" that suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
-#: Units of levels that are already logarithms.
+#: Logarithmic units.
 LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ForeignTable:
-    """A foreign table, converted to our format.
+    """A table from another laboratory, converted to Slipscale's format.
 
     Parameters
     ----------
     estimates, differences : DataFrame
         See `slipscale.analysis.reading.cleaning`.
     choices : DataFrame
-        Forced-choice trials, or comparisons with stimuli above and below a reference: see
-        `slipscale.analysis.tasks.thresholds.reading`. Only one of the tables is non-empty.
+        Forced-choice trials, or comparisons with stimuli above and below a reference; see
+        `slipscale.analysis.tasks.thresholds.reading`. Only one of the tables has rows.
     pairs : DataFrame
-        Ratings of pairs: see `slipscale.analysis.tasks.similarity.reading`.
+        Ratings of pairs; see `slipscale.analysis.tasks.similarity.reading`.
     participants : DataFrame
         All participants, with ``group`` if given.
     sources : tuple of Source
@@ -96,13 +96,13 @@ class ForeignTable:
 
 
 def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> ForeignTable:
-    """Read a table, or the tables of a BIDS folder, using a mapping.
+    """Read a table, or the tables in a BIDS folder, using a mapping.
 
     Raises
     ------
     UserError
-        See `slipscale.analysis.reading.table_by_hand.read_table`; also for a level below 0, a
-        participant in two groups, and an ``only`` that matches no rows.
+        If the table cannot be read (see `slipscale.analysis.reading.table_by_hand.read_table`), a
+        level is below 0, a participant is in two groups, or ``only`` matches no rows.
     """
     frame, sources = (_folder if path.is_dir() else _table)(path, mapping, problems)
     frame = _chosen(frame, mapping, path)
@@ -180,7 +180,7 @@ def _table(
 def _folder(
     folder: Path, mapping: TableMapping, problems: Problems
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read the tables in a BIDS folder; file names give the participant unless a column does."""
+    """Read the tables in a BIDS folder, and take participants from file names if necessary."""
     entries = [
         (path, match)
         for path in sorted(folder.glob("sub-*/**/*.tsv"))
@@ -217,7 +217,7 @@ def _folder(
 
 
 def _chosen(frame: pd.DataFrame, mapping: TableMapping, path: Path) -> pd.DataFrame:
-    """Return the rows in which every column of ``only`` has its value."""
+    """Return the rows that match the mapping's ``only``."""
     for column, value in mapping.table.only.items():
         found = frame[column].astype("str").str.strip()
         kept = frame[found == value.strip()]
@@ -251,7 +251,7 @@ def _long(frame: pd.DataFrame, mapping: TableMapping) -> pd.DataFrame:
 def _of_trials(
     frame: pd.DataFrame, mapping: TableMapping, problems: Problems, path: Path
 ) -> pd.DataFrame:
-    """Omit rows without stimulus and response: PsychoPy writes a row for every routine."""
+    """Omit rows without stimulus and response, which PsychoPy writes for every routine."""
     response = "n" if mapping.columns.n else ANSWER if mapping.of_answers else RESPONSE
     blank = frame[STIMULUS].isna() & frame[response].isna()
     if blank.any():
@@ -306,10 +306,10 @@ def _one_row_per_answer(
 
 
 def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
-    """Return the method for fitting answers; empty for yes/no answers to one-way changes.
+    """Return the method for fitting answers; empty for changes in one direction.
 
-    If stimuli lie both below and above the reference, the trials are comparisons. Folding them to
-    the size of the difference would let "more" answers below and above the reference cancel.
+    If stimuli are both below and above the reference, the trials are comparisons with a standard.
+    Using only the size of the difference would cancel "more" answers below and above the reference.
     """
     if mapping.answers.alternatives:
         return {2: "two_interval", 3: "three_interval"}[mapping.answers.alternatives]
@@ -338,7 +338,7 @@ def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFra
 
 
 def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Quantity) -> None:
-    """Note that the smallest level has many "yes", which suggests guessing in a forced choice."""
+    """Warn if many answers at the smallest level are "yes", which suggests a forced choice."""
     size = (steps[REFERENCE] - steps[STIMULUS]).abs()
     smallest = size[size > 0].min()
     answers = steps.loc[(size == smallest), "difference_felt"].dropna()
@@ -369,7 +369,7 @@ def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -
 
 
 def _steps(frame: pd.DataFrame) -> pd.DataFrame:
-    """Return yes/no answers as steps from the reference, or without a reference."""
+    """Convert yes/no answers to steps from the reference, or from 0."""
     found = frame.copy()
     if REFERENCE not in found:
         found[REFERENCE] = 0.0
@@ -380,20 +380,20 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
-    """Return steps whose size is stimulus minus reference.
+    """Convert the step size to stimulus minus reference.
 
-    In our own tables, the size is the change that was removed.
+    In Slipscale's own tables, the step size is the removed amplitude.
     """
     return steps.rename(columns={REFERENCE: STIMULUS, STIMULUS: REFERENCE})
 
 
 def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame:
-    """Return all participants and their groups.
+    """Return all participants with their groups.
 
     Raises
     ------
     UserError
-        If a participant is in two groups, so the column contains conditions instead.
+        If a participant is in two groups, so that the column probably contains conditions.
     """
     who = tidied(frame[PARTICIPANT]).astype("str")
     if GROUP not in frame:

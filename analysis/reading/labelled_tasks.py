@@ -1,8 +1,8 @@
-"""Identify each kind of task by its columns, because studies choose their own task labels.
+"""Identify the kind of a task from its columns, because studies choose their own task labels.
 
-Several labels of one kind are analysed separately, except for kinds with a `TaskTrials.label`:
-magnitude estimation and descending difference are never pooled across labels. For these, one label
-is analysed and the others are reported.
+If a kind of task has several labels, each is analysed separately. Of magnitude estimation and
+descending difference (kinds with a `TaskTrials.label`), only one label is analysed, and other
+labels are reported.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskTrials:
-    """The trial tables of one kind of task, and how to read them.
+    """Declaration of one kind of task and its trial tables.
 
     Parameters
     ----------
@@ -43,21 +43,21 @@ class TaskTrials:
     counted : str
         Prefix for row counts: ``{counted}_rows``, ``{counted}_unanswered``.
     title : str
-        Name used after "trials of".
+        Name of the kind in messages, after "trials of".
     belongs : callable
-        Returns whether a table with these columns contains such trials.
+        Function that returns whether a table with these columns contains such trials.
     read : callable
-        Returns the answered main trials in the tables, and the files read.
+        Function that reads tables; returns the answered main trials and the files.
     empty : callable
-        Returns an empty table with the same columns.
+        Function that returns an empty table with the same columns.
     label : str
-        The protocol's own label, if only one label of the kind is analysed.
+        Default label of the protocol, if only one label of the kind is analysed.
     divide : callable, optional
-        Returns the tables into which the rows are divided, keyed by their name in `Dataset`;
-        default: a single table.
+        Function that divides the rows into tables, keyed by their name in `Dataset`; by default,
+        there is a single table.
     reasons : Mapping
-        Name of a count of rows not analysed -> description; default: practice, voided and
-        unanswered trials.
+        Name of a count of omitted rows -> description; by default, practice, voided and unanswered
+        trials.
     """
 
     name: str
@@ -74,7 +74,7 @@ class TaskTrials:
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """Names of the counts of rows that are not analysed, with descriptions."""
+        """Names and descriptions of the counts of omitted rows."""
         return self.reasons or {
             f"{self.counted}_practice": f"practice trials of {self.title}",
             f"{self.counted}_voided": f"voided trials of {self.title}",
@@ -82,7 +82,7 @@ class TaskTrials:
         }
 
     def counted_left_out(self, counts: Mapping[str, int]) -> list[str]:
-        """Return how many rows were not analysed, and why: "1 practice trial"."""
+        """Describe how many rows were omitted and why, such as "1 practice trial"."""
         return [
             f"{n} {why if n != 1 else why.replace('trials', 'trial', 1)}"
             for name, why in self.left_out.items()
@@ -90,19 +90,19 @@ class TaskTrials:
         ]
 
 
-#: Label of a part of a file name -> the column that it fills.
+#: Key in a file name -> column for its value.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
 
 
 def header_of(path: Path) -> frozenset[str]:
-    """Return a table's column names, converted to those of a file in µm."""
+    """Return a table's column names, as in a file with amplitudes in µm."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
     return frozenset(map(quantity_of(path).in_um, names))
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:
-    """Return the kind of a table's trials, from the protocol's own label or else the columns."""
+    """Return the kind of a task, from its label or otherwise from its columns."""
     by_label = next((kind for kind in kinds if kind.label == task), None)
     if by_label is not None:
         return by_label
@@ -116,14 +116,14 @@ def of_one_label(
     wanted: str | None,
     problems: Problems,
 ) -> Entries:
-    """Return the tables of the task that is analysed, for a kind limited to one label.
+    """Select the label to analyse, for a kind of which only one label is analysed.
 
     Parameters
     ----------
     tasks : Mapping
         Task label -> tables.
     wanted : str or None
-        The requested label, if it belongs to this kind.
+        The requested label, if it is of this kind.
     """
     usual = kind.label if kind.label in tasks else min(tasks, default=kind.label)
     label = wanted if wanted is not None and wanted in tasks else usual
@@ -146,19 +146,18 @@ def read_main_trials(
     problems: Problems,
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return the raw trials that are neither practice nor voided.
+    """Read the trials that are neither practice nor voided.
 
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with the parts of its file name
-        (`slipscale.experiments.dataset.schema.TABLE_NAME`).
+        Tables, each with its parsed file name (`slipscale.experiments.dataset.schema.TABLE_NAME`).
     kind : str
-        Prefix for the counts of rows read and excluded, as in ``{kind}_rows``.
+        Prefix for the counts of rows, as in ``{kind}_rows``.
     required, columns : tuple of str
         Columns that must be present, and all columns to read.
     counts : dict
-        Row counts, which are updated.
+        Row counts, which are updated in place.
     """
     frame, sources = read_tables(
         [path for path, _ in entries],
@@ -190,7 +189,7 @@ def factors_of(folder: Path) -> tuple[str, ...]:
 
 
 def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
-    """Add to the row counts for a kind of trials."""
+    """Increase the row counts of a kind of trials."""
     for name, count in more.items():
         key = f"{kind}_{name}"
         counts[key] = counts.get(key, 0) + int(count)
@@ -199,9 +198,9 @@ def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
 def read_others(
     others: Mapping[str, Entries], folder: Path, problems: Problems, counts: dict[str, int]
 ) -> tuple[dict[str, pd.DataFrame], list[Source]]:
-    """Return the main trials of tasks without a Slipscale analysis, by label.
+    """Read the main trials of tasks without a Slipscale analysis; return them by label.
 
-    Contains every column of a table, with numbers parsed, followed by ``participant_id session
+    The tables contain all columns of the files, with numbers parsed, and ``participant_id session
     task run`` from the file names. Unanswered trials are included.
     """
     tasks: dict[str, pd.DataFrame] = {}
@@ -213,7 +212,7 @@ def read_others(
             folder,
             kind=f"task_{task}",
             required=(),
-            columns=tuple(sorted(columns - {"phase", "flag"})),  # read for every task
+            columns=tuple(sorted(columns - {"phase", "flag"})),  # called for every task
             problems=problems,
             counts=counts,
         )
@@ -224,6 +223,6 @@ def read_others(
 
 
 def with_people(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
-    """Return rows with these columns and with participants as categories."""
+    """Select columns, and convert participants to categories."""
     people = pd.Categorical(rows[PARTICIPANT].astype(str))
     return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

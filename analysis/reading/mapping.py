@@ -1,4 +1,4 @@
-"""Define the meaning of a foreign table's columns, from options or an ``analysis.toml``."""
+"""Define the meaning of a table's columns, given by options or ``analysis.toml``."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 NAME = "analysis.toml"
-#: A code with two letters is a word that a sentence can use; "2" and "r" are not.
+#: Pattern for codes that can be used as words in a sentence; "2" and "r" cannot.
 WORD = re.compile(r"[^\W\d_]{2}")
 
 
@@ -35,7 +35,7 @@ ColumnName = Annotated[str, StringConstraints(strip_whitespace=True, min_length=
 
 
 class Columns(FrozenTable):
-    """Column names in the table."""
+    """Names of the columns in the table."""
 
     participant: ColumnName
     stimulus: ColumnName | None = None
@@ -61,7 +61,7 @@ class AnswerWords(FrozenTable):
     Parameters
     ----------
     yes : str, optional
-        The code for "yes"; required unless the codes are an obvious pair such as yes/no or 1/0.
+        Code for "yes"; required unless the codes are an obvious pair such as yes/no or 1/0.
     alternatives : {2, 3}, optional
         Number of alternatives in a forced choice; "yes" then means correct.
     """
@@ -71,12 +71,12 @@ class AnswerWords(FrozenTable):
 
     @property
     def word(self) -> str:
-        """Word for a "yes" in the report: the code, if it is a word."""
+        """Word for "yes" in the report: the code, if it is a word."""
         return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
 class StimulusWords(FrozenTable):
-    """Terms used in the report for what was presented and judged."""
+    """Names and units of the stimulus in the report."""
 
     name: Annotated[ColumnName, AfterValidator(_printable)] | None = None
     unit: Annotated[
@@ -94,7 +94,7 @@ class StimulusWords(FrozenTable):
 
 
 class Cells(FrozenTable):
-    """Format of the table, and which of its rows are used."""
+    """Format of the table, and selection of rows."""
 
     decimal: Literal[".", ","] | None = None
     sheet: ColumnName | None = None
@@ -107,16 +107,16 @@ class TableMapping(FrozenTable):
     Parameters
     ----------
     columns : Columns
-        Column names: the participant; the stimulus; the magnitude estimate (``response``) or
-        yes/no answer (``answer``), with the previous stimulus (``reference``, default: none, 0). A
-        table of counts has the number of yes answers (``yes_count``) and of all answers (``n``).
-        Ratings of pairs have the two items (``first``, ``second``) and their ``dissimilarity``. A
-        ``factor`` is a condition in which each participant judges every stimulus.
+        Column names: the participant; the stimulus; the magnitude estimate (``response``) or yes/no
+        answer (``answer``); with answers, optionally the previous stimulus (``reference``, default:
+        0). A table of counts has the numbers of yes answers (``yes_count``) and of all answers
+        (``n``). Ratings of pairs have two items (``first``, ``second``) and their
+        ``dissimilarity``. A ``factor`` is a condition that varies within participants.
     stimulus : StimulusWords
-        Name and unit of the quantity; default: the column name, without a unit. ``in_unit`` is the
-        unit of the report if it has another prefix.
+        Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
+        the unit in the report, if its prefix differs.
     answers : AnswerWords
-        The code for yes, and the number of alternatives in a forced choice.
+        Code for yes, and number of alternatives in a forced choice.
     levels : dict
         For a wide table (one row per participant): response column -> stimulus level.
     table : Cells
@@ -150,7 +150,7 @@ class TableMapping(FrozenTable):
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
-        """Return the errors in the mapping of rated pairs, with what was expected."""
+        """Return the errors in a mapping for rated pairs."""
         pair = {"first", "second", "dissimilarity"}
         others = {"participant", "session", "run", "trial", "group"}
         columns = self.columns.model_dump(exclude_none=True)
@@ -166,7 +166,7 @@ class TableMapping(FrozenTable):
         )
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
-        """Return the errors in the mapping of a wide table, with what was expected."""
+        """Return the errors in a mapping for a wide table."""
         columns = self.columns
         return (
             (
@@ -180,7 +180,7 @@ class TableMapping(FrozenTable):
         )
 
     def _narrow(self) -> tuple[tuple[bool, str], ...]:
-        """Return the errors in the mapping of a table with one row per response."""
+        """Return the errors in a mapping for a table with one row per response."""
         columns, answers = self.columns, self.answers
         return (
             (
@@ -225,7 +225,7 @@ class TableMapping(FrozenTable):
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity that was presented and judged."""
+        """Quantity that was presented and judged."""
         name = self.stimulus.name or _words(self.columns.stimulus or "stimulus")
         judged = self.stimulus.judged or _words(self.columns.response or UNNAMED)
         unit = self.stimulus.in_unit or self.stimulus.unit
@@ -253,12 +253,12 @@ def _words(column: str) -> str:
 
 
 def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
-    """Return a mapping from its parts.
+    """Validate a mapping.
 
     Raises
     ------
     UserError
-        If the parts are inconsistent; the message names them and states what was expected.
+        If entries are invalid or inconsistent. The message lists them with the expected values.
     """
     try:
         return TableMapping.model_validate(table)
@@ -267,7 +267,7 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
 
 
 def beside(path: Path) -> TableMapping | None:
-    """Return the mapping in ``analysis.toml`` next to a table or in a folder, or None."""
+    """Read ``analysis.toml`` next to a table or in a folder; return None if it does not exist."""
     file = (path if path.is_dir() else path.parent) / NAME
     return read_toml(file, TableMapping) if file.is_file() else None
 

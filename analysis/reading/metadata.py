@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
-#: Sidecar entries that are reported; see `slipscale.experiments.dataset.schema.NOTES`.
+#: Sidecar entries to report; see `slipscale.experiments.dataset.schema.NOTES`.
 TOLD = ("study", "study_hash", "seed", "language", "plate")
 WHOSE, VERSIONS = "mode", "software"
 if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
@@ -41,7 +41,7 @@ if unknown := {*TOLD, WHOSE, VERSIONS} - set(NOTES):
 def sidecars(
     tables: Sequence[Path], folder: Path, problems: Problems
 ) -> tuple[dict[str, tuple[str, ...]], list[tuple[str, Path]], list[Source]]:
-    """Return the sidecars' entries, each file's mode, and the sidecars as sources."""
+    """Read all sidecars; return their entries, the mode of each file, and the sources."""
     found: dict[str, set[str]] = {}
     modes: list[tuple[str, Path]] = []
     sources: list[Source] = []
@@ -73,7 +73,7 @@ def sidecars(
 
 
 def _in_words(value: object) -> str:
-    """Return a sidecar entry as text; for a plate, the manufacturer, model and serial number."""
+    """Format a sidecar entry; a plate is described by manufacturer, model and serial number."""
     if isinstance(value, dict):
         identity = value.get("identity")
         known = identity if isinstance(identity, dict) else {}
@@ -98,7 +98,7 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
 
 
 def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
-    """Return the quantity of the levels in all tables. Raises UserError if tables differ."""
+    """Return the quantity of the levels in all tables; raise UserError if tables differ."""
     found = {quantity_of(table): table for table in tables}
     if len(found) > 1:
         (one, first), (other, second) = list(found.items())[:2]
@@ -110,7 +110,7 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
 
 
 def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.DataFrame:
-    """Return the named rows of ``participants.tsv``; no rows if the file does not exist."""
+    """Read ``participants.tsv``, except rows without a name; empty if it does not exist."""
     path = folder / "participants.tsv"
     if not path.is_file():
         return pd.DataFrame({PARTICIPANT: pd.Series(dtype=str)})
@@ -130,7 +130,7 @@ def choices(
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
 ) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
-    """Return the study's choices, the keys it sets, whether the sessions used it, and its text."""
+    """Read the study file: analysis choices, keys set, whether sessions used the file, text."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None, ""
@@ -147,7 +147,7 @@ def choices(
         raise UserError(f"{path}: {faults_of(error, text, ('analysis',))}") from error
     table = given if isinstance(given, dict) else {}
     ran_with = details.get("study_hash", ())
-    # Sessions hash the text, but an editor or version control may have changed the line endings.
+    # Sessions hash the text, but editors and version control may change line endings.
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
     if unchanged is False:
         problems.add(
@@ -163,7 +163,7 @@ def choices(
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
-    """Add the other files that affect the results: the title, the code book, the coders."""
+    """Add other files that affect the results: title, code book and coders' files."""
     names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
     sources += [
         Source(name, digest(read_bytes(folder / name)))
@@ -173,7 +173,7 @@ def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -
 
 
 def title(folder: Path) -> str:
-    """Return the data set's name, or else the folder name."""
+    """Return the name of the data set, by default the folder name."""
     path = folder / "dataset_description.json"
     try:
         return str(json.loads(path.read_text(encoding="utf-8"))["Name"])

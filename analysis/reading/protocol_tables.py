@@ -1,4 +1,4 @@
-"""Read the tables of one protocol with the columns that its schema declares."""
+"""Read the tables of a protocol, with the columns that its schema declares."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def read_protocol(
     table: TrialTable, entries: Entries, folder: Path, problems: Problems
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return the rows of a protocol's tables, with participant, session and run."""
+    """Read the rows of a protocol's tables, with participant, session and run."""
     frame, sources = read_tables(
         [path for path, _ in entries],
         folder,

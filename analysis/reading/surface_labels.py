@@ -1,10 +1,10 @@
-"""Interpret surface labels in comparison tables: an amplitude or a texture name."""
+"""Parse surface labels in comparison tables, which are amplitudes or texture names."""
 
 from __future__ import annotations
 
 
 def amplitude_of(label: str) -> float | None:
-    """Return the amplitude of a label in µm peak to peak; None for a texture name.
+    """Return the amplitude in µm peak to peak, or None for a texture name.
 
     >>> amplitude_of("0.50"), amplitude_of("fine")
     (0.5, None)
@@ -16,7 +16,7 @@ def amplitude_of(label: str) -> float | None:
 
 
 def plain(label: str) -> str:
-    """Return an amplitude in the common table format; return other labels unchanged.
+    """Write an amplitude in the usual format of tables; return other labels unchanged.
 
     >>> plain("0.50"), plain("fine")
     ('0.5', 'fine')

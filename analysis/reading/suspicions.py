@@ -1,8 +1,8 @@
-"""Detect table content that is probably not data, and reject or report it.
+"""Detect rows that are probably not valid data, and reject or report them.
 
-Summary rows and one participant with two spellings are rejected, because the number of
-participants would be wrong. Labels that differ only in case, answers that were pasted twice or
-copied from another participant, and numbers that usually code a missing answer are reported.
+Summary rows and participants with two spellings are rejected, because the number of participants
+would be wrong. Reported are labels that differ only in case, answers that were pasted twice or
+copied from another participant, and usual codes for missing answers.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-#: Labels of summary rows. Two-letter labels are not listed, because they may be initials.
+#: Labels of summary rows, except two-letter labels, which may be initials.
 SUMMARIES = re.compile(
     r"(grand |geometric )?(mean|average|avg|median|total|sum|mittel(wert)?|moyenne|media|promedio)"
     r"|st(andar)?d\.? ?dev(iation)?\.?|stdev|streuung|standardabweichung|écart[- ]type",
@@ -26,26 +26,26 @@ SUMMARIES = re.compile(
 WHOLE_NUMBER = re.compile(r"0*(\d+)([.,]0*)?")
 #: Codes for missing answers in questionnaires and statistics programs.
 MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
-#: A number is taken as a code only if it is at least this many times the largest other number.
+#: Minimum ratio of a code for missing answers to the largest other number.
 FAR = 3.0
-#: At least this many answers, with this many different values, cannot be equal by chance.
+#: Numbers of answers and of different values from which equality by chance is unlikely.
 FEWEST_ALIKE, FEWEST_VALUES = 8, 4
 
 
 def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
-    """Return notes on participant labels.
+    """Check participant labels; return notes on suspicious ones.
 
     Parameters
     ----------
     labels : sequence of str
-        Every distinct label.
+        All distinct labels.
     column, file : str
         Names of column and file, for messages.
 
     Raises
     ------
     UserError
-        If a label denotes a summary row, or two labels are the same number.
+        If a label is typical of summary rows, or if two labels are the same number.
     """
     summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
     if summaries:
@@ -79,8 +79,8 @@ def notes_on_answers(
     Parameters
     ----------
     frame : DataFrame
-        One row per answer in the order of the file, with participants' labels, levels and
-        answers as numbers under these three names.
+        One row per answer, in the order of the file, with these three columns. Levels and answers
+        are numbers.
     participant, level, answer, file : str
     """
     values = frame[answer].dropna()
@@ -106,5 +106,5 @@ def notes_on_answers(
 
 
 def _alike(own: tuple[tuple[float, float], ...]) -> bool:
-    """Return whether these answers are unlikely to be equal by chance."""
+    """Return whether answers vary enough that equality by chance is unlikely."""
     return len(own) >= FEWEST_ALIKE and len({answer for _, answer in own}) >= FEWEST_VALUES

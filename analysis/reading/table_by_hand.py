@@ -1,4 +1,4 @@
-"""Read a table made by hand or by another program, with line numbers."""
+"""Read a table that was written by hand or by another program, with line numbers."""
 
 from __future__ import annotations
 
@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.dialect import Decimal
     from slipscale.analysis.reading.table_lines import Lines
 
-#: Codes for missing identifiers in other programs; the BIDS code and blanks are always missing.
+#: Codes for missing identifiers in other programs. The BIDS code and blanks always count as
+#: missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
 
@@ -63,20 +64,20 @@ def read_table(
     required : sequence of str
         Columns that the file must have.
     numbers, words : sequence of str
-        Columns to return if present: numbers, converted to decimal points and no thousands
-        separators (other cells are unchanged), and text.
+        Columns to return if present. Numbers are written with decimal points and without thousands
+        separators; other cells are not changed.
     identifier : str
-        The column that identifies the participant; ``NA`` and similar codes count as missing there
-        unless quoted.
+        Column with the participant's label. In this column, ``NA`` and similar codes count as
+        missing unless they are quoted.
     decimal : str, optional
-        The decimal mark, if known; default: detected from all numbers of the file.
+        Decimal mark; by default, detected from all numbers in the file.
     sheet : str, optional
         Sheet of a workbook, or variable in a MATLAB file.
 
     Returns
     -------
     frame : DataFrame
-        All rows, with the columns ``file`` (0) and ``line`` (1 is the first of the file).
+        All rows, with the columns ``file`` (0) and ``line`` (counted from 1).
     source : Source
 
     Raises
@@ -118,7 +119,7 @@ def _only(
     numbers: Sequence[str],
     words: Sequence[str],
 ) -> pd.DataFrame:
-    """Return the columns to read, with codes for missing cells replaced."""
+    """Select the columns to read, and replace codes for missing cells."""
     names = [str(name) for name in frame.columns if name != "line"]
     check_names(names, path, required)
     kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
@@ -142,7 +143,7 @@ def _read_text(
     check_names(lines.names, path, required)
     for phrase in lines.left_out:
         problems.add(f"{path.name}, {phrase}")
-    # If the separator is a comma, a cell can contain a comma only in quotes.
+    # If commas separate cells, only quoted cells can contain commas.
     marked = b"," in lines.body if separator != "," else b'"' in lines.body
     marked = marked or THOUSANDS_POINT.search(lines.body) is not None
     there = [name for name in numbers if name in lines.names]
@@ -154,8 +155,8 @@ def _read_text(
 def _with_points(
     frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
 ) -> None:
-    """Write all numbers of a file with decimal points."""
-    # TRUE and FALSE count as numbers here; they are rejected when columns are cleaned.
+    """Convert all numbers in a file to decimal points."""
+    # TRUE and FALSE count as numbers here. They are rejected when columns are cleaned.
     written = {
         column: frame[column]
         for column in numbers
@@ -183,7 +184,7 @@ def only_named(
     *,
     quoted: NDArray[np.bool_] | None = None,
 ) -> pd.DataFrame:
-    """Return the rows that identify a participant, and report the lines of the others.
+    """Return the rows with a participant label, and report the lines of other rows.
 
     Parameters
     ----------
@@ -192,7 +193,7 @@ def only_named(
     name : str
         Name of the file, for messages.
     quoted : bool array, shape (rows,), optional
-        Whether the file quotes the identifier; a quoted ``NA`` is a name.
+        Whether the identifier is quoted in the file. A quoted ``NA`` is a name.
     """
     tidy = tidied(frame[identifier])
     absent = tidy.isna().to_numpy()
@@ -219,7 +220,7 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
-    """Return the rows in which the file quotes an identifier that looks like a missing value."""
+    """Return the rows in which an identifier such as ``NA`` is quoted."""
     found = np.zeros(len(frame), bool)
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects) or b'"' not in text:

@@ -1,7 +1,7 @@
-"""Split a table file into lines: which of them are rows, and where each begins.
+"""Split a table file into rows, with the line number of each row.
 
 In well-formed files, lines are only counted. Other files are processed line by line, so that lines
-that are not rows can be omitted and reported, and other lines keep their numbers.
+that are not rows are omitted and reported without changing line numbers.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 QUOTE, NEWLINE = b'"', b"\n"
-#: Maximum number of line numbers listed in a sentence.
+#: Maximum number of line numbers to list in a sentence.
 LISTED_LINES = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lines:
-    """The text of a table, restricted to rows.
+    """Header and rows of a table, as text.
 
     Parameters
     ----------
@@ -37,9 +37,9 @@ class Lines:
     names : tuple of str
         Column names, stripped of blanks.
     places : int array, shape (rows,)
-        The line on which each row begins; the first line of the file is 1.
+        Line on which each row begins, counted from 1.
     left_out : tuple of str
-        Descriptions of what was omitted between rows.
+        Descriptions of omitted lines.
     """
 
     header: bytes
@@ -57,13 +57,13 @@ class Lines:
 
 
 def split(content: bytes, path: Path, separator: str) -> Lines:
-    """Return a table's header and rows.
+    """Split the content of a file into header and rows.
 
     Raises
     ------
     UserError
-        If the content is not UTF-8 text or is empty, has a line with too few or too many cells, or
-        has a quotation mark that is not closed.
+        If the content is not UTF-8 text, is empty, has a line with a wrong number of cells, or has
+        an unmatched quotation mark.
     """
     text = _checked(content, path)
     unpadded = text.lstrip(NEWLINE)
@@ -87,13 +87,13 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
 
 
 def complain(lines: Lines, path: Path, separator: str) -> None:
-    """Raise a `UserError` about the first line that is not a valid row, if there is one."""
+    """Raise a `UserError` if any line is not a valid row."""
     first = int(lines.places[0]) - 1 if len(lines.places) else 1
     _row_by_row(lines.header, lines.body, lines.names, separator=separator, first=first, path=path)
 
 
 def _checked(content: bytes, path: Path) -> bytes:
-    """Return a file's content as `plain` text; reject content that is not text."""
+    """Return a file's content as `plain` text; raise an error if it is not text."""
     try:
         content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -109,28 +109,28 @@ def _checked(content: bytes, path: Path) -> bytes:
 
 
 def plain(content: bytes) -> bytes:
-    """Return UTF-8 text with LF line endings and without a byte-order mark."""
+    """Convert line endings to LF, and remove a byte-order mark."""
     return content.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", NEWLINE).replace(b"\r", NEWLINE)
 
 
 @lru_cache
 def _names(header: bytes, separator: str) -> tuple[str, ...]:
-    # The row-by-row reader reports a quotation mark that the header does not close.
+    # The row-by-row reader reports unmatched quotation marks in the header.
     cells = next(csv.reader([header.decode("utf-8")], delimiter=separator, skipinitialspace=True))
     return tuple(name.strip(' "\t\ufeff') for name in cells)
 
 
 def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
-    """Return the number of rows if every line has as many cells as the header."""
+    """Return the number of rows if all lines have as many cells as the header; otherwise None."""
     mark = separator.encode()
-    # An empty line usually has too few separators; in these two cases the number is right.
+    # In these two cases, empty lines have the correct number of separators.
     for line in (header + NEWLINE, mark * (cells - 1) + NEWLINE):
         if body.startswith(line) or NEWLINE + line in body:
             return None
     lines = body.count(NEWLINE)
     if QUOTE not in body:
-        # Too many cells in one line can compensate for too few in another: pandas then rejects
-        # the file, unless it is the first line.
+        # Too many cells in one line may compensate for too few in another. pandas rejects such
+        # files, unless it is the first line.
         width = body.partition(NEWLINE)[0].count(mark)
         total = body.count(mark)
         return lines if total == lines * (cells - 1) and total in (0, lines * width) else None
@@ -145,7 +145,7 @@ def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | No
 def _row_by_row(
     header: bytes, body: bytes, names: Sequence[str], *, separator: str, first: int, path: Path
 ) -> Lines:
-    """Omit and report lines that are not rows; reject rows with a different number of cells."""
+    """Omit and report lines that are not rows; reject rows with a wrong number of cells."""
     lines = body.split(NEWLINE)
     kept: list[bytes] = []
     places: list[int] = []
@@ -165,7 +165,7 @@ def _row_by_row(
             raise UserError(f"{path}: line {start} {_miscounted(len(row), names, separator)}")
         kept += lines[start - first - 1 : end - first]
         places.append(start)
-    # Many editors add empty lines after the last row; they are harmless.
+    # Empty lines after the last row are not reported, because many editors add them.
     empty = empty[: len(empty) - trailing]
     said = [
         f"{listed_lines(found)}: {what}; skipped"
@@ -184,7 +184,7 @@ def _row_by_row(
 def _rows(
     lines: Sequence[bytes], separator: str, first: int, path: Path
 ) -> Iterator[tuple[int, int, list[str]]]:
-    """Yield each row's first and last line and its cells; a quoted cell may span several lines."""
+    """Yield the first line, the last line and the cells of each row."""
     reader = csv.reader(
         (line.decode("utf-8") + "\n" for line in lines),
         delimiter=separator,
@@ -218,7 +218,7 @@ def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
 
 
 def listed_lines(lines: Sequence[int]) -> str:
-    """Return "line 3", "lines 3, 5 and 7", or the first dozen and the number of further lines.
+    """List line numbers; after the first dozen, only the number of further lines is given.
 
     >>> listed_lines([3]), listed_lines([3, 5, 7])
     ('line 3', 'lines 3, 5 and 7')

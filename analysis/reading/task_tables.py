@@ -1,11 +1,11 @@
-"""Read the tables for a kind of task, based on a declaration of its columns.
+"""Read the tables of a kind of task, based on a declaration of its columns.
 
-The rules are the same for every kind:
+The same rules apply to all kinds of task:
 
 - a table belongs to the kind if it has every column in ``marks``;
-- practice and voided trials are counted and excluded, then trials without an answer;
-- a column that is not declared is not read;
-- in a study with factors, each condition is a task: its label ends in the factors' levels.
+- practice trials, voided trials and trials without an answer are counted and excluded;
+- columns that are not declared are not read;
+- in a study with factors, each condition is a separate task, with the factor levels in its label.
 """
 
 from __future__ import annotations
@@ -36,14 +36,14 @@ if TYPE_CHECKING:
     from slipscale.analysis.reading.delimited import Problems, Source
     from slipscale.analysis.reading.labelled_tasks import Entries
 
-#: Columns that every kind has.
+#: Columns of all kinds of task.
 COMMON = (*IDENTITY, "task", "trial", "catch")
-#: Column of the task's label without its condition, in a study with factors.
+#: In a study with factors, column with the task label without the condition.
 BEFORE_CONDITION = "task of all conditions"
 
 
 def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Return the trials for each task label."""
+    """Group trials by task label."""
     return [(str(task), own) for task, own in rows.groupby("task", sort=True)] if len(rows) else []
 
 
@@ -65,28 +65,30 @@ def task_trials(
     levels: tuple[str, ...] = (),
     derive: Callable[[pd.DataFrame, Problems], pd.DataFrame],
 ) -> TaskTrials:
-    """Return the declaration of a kind of task's tables and how to read them.
+    """Declare a kind of task and its tables.
 
     Parameters
     ----------
     name, title : str
-        As in `TaskTrials`; counts are listed under the title.
+        See `TaskTrials`; counts are listed under the title.
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
-        Numeric columns with values of at least 0; NaN if a table lacks a column not in ``marks``.
+        Numeric columns with values of at least 0. Columns that are not in ``marks`` may be absent;
+        their values are then NaN.
     words : tuple of str
-        Columns of labels; empty if missing from a table.
+        Columns of labels. If a column is absent, its labels are empty.
     columns : tuple of str
-        Columns of the result, in addition to `COMMON`.
+        Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str
-        Columns that must be filled for a trial to count as answered.
+        Columns that are filled in every answered trial.
     required : tuple of str
-        Further columns, in addition to ``marks``, that a table must have.
+        Columns that a table must have, in addition to ``marks``.
     levels : tuple of str
-        Columns of levels, rounded so that floating-point errors create no extra levels.
+        Columns of levels, which are rounded so that floating-point errors create no additional
+        levels.
     derive : callable
-        Returns the trials with derived columns, and with unusable answers set to NaN.
+        Function that adds derived columns and sets unusable answers to NaN.
     """
     kept_columns = (*COMMON, *columns)
 

@@ -1,7 +1,7 @@
-"""Declare the columns that the analysis reads from each task's table, checked against the schema.
+"""Declare the columns that the analysis reads from the table of each task.
 
-All column names used for reading are declared here. Importing this module fails if no protocol
-declares a name, so a column renamed in the schema cannot go unnoticed.
+All column names for reading are declared in this module. Importing it fails if a name is not in the
+schema, so that renamed columns are noticed.
 """
 
 from __future__ import annotations
@@ -28,17 +28,18 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocol_parts.base import Column, Protocol
 
-#: Identify the trial: taken from the file name in a data set, from columns in other tables.
+#: Columns that identify a trial. Their values come from file names in a data set, and from columns
+#: in other tables.
 IDENTITY = (PARTICIPANT, "session", "run")
-#: Prefix for the column of a study factor in the analysis, followed by the factor name.
+#: Prefix for the columns of study factors in the analysis.
 FACTOR = "factor: "
-#: Trial numbers may restart in each block and in each series of steps.
+#: Columns that number the blocks or series in which trial numbers may restart.
 BLOCK, SERIES = "block", "series"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialTable:
-    """The columns that the analysis reads from a task's table.
+    """Columns that the analysis reads from the table of a task.
 
     Parameters
     ----------
@@ -47,9 +48,9 @@ class TrialTable:
     required : tuple of str
         Columns that the analysis requires.
     numbers : tuple of str
-        Other numeric columns; may be absent or empty.
+        Other numeric columns, which may be absent or empty.
     words : tuple of str
-        Other columns of labels or text; may be absent or empty.
+        Other columns of labels or text, which may be absent or empty.
     """
 
     task: str
@@ -59,14 +60,14 @@ class TrialTable:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """All columns that are read; other columns in the files are ignored."""
+        """All columns that are read. Other columns in the files are ignored."""
         return (*IDENTITY, *self.required, *self.numbers, *self.words)
 
 
 def trial_table(
     protocol: Protocol, *, required: tuple[str, ...], optional: tuple[str, ...]
 ) -> TrialTable:
-    """Return the columns to read from a protocol's table.
+    """Declare the columns to read from a protocol's table.
 
     Raises
     ------
@@ -110,9 +111,9 @@ DIFFERENCE = trial_table(
         *("phase", "flag", "catch", "verbal_report"),
     ),
 )
-#: The amplitudes before and after a step.
+#: Columns of the amplitudes before and after a step.
 STEP_AMPLITUDES = DIFFERENCE.required[:2]
-#: Columns of names and words, never numbers (01 is not 1); "NA" may be a name or an answer.
+#: Columns of names and words, in which 01 is not 1 and "NA" may be a name or an answer.
 FREE_TEXT = (
     *IDENTITY,
     *free_text(columns(magnitude_estimation.PROTOCOL)),
@@ -121,13 +122,13 @@ FREE_TEXT = (
 
 
 def set_aside(frame: pd.DataFrame) -> tuple[pd.Series[bool], pd.Series[bool]]:
-    """Return which rows are practice, and which of the others were voided or damaged."""
+    """Return which rows are practice, and which other rows were voided or damaged."""
     practice = frame["phase"].astype(str) == PRACTICE
     return practice, has_flag(frame, VOIDED, DAMAGED) & ~practice
 
 
 def has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
-    """Return which rows have one of the codes; each distinct flag cell is parsed once."""
+    """Return which rows have at least one of the given flags."""
     flags = frame["flag"].astype("category")
     hits = [
         bool(set(codes) & set(str(name).split(FLAG_SEPARATOR))) for name in flags.cat.categories

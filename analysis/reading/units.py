@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from slipscale.faults import UserError
 
-#: Prefixes and their powers of ten.
+#: Prefixes with their powers of ten.
 POWERS = "G 9, M 6, k 3, h 2, d -1, c -2, m -3, µ -6, μ -6, u -6, n -9, p -12"
 PREFIXES = {"": 0} | {pair.split()[0]: int(pair.split()[1]) for pair in POWERS.split(", ")}
-#: Units that take prefixes. Other units (%, °C, dB) are reported as given: converting °C to K, for
-#: example, takes more than a factor.
+#: Units that can have prefixes. Other units (%, °C, dB) are not converted.
 BASES = (
     *("m", "g", "s", "A", "K", "mol", "cd", "Hz", "N", "Pa", "J", "W", "V", "C", "F", "T", "lx"),
     *("lm", "L", "l", "cd/m²", "cd/m2", "m/s", "m/s²", "m/s2", "W/m²", "W/m2", "N/m", "mol/L"),
@@ -39,7 +38,7 @@ def factor(given: str, wanted: str) -> float:
 
 
 def _readings(unit: str) -> list[tuple[str, int]]:
-    """Return every (base, power of ten) that a unit can mean: m is metre, mm millimetre."""
+    """Return all meanings of a unit as (base, power of ten): m is metre, mm millimetre."""
     return [
         (base, power)
         for prefix, power in PREFIXES.items()

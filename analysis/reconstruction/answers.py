@@ -1,6 +1,6 @@
-"""Compute what a table implies, for each column and across columns.
+"""Compute the conclusions that a published table allows, per column and across columns.
 
-Everything here is computation; `report` formats the answers for people and machines.
+The module `report` formats these answers as text and JSON.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.table.published_table import Design
 
-# Limits above which the command line skips a computation: cells in the state tables, each counted
-# once per goal, and additions for ordered samples when multisets are requested.
+# Limits above which the command line skips a computation: cells in the state tables, counted once
+# per goal, and additions for counting ordered samples if multisets are requested.
 MARGINAL_CELLS = 5_000_000
 ORDERED_ADDITIONS = 6_000_000_000
-# Number of sums listed next to an answer without a count.
+# Maximum number of sums to list in an answer without a count.
 SHOWN_SUMS = 100
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrderStatistic:
-    """One of the sorted ratings, over all data sets: sharp bounds and mean."""
+    """Sharp bounds and mean of one order statistic over all data sets."""
 
     rank: int
     minimum: float
@@ -43,7 +43,7 @@ class OrderStatistic:
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """Number of data sets under one SD convention and rounding rule, or the reason for none."""
+    """Number of data sets under one SD convention and one rounding rule."""
 
     sd_convention: str
     rounding: str
@@ -53,38 +53,38 @@ class Variant:
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnAnswer:
-    """Everything computed about one column.
+    """All results for one column.
 
     Parameters
     ----------
     label, sd_convention, rounding : str
         Label, SD convention and rounding rule of the column.
     printed : str
-        Description of everything printed about the column.
+        Description of all printed numbers of the column.
     reason : str
         Why no data set exists; empty if one exists.
     multisets : int or None
         Number of data sets, ignoring the order of participants; None if not counted.
     ordered : int or None
-        Number of data sets, distinguishing orders; None if counting takes too long by default.
+        Number of data sets if participants are distinguished; None if counting takes too long.
     grim, grimmer : bool
         Whether the mean passes GRIM and the SD passes GRIMMER.
     sums : tuple of (Fraction, Fraction)
         Admissible sums and sums of squares, in the scale's own unit.
     order_statistics : tuple of OrderStatistic
-        Order statistics; empty if no data set exists, or if they take too long by default.
+        Order statistics; empty if no data set exists or if the computation takes too long.
     variants : tuple of Variant
-        Counts under other conventions; empty if not requested.
+        Counts under other SD conventions and rounding rules; empty if not requested.
     scale_is_printed : bool
-        Whether an end of the scale is printed.
+        Whether the table states at least one end of the scale.
     assumptions : tuple of str
-        Assumptions behind the answer, as text.
+        Sentences that describe the assumptions.
     refused : str
         Reason why the data sets are not counted; empty if they are.
     not_drawn : str
-        Reason why no samples can be drawn although data sets are counted; empty if they can.
+        Reason why data sets can be counted but not sampled; empty if they can be sampled.
     witness : tuple of float
-        A verified data set, if data sets are not counted; empty if none was found.
+        One verified data set, given if data sets are not counted; empty if none was found.
     log10_estimate : float or None
         Approximate log10 of the number of data sets (saddle-point method), if they are not
         counted.
@@ -119,17 +119,17 @@ class ColumnAnswer:
 
 @dataclass(frozen=True, kw_only=True)
 class Across:
-    """Everything computed across columns.
+    """All results that compare columns.
 
     Parameters
     ----------
     bounds : tuple of Conclusion
-        Bounds over all data sets and pairings. If there are too many data sets to list, they
-        follow from sums and sums of squares alone.
+        Bounds over all data sets and pairings. If there are too many data sets to list, the bounds
+        are derived from sums and sums of squares alone.
     not_listed : tuple of str
         Labels of the columns with too many data sets to list.
     distributions : tuple of Distribution
-        Distributions over uniform samples.
+        Distributions of test statistics over uniform samples.
     """
 
     bounds: tuple[Conclusion, ...]
@@ -138,7 +138,7 @@ class Across:
 
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
-    """Return the answer for one column; `variants` adds every SD convention and rounding rule."""
+    """Return the answer for a column; `variants` adds all SD conventions and rounding rules."""
     if solutions.refused:
         return _uncounted(solutions)
     column, found = solutions.column, solutions.targets
@@ -165,7 +165,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
 
 
 def _uncounted(solutions: Solutions) -> ColumnAnswer:
-    """Return what is known about a column with too many data sets to count."""
+    """Return the answer for a column with too many data sets to count."""
     from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
 
     column, found = solutions.column, solutions.targets
@@ -189,7 +189,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
 
 
 def worth_marginals(solutions: Solutions) -> bool:
-    """Whether exact marginals are quick enough to compute by default."""
+    """Whether exact marginals can be computed quickly."""
     if solutions.not_drawn or solutions.listed_apart:
         return False
     cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
@@ -197,7 +197,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Whether to count ordered samples: if requested, or if this needs few enough additions."""
+    """Whether to count ordered samples: if requested, or if counting is quick."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:
@@ -220,7 +220,7 @@ def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
 
 
 def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ...]:
-    """Return the sharp bounds and the mean of each order statistic over all data sets."""
+    """Return sharp bounds and the mean of each order statistic over all data sets."""
     rows = []
     for rank in range(1, found.n + 1):
         chances = found.order_statistic(rank)
@@ -237,13 +237,13 @@ def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ..
 
 
 def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
-    """Return the answer under every SD convention and rounding rule."""
+    """Count the data sets under every combination of SD convention and rounding rule."""
     rows = []
     known: dict[tuple[Wanted, ...], tuple[int, str]] = {}
     for convention in CONVENTIONS:
         for rule in RULES:
             other = solutions.under(convention, rule)
-            # Rules that admit the same sums admit the same data sets.
+            # Rounding rules that admit the same sums admit the same data sets.
             if other.targets.wanted not in known or not other.targets.wanted:
                 known[other.targets.wanted] = (other.multisets, other.reason)
             count, reason = known[other.targets.wanted]
@@ -260,14 +260,14 @@ def across(
     seed: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Across:
-    """Return bounds and distributions; no distributions if a column cannot be counted.
+    """Return bounds across columns and, if all columns can be counted, distributions.
 
     `tell` is called with a description of the current step.
 
     Raises
     ------
     UserError
-        If the columns cannot be compared, or it is not stated which participants they come from.
+        If the columns cannot be compared, or the table does not state whether participants differ.
     """
     if design == "independent":
         from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if requested
@@ -290,7 +290,7 @@ def across(
 
 
 def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
-    """Return the approximate time that `across` takes on an ordinary processor."""
+    """Estimate the run time of `across` in seconds."""
     from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
     from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if requested
 

@@ -1,4 +1,4 @@
-"""Format the output of `slipscale reconstruct`: JSON for machines, lines for people."""
+"""Format the output of `slipscale reconstruct` as text and JSON."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
 
-# Maximum number of distinct ratings shown per data set.
+# Maximum number of distinct ratings to print per data set.
 SHOWN_VALUES = 20
-# Maximum number of (sum, sum of squares) pairs shown; JSON contains all.
+# Maximum number of pairs of sum and sum of squares to print. JSON contains all pairs.
 SHOWN_SUMS = 12
-# Terms used in JSON, as in the documentation.
+# Terms in JSON, which are also used in the documentation.
 Json = dict[str, object]
 
 
@@ -70,7 +70,7 @@ def _variant_json(variant: Variant) -> Json:
 
 
 def across_json(answer: Across) -> Json:
-    """Return the answers across columns as JSON data, which cannot represent infinity."""
+    """Return the answers across columns as JSON data, with null for infinity."""
     return {
         "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
         "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
@@ -84,12 +84,12 @@ def across_json(answer: Across) -> Json:
 
 
 def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
-    """Return the answers about the printed tests as JSON data."""
+    """Return the answers on printed tests as JSON data."""
     return [_finite(asdict(one)) for one in found]
 
 
 def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Return the answers about the printed tests as text, one line each."""
+    """Return the answers on printed tests as lines of text."""
     said = ["Printed tests"] if found else []
     for one in found:
         said.append(f"  {one.question}: {one.printed}: {one.verdict}")
@@ -98,7 +98,7 @@ def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
 
 
 def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> str:
-    """Return the overall answer in one or two sentences."""
+    """Summarise the answers on all columns and tests in one or two sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
     said = f"No ratings give the printed {_listed('column', none)}." if none else ""
@@ -125,12 +125,12 @@ def _listed(noun: str, labels: Sequence[str]) -> str:
 
 
 def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Return the verdict for the terminal."""
+    """Return the overall verdict for the terminal."""
     return [f"Verdict: {verdict(columns, tests)} (under the assumptions listed above)"]
 
 
 def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
-    """Yield details of a printed test in addition to the verdict."""
+    """Yield the evidence for the verdict on a printed test."""
     yield one.reason
     if isfinite(one.low):
         high = outward(one.high, down=False)
@@ -249,7 +249,7 @@ def across_lines(answer: Across) -> list[str]:
 
 
 def _bound_lines(found: Conclusion) -> Iterator[str]:
-    """Yield a bound, and a table that attains each of its ends."""
+    """Yield a bound, and the tables that attain its ends."""
     yield _bound(found)
     ends = ((found.low, found.at_low), (found.high, found.at_high))
     for value, table in ends[:1] if found.low == found.high else ends:
@@ -258,7 +258,7 @@ def _bound_lines(found: Conclusion) -> Iterator[str]:
 
 
 def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
-    """Format a table: the ratings in each column, with participants in the same order."""
+    """Format the ratings in each column, with the same order of participants."""
     return "; ".join(
         f"{label}: {' '.join(f'{v:g}' for v in row)}"
         for label, row in zip(labels, table, strict=True)
@@ -290,7 +290,7 @@ def _number(value: float) -> str:
 
 
 def outward(value: float, *, down: bool) -> str:
-    """Return a bound with four digits, rounded outwards so that it remains a bound.
+    """Round a bound to four digits, outwards so that it remains a bound.
 
     >>> outward(80.99895, down=True), outward(4.1601, down=False), outward(-1.23451, down=True)
     ('80.99', '4.161', '-1.235')
@@ -299,7 +299,7 @@ def outward(value: float, *, down: bool) -> str:
         return _number(value)
     exact = Decimal(value)
     unit = Decimal(1).scaleb(exact.adjusted() - 3)
-    # A whole number with a floating-point residue counts as that number.
+    # Floating-point errors must not round a whole number to the next one.
     near = round(exact / unit)
     rounding = ROUND_FLOOR if down else ROUND_CEILING
     steps = Decimal(near) if abs(exact / unit - near) < Decimal("1e-6") else exact / unit

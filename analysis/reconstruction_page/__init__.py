@@ -1,1 +1,1 @@
-"""Build a page about all data sets behind a published table."""
+"""Write an HTML page about all data sets consistent with a published table."""

@@ -1,4 +1,4 @@
-"""Compute the distributions of ratings over all data sets behind a column, for the page."""
+"""Compute distributions of ratings over all data sets consistent with a column."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ BAND = (0.025, 0.975)
 
 @dataclass(frozen=True, kw_only=True)
 class Bands:
-    """A quantity along the scale, summarised over all data sets.
+    """Summary over all data sets of a quantity that varies along the scale.
 
     Parameters
     ----------
     edges : ndarray, shape (places + 1,)
-        Edges of the bins, in the scale's own unit.
+        Edges of the bins, in the unit of the scale.
     mean, low, high, least, most : ndarray, shape (places,)
         Mean, 2.5 % and 97.5 % quantiles, smallest and largest value.
     exact : bool
-        Whether computed over all data sets; otherwise over samples.
+        Whether the summary covers all data sets; otherwise, it is based on samples.
     """
 
     edges: Array
@@ -44,7 +44,7 @@ class Bands:
 
 
 def histogram(solutions: Solutions, samples: Array) -> Bands:
-    """Return the number of ratings in each bar, over samples (in steps above the minimum)."""
+    """Summarise the number of ratings in each bar, over samples in steps above the minimum."""
     scale = solutions.column.scale
     first, last = int(samples.min()), int(samples.max())
     width = -(-(last - first + 1) // BARS)
@@ -53,7 +53,7 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
         [((samples >= a) & (samples < b)).sum(axis=1) for a, b in pairwise(starts)], axis=1
     )
     low, high = np.quantile(counts, BAND, axis=0, method="inverted_cdf")
-    # A bar is centred on its ratings: from half a step below to half a step above.
+    # Each bar extends from half a step below to half a step above its ratings.
     edges = float(scale.minimum) + float(scale.step) * (starts - 0.5)
     return Bands(
         edges=edges,
@@ -67,7 +67,7 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
 
 
 def cumulative(solutions: Solutions, samples: Array, measure: str) -> Bands:
-    """Return the cumulative proportion of ratings; exact if that is quick enough."""
+    """Summarise the cumulative proportion of ratings, over all data sets if that is quick."""
     if worth_marginals(solutions):
         return _exact_cumulative(solutions, marginals(solutions, measure))
     values = np.arange(int(samples.min()), int(samples.max()) + 1)
@@ -89,10 +89,10 @@ def _exact_cumulative(solutions: Solutions, found: Marginals) -> Bands:
     first = min(found.order_statistic(1))
     last = max(found.order_statistic(n))
     values = np.arange(first, last + 1)
-    # Proportions of data sets with 0 to n ratings of at most this many steps.
+    # Proportions of data sets with 0 to n ratings up to this step.
     chances = np.array([[c / found.total for c in found.at_most[v]] for v in values])
     running = np.cumsum(chances, axis=1)
-    # A floating-point sum close to 1 counts as 1.
+    # The tolerance allows for floating-point errors in a sum of 1.
     low, high = ((running >= p - 1e-12).argmax(axis=1) / n for p in BAND)
     possible = chances > 0
     return Bands(

@@ -1,4 +1,4 @@
-"""Draw the page's figures: histogram and cumulative distribution over all data sets."""
+"""Plot the histogram and the cumulative distribution of ratings over all data sets."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction_page.distributions import Bands
 
-# Narrow, so that the text is legible on a phone.
+# Figures are narrow, so that the text is legible on a phone.
 SIZE = (5.2, 2.5)
 
 
 @styled
 def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Return the number of ratings in each bar: mean, 95 % band, smallest and largest.
+    """Plot the number of ratings in each bar: mean, 95 % band, smallest and largest.
 
-    ``ends`` are the limits of the axis: no rating lies beyond the scale.
+    ``ends`` are the limits of the axis.
     """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)
@@ -38,7 +38,7 @@ def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
 
 @styled
 def cumulative_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Return the cumulative proportion of ratings: mean, 95 % band, smallest and largest."""
+    """Plot the cumulative proportion of ratings: mean, 95 % band, smallest and largest."""
     figure, axes = canvas(size=SIZE)
     at = bands.edges
 

@@ -1,4 +1,4 @@
-"""Render all data sets behind a published table as one self-contained page."""
+"""Render the results for a published table as a self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer
 
-# Number of data sets per column for the histograms, and number included in the page.
+# Number of data sets per column for histograms, and number included in the page for download.
 DRAWN = 2000
 WITH_THE_PAGE = 100
 
@@ -51,7 +51,7 @@ class Source:
     columns : sequence of (Solutions, ColumnAnswer)
         Each column and its answer.
     tests : sequence of PrintedTestAnswer
-        Answers to the tests printed with the table.
+        Answers on the printed tests.
     across : Across or None
         Answers across columns, if requested.
     measure, seed : str, int
@@ -67,7 +67,7 @@ class Source:
 
 
 def render(source: Source) -> str:
-    """Return the page."""
+    """Return the HTML text of the page."""
     sections = [_verdict(source)]
     sections += [_column(source, place) for place in range(len(source.columns))]
     if source.tests:
@@ -86,7 +86,7 @@ def render(source: Source) -> str:
 
 
 def _facts(source: Source) -> list[tuple[str, str]]:
-    """Return the facts at the top of the page: name and value."""
+    """Return the facts at the top of the page, as names and values."""
     answers = [answer for _, answer in source.columns]
     none = [answer.label for answer in answers if answer.consistent is False]
     impossible = sum(one.verdict == "impossible" for one in source.tests)
@@ -101,21 +101,21 @@ def _facts(source: Source) -> list[tuple[str, str]]:
 
 
 def _drawn(source: Source, place: int, number: int) -> Array | None:
-    """Return samples of a column in steps; None if none can be drawn."""
+    """Draw samples of a column, in steps; return None if none can be drawn."""
     solutions, _ = source.columns[place]
     if solutions.not_drawn or not solutions.consistent:
         return None
-    # Same samples as `--sample`: the samples for a column do not depend on other columns.
+    # As with `--sample`, the samples of a column do not depend on other columns.
     return Sampler(solutions, source.measure).draw(
         number, np.random.default_rng([source.seed, place])
     )
 
 
 def _column(source: Source, place: int) -> html.ReportSection:
-    """Return a column's counts, figures and order statistics."""
+    """Return the section on a column, with counts, figures and order statistics."""
     solutions, answer = source.columns[place]
     section = html.ReportSection(answer.label)
-    # The heading shows the label, and a table shows the sorted ratings.
+    # The heading already shows the label, and a table shows the sorted ratings.
     said = (" ".join(line.split()) for line in list(column_lines(answer))[1:])
     convention = f"{answer.sd_convention} SD, rounding: {answer.rounding}"
     facts = [
@@ -157,7 +157,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
 
 
 def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
-    """Return half a step beyond the scale, or beyond the ratings if an end is not printed."""
+    """Return axis limits: half a step beyond the scale or, without a scale, the ratings."""
     column = solutions.column
     scale = column.scale
     first = int(samples.min()) if "minimum" in column.assumed else 0
@@ -168,7 +168,7 @@ def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
     return low, high
 
 
-# Questions that an editor can ask if no ratings give a table; harmless causes come first.
+# Questions to the authors of an impossible table, starting with harmless causes.
 ASK = (
     "Is n the number of ratings behind each printed number, or are some missing?",
     "In which steps could participants answer, and what are the ends of the scale?",
@@ -202,7 +202,7 @@ MEANINGS = (
 
 
 def _verdict(source: Source) -> html.ReportSection:
-    """Return the verdict, its assumptions and, if something is impossible, questions to ask."""
+    """Return the section with the verdict, assumptions and, if necessary, questions to ask."""
     answers = [answer for _, answer in source.columns]
     section = html.ReportSection("Verdict", shown="always")
     section.blocks.append(html.paragraph(verdict(answers, source.tests)))
@@ -227,7 +227,7 @@ def _verdict(source: Source) -> html.ReportSection:
 
 
 def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
-    """Return whether the printed tests are possible, with the evidence."""
+    """Return the section on the printed tests, with the evidence for each verdict."""
     section = html.ReportSection("Printed tests")
     section.blocks.append(
         html.table(
@@ -246,7 +246,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
 
 
 def _across(found: Across) -> html.ReportSection:
-    """Return what holds in every data set, and what differs between data sets."""
+    """Return the section with conclusions across columns."""
     section = html.ReportSection("Across columns")
     for decided, caption in (
         (True, "The same answer in every data set and pairing."),
@@ -304,7 +304,7 @@ def _attained(bound: Conclusion) -> Iterator[str]:
 
 
 def _samples(text: str) -> html.ReportSection:
-    """Return the section with the samples to download."""
+    """Return the section from which samples can be downloaded."""
     address = "data:text/csv;base64," + b64encode(text.encode()).decode()
     link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
         address,
@@ -315,7 +315,7 @@ def _samples(text: str) -> html.ReportSection:
 
 
 def long_samples(source: Source) -> str:
-    """Return samples as CSV with one rating per row; empty if no column has any."""
+    """Return samples as CSV text with one rating per row; empty without samples."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["column", "sample", "place", "rating"])

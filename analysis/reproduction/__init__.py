@@ -1,1 +1,1 @@
-"""Compare the paper's tables and figures with ours."""
+"""Reproduce the tables and figures of the paper, and compare them with the published values."""

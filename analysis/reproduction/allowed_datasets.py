@@ -1,4 +1,4 @@
-"""Compute what `slipscale reproduce` reports on data sets consistent with Table III."""
+"""Count the data sets consistent with Table III, for `slipscale reproduce`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 
 @dataclass(frozen=True)
 class Count:
-    """Number of data sets consistent with a column under one standard-deviation convention."""
+    """Number of data sets consistent with a column, under one SD convention."""
 
     amplitude_um_pp: float
     sd_convention: str
@@ -28,7 +28,7 @@ def columns() -> list[Solutions]:
 
 
 def counts() -> tuple[Count, ...]:
-    """Return the number of data sets per column and convention."""
+    """Return the number of data sets per column and SD convention."""
     return tuple(
         Count(amplitude, convention, other.multisets, other.ordered)
         for amplitude, solutions in zip(AMPLITUDES_UM_PP, columns(), strict=True)

@@ -1,8 +1,8 @@
-"""State what holds in every data set consistent with Table III, with tables attaining each bound.
+"""Provide bounds on test statistics over all data sets consistent with Table III.
 
-The search over all pairs of data sets takes minutes, so its result is recorded: a table of ratings
-for each bound. The reported value is computed from the recorded table, after checking that the
-table gives Table III. The search proves that no value lies beyond the bound; repeat it with
+The search over all pairs of data sets takes minutes, so a table of ratings that attains each bound
+is recorded. Bounds are computed from the recorded tables, after checking that the tables are
+consistent with Table III. Only the search proves that no value exceeds a bound. To repeat it, run
 ``python -m slipscale.analysis.reproduction.attained_bounds``.
 """
 
@@ -47,7 +47,8 @@ def _participants_higher(tables: Array) -> Array:
     return found
 
 
-# Kind of conclusion: its test in words, and its statistic for tables (table, participant, column).
+# Kind of conclusion -> name of the test, and function that computes the statistic from tables of
+# shape (table, participant, column).
 KINDS: dict[
     str, tuple[Callable[[Sequence[Solutions], Range], Conclusion], Callable[[Array], Array]]
 ] = {
@@ -59,12 +60,12 @@ KINDS: dict[
 
 @cache
 def known(convention: Convention) -> tuple[Conclusion, ...]:
-    """Return the conclusions under one convention of the SD, from the recorded tables.
+    """Return the conclusions under one SD convention, from the recorded tables.
 
     Raises
     ------
     ValueError
-        If a recorded table does not give Table III.
+        If a recorded table is not consistent with Table III.
     """
     chosen = {s.column.label: s for s in _columns(convention)}
     found = []
@@ -85,7 +86,7 @@ def _columns(convention: Convention) -> list[Solutions]:
 
 
 def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence[int]]) -> Table:
-    """Return a table's ratings (steps of 1 above 0) after checking that they give Table III."""
+    """Return the ratings in a table, after checking that they are consistent with Table III."""
     for solutions, row in zip(concerned, table, strict=bool(table)):
         if not gives_what_is_printed(solutions.column, row):
             raise ValueError(f"{RECORDED.name}: {name}: {solutions.column.label} is not Table III")
@@ -93,13 +94,13 @@ def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence
 
 
 def search(convention: Convention) -> list[Conclusion]:
-    """Return the conclusions from a search over all data sets and pairings; takes minutes."""
+    """Search all data sets and pairings for the bounds, which takes minutes."""
     found = conclusions([Sampler(solutions) for solutions in _columns(convention)])
     return [one for one in found if one.name.partition(".")[0] in KINDS]
 
 
 def _record() -> None:
-    """Write the tables that the search finds."""
+    """Run the search, and record the tables that attain the bounds."""
     entries: dict[str, dict[str, dict[str, object]]] = {
         convention: {
             one.name: {
@@ -117,7 +118,7 @@ def _record() -> None:
 
 
 def _text(entries: dict[str, dict[str, dict[str, object]]]) -> str:
-    """Return JSON with one line per bound, so that a diff shows which one changed."""
+    """Format the entries as JSON with one line per bound, to make diffs readable."""
     parts = [
         f"{json.dumps(convention)}: {{\n"
         + ",\n".join(f"{json.dumps(name)}: {json.dumps(ends)}" for name, ends in bounds.items())

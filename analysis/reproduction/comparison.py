@@ -1,11 +1,10 @@
-"""Compare the paper's numbers with ours in one table.
+"""Compare all published numbers with our results.
 
-A source is a module with ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps an item's name to a function
-that returns its `Outcome`. ``FIGURES`` maps a figure's name to a function that returns a
-matplotlib figure. The recorded values are in a JSON file next to the module. Three results are
-reported per item. ``agrees``: whether our value rounds to the printed value. ``drift``: whether
-our value differs from the value recorded in the repository. ``reason``: why it differs from the
-paper, if it does.
+A source is a module with ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps the name of an item to a
+function that returns an `Outcome`. ``FIGURES`` maps the name of a figure to a function that returns
+a Matplotlib figure. Recorded values are in a JSON file next to the module. For each item,
+``agrees`` reports whether our value rounds to the published value, ``drift`` whether our value
+differs from the recorded value, and ``reason`` why our value differs from the paper.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from types import ModuleType
 
-#: Sources of items: module, and file with its recorded values; in the order of printing.
+#: Modules with items, and files with their recorded values, in the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.table3", "table3.json"),
     ("slipscale.analysis.reproduction.datasets", "datasets.json"),
@@ -33,39 +32,39 @@ SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.plate", "plate.json"),
     ("slipscale.analysis.reproduction.constants", "constants.json"),
 )
-#: Relative change in our value that counts as drift; rounding differs between processors and
-#: library versions.
+#: Relative change above which our value has drifted. Smaller changes may be due to rounding, which
+#: differs between processors and library versions.
 DRIFT = 1e-6
-#: Floating point represents every whole number below this one exactly.
+#: Floating-point numbers represent all whole numbers below this limit exactly.
 EXACT = 2**53
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Result for an item.
+    """Published value and our value of one item.
 
     Parameters
     ----------
     published : str or None
-        The number as printed; None if the paper prints none.
+        Number as printed, or None if the paper does not give a number.
     ours : float
-        The number computed by this repository.
+        Number that Slipscale computes.
     unit : str
         Unit of both numbers.
     reason : str
-        How our value was obtained, or why it differs.
+        How our value was obtained, or why it differs from the published value.
     rule : callable, optional
-        (published, ours) -> bool, if the paper does not print a plain number ("more than 10"); by
-        default, our value must round to the printed number.
+        Function (published, ours) -> bool that decides whether the values agree, for statements
+        such as "more than 10". By default, our value must round to the published number.
     must_agree : bool
-        Whether a disagreement is an error of ours.
+        Whether a disagreement is an error in Slipscale.
     by_construction : bool
-        Whether our value was set to, or derived from, the published value, so that agreement is
-        not evidence for the paper.
+        Whether our value was derived from the published value or set to it, so that agreement is
+        not evidence.
     exact : int, optional
-        Our value as a whole number of any size, if ``ours`` may be rounded.
+        Our value as an integer of any size, if ``ours`` may be rounded.
     text : str, optional
-        Text to print for our value if it must not be rounded to nearest, as for a bound.
+        Our value as text, if it must not be rounded to nearest; used for bounds.
     """
 
     published: str | None
@@ -80,7 +79,7 @@ class Outcome:
 
     @property
     def shown(self) -> str:
-        """Our value, as printed."""
+        """Our value, formatted for printing."""
         if self.text is not None:
             return self.text
         return f"{self.ours:.5g}" if self.exact is None else f"{self.exact:,}"
@@ -100,7 +99,7 @@ def item(
     rule: Callable[[str, float], bool] = agrees,
     by_construction: bool = False,
 ) -> Callable[[], Outcome]:
-    """Return a function that computes an item's value and returns its `Outcome`."""
+    """Create an item: a function that computes our value and returns an `Outcome`."""
     return lambda: Outcome(
         published=published,
         ours=compute(),
@@ -113,7 +112,7 @@ def item(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Comparison:
-    """An item, computed and compared."""
+    """Result of comparing one item with the paper and with the recorded value."""
 
     item: str
     outcome: Outcome
@@ -121,18 +120,18 @@ class Comparison:
 
     @property
     def drifted(self) -> bool:
-        """Whether our value differs from the one recorded in the repository."""
+        """Whether our value differs from the recorded value."""
         if self.recorded is None:
             return True
         return not math.isclose(self.outcome.ours, self.recorded, rel_tol=DRIFT, abs_tol=1e-12)
 
     @property
     def failed(self) -> bool:
-        """Whether the item makes the command exit with status 1."""
+        """Whether the command must exit with status 1 because of this item."""
         return self.drifted or (self.outcome.must_agree and self.outcome.agrees is False)
 
     def record(self) -> dict[str, object]:
-        """Return the item as printed by ``--json``."""
+        """Return the item as JSON data, as printed by ``--json``."""
         text = self.outcome.published
         return {
             "item": self.item,
@@ -172,7 +171,7 @@ def recorded_values() -> dict[str, float]:
 
 
 def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
-    """Write a source's current values next to this module; integers stay integers."""
+    """Record the current values of a source in a JSON file."""
     found = {item: compute().ours for item, compute in items.items()}
     values = {item: int(v) if abs(v) < EXACT and v == int(v) else v for item, v in found.items()}
     Path(__file__).with_name("recorded").joinpath(name).write_text(
@@ -181,12 +180,12 @@ def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
 
 
 def item_names() -> list[str]:
-    """Return every item, in the order of printing."""
+    """Return the names of all items, in the order of printing."""
     return [name for source in sources() for name in source.ITEMS]
 
 
 def choose(wanted: Sequence[str]) -> list[str]:
-    """Return the items that match the words: an item name, or a common prefix before a dot.
+    """Return the items with the given names or prefixes.
 
     >>> choose(["fig15"])
     ['fig15.0', 'fig15.0.5', 'fig15.1.2', 'fig15.2.3']
@@ -230,7 +229,7 @@ def write_figures(
     """Write the figures of the chosen items as SVG and PNG; return their paths."""
     from slipscale.figure_style import save  # noqa: PLC0415 - as late as the figures themselves
 
-    # A figure belongs to the items with its name: fig15 to fig15.0.5.
+    # A figure belongs to all items with its name as prefix, such as fig15.0.5 for fig15.
     chosen = {name.split(".")[0] for name in choose(wanted)}
     paths: list[Path] = []
     try:

@@ -1,7 +1,8 @@
-"""Compare numbers in the paper's text and Table II with values from its other numbers.
+"""Recompute numbers in the paper's text and Table II from other numbers in the paper.
 
-``python -m slipscale.analysis.reproduction.constants`` records our values in ``constants.json``.
-Run it only after an intended change, and explain in the commit why the numbers changed.
+To record our values in ``constants.json``, run ``python -m
+slipscale.analysis.reproduction.constants``. Do this only after an intended change, and explain in
+the commit message why the numbers changed.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def alpha() -> Outcome:
-    """Return the ratio of the moduli, equation (26) and Table II."""
+    """Compute the ratio of the moduli, equation (26) and Table II."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -30,7 +31,7 @@ def alpha() -> Outcome:
 
 
 def c11p() -> Outcome:
-    """Return the ceramic's modulus c11p (Table II), computed from the matrices in Appendix B."""
+    """Compute the ceramic's modulus c11p (Table II) from the matrices in Appendix B."""
     from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -45,7 +46,7 @@ def c11p() -> Outcome:
 
 
 def d31() -> Outcome:
-    """Return the ceramic's charge constant d31 (Table II), computed from Appendix B."""
+    """Compute the ceramic's charge constant d31 (Table II) from Appendix B."""
     from slipscale.hardware.plate.materials import P1_91  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -57,7 +58,7 @@ def d31() -> Outcome:
 
 
 def plate_area() -> Outcome:
-    """Return the area of the touch surface, Section III-C."""
+    """Compute the area of the touch surface, Section III-C."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     plate = Layout.prototype()
@@ -70,7 +71,7 @@ def plate_area() -> Outcome:
 
 
 def plate_half_wave() -> Outcome:
-    """Return the half wave that the paper states for its (8;0) mode, Section III-C."""
+    """Compute the half wave of the (8;0) mode, Section III-C."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     return Outcome(
@@ -85,7 +86,7 @@ def plate_half_wave() -> Outcome:
 
 
 def harmonic_cross() -> Outcome:
-    """Return the frequency of a half-wave section of the length marked by the cross in Fig. 9."""
+    """Compute the frequency of a half-wave section with the length of the cross in Fig. 9."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
     from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
@@ -103,7 +104,7 @@ def harmonic_cross() -> Outcome:
 
 
 def first_test_share() -> Outcome:
-    """Return the lower bound on the proportion of people who feel it, given twelve of twelve."""
+    """Compute a lower bound on the proportion of people who feel the effect, given 12 of 12."""
     from scipy.stats import binomtest  # noqa: PLC0415 - see ITEMS
 
     interval = binomtest(PARTICIPANTS, PARTICIPANTS).proportion_ci(method="exact")
@@ -118,7 +119,7 @@ def first_test_share() -> Outcome:
     )
 
 
-# Nothing is computed, and no large library is loaded, before an item is requested.
+# Items are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "table2.alpha": alpha,
     "table2.c11p": c11p,

@@ -1,10 +1,9 @@
-"""Count the raw data sets consistent with Table III, and state what holds in all of them.
+"""Report the number of raw data sets consistent with Table III, and conclusions from them.
 
-The paper prints none of these numbers. They follow from Table III for whole-number ratings from 0
-to 100 and any assignment of ratings to participants. The paper does not state which standard
-deviation it printed. A conclusion's lowest and highest values therefore cover both conventions and
-all pairings of ratings; the reason reports them separately and gives the table that attains them.
-See `attained_bounds` for the source of the tables.
+These numbers are not in the paper. They follow from Table III if ratings are whole numbers from 0
+to 100, for any assignment of ratings to participants. The paper does not state its
+standard-deviation convention, so the lowest and highest values cover both conventions. The reason
+gives the values for each convention, and the table that attains the bound (see `attained_bounds`).
 """
 
 from __future__ import annotations
@@ -54,7 +53,7 @@ def _conclusions() -> dict[str, dict[str, Conclusion]]:
 
 
 def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
-    """Return the number of multisets of twelve integers consistent with a column of Table III."""
+    """Count the multisets of twelve integers that are consistent with a column of Table III."""
     count = _counts()[amplitude_um_pp, convention]
     return Outcome(
         published=None,
@@ -69,7 +68,7 @@ def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
 
 
 def tables(convention: str) -> Outcome:
-    """Return the number of 12-participant, 4-amplitude tables consistent with Table III."""
+    """Count the tables of 12 participants and 4 amplitudes that are consistent with Table III."""
     exact = prod(_counts()[amplitude, convention].ordered for amplitude in AMPLITUDES_UM_PP)
     return Outcome(
         published=None,
@@ -84,7 +83,7 @@ def tables(convention: str) -> Outcome:
 
 
 def bound(name: str, end: str) -> Outcome:
-    """Return a conclusion's lowest or highest value over all data sets and pairings."""
+    """Return the lowest or highest value of a statistic over all data sets and pairings."""
     found = _conclusions()[name]
     values = {word: one.low if end == "lowest" else one.high for word, one in found.items()}
     extreme = (min if end == "lowest" else max)(values, key=lambda word: values[word])
@@ -112,7 +111,7 @@ def bound(name: str, end: str) -> Outcome:
 
 
 def _bounded() -> dict[str, tuple[str, str]]:
-    """Return the items for bounds: (name of the conclusion, which end)."""
+    """Return the items for bounds, with the name of the conclusion and the end of its range."""
     pairs = [
         f"{test}.{one:g} um.{other:g} um"
         for one, other in combinations(AMPLITUDES_UM_PP, 2)
@@ -120,7 +119,7 @@ def _bounded() -> dict[str, tuple[str, str]]:
     ]
     names = {f"conclusions.{name.replace(' um', 'um')}": name for name in pairs}
     items = {f"{item}.{end}": (name, end) for item, name in names.items() for end in ENDS}
-    # No recorded table attains the bound on the greatest F.
+    # No recorded table attains the upper bound on F.
     return items | {"conclusions.rm_f.lowest": ("rm_f", "lowest")}
 
 

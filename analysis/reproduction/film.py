@@ -1,7 +1,8 @@
-"""Compare the paper's film with ours: squeeze number, friction, Reynolds equation, perception.
+"""Compare the paper's squeeze film with ours: squeeze number, pressure, friction, perception.
 
-``python -m slipscale.analysis.reproduction.film`` records our values in ``film.json``. Run it only
-after an intended change to a model, and explain in the commit why the numbers changed.
+To record our values in ``film.json``, run ``python -m slipscale.analysis.reproduction.film``. Do
+this only after an intended change to a model, and explain in the commit message why the numbers
+changed.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ if TYPE_CHECKING:
     from slipscale.stimuli.film.periodic_film import FilmState
 
 
-# Covers half the contact; with a spacing of 0.05 µm, the proportion is accurate to 0.1 %.
+# Positions across half of the contact. The resulting proportion is accurate to 0.1 %.
 POSITIONS = 100_000
 
 
 def more_than(published: str, ours: float) -> bool:
-    """Return whether our value exceeds a number that the paper gives as "more than"."""
+    """Return whether our value exceeds a published "more than"."""
     return ours > float(published)
 
 
@@ -53,7 +54,7 @@ def _film(amplitude_um_pp: float) -> FilmState:
 
 
 def reynolds(amplitude_um_pp: float) -> Outcome:
-    """Return the mean overpressure from the full Reynolds equation at one amplitude."""
+    """Compute the mean overpressure at one amplitude from the full Reynolds equation."""
     from slipscale.stimuli.film.squeeze_film import mean_overpressure  # noqa: PLC0415 - see ITEMS
     from slipscale.stimuli.surface import peak_from_pp  # noqa: PLC0415
 
@@ -69,7 +70,7 @@ def reynolds(amplitude_um_pp: float) -> Outcome:
 
 
 def _above_the_finger(closed_form: bool) -> float:
-    """Return the proportion of the contact with a mean film pressure above the finger's."""
+    """Return the proportion of the contact in which film pressure exceeds finger pressure."""
     import numpy as np  # noqa: PLC0415 - see ITEMS
 
     from slipscale.stimuli.film.reynolds import WorkingPoint, solve  # noqa: PLC0415
@@ -90,7 +91,7 @@ def _above_the_finger(closed_form: bool) -> float:
 
 
 def some(_published: str, ours: float) -> bool:
-    """Return whether our value is above zero, for effects that the paper says exist."""
+    """Return whether our value is above zero, for effects that the paper reports to exist."""
     return ours > 0
 
 
@@ -102,7 +103,7 @@ def _stimuli_figure(name: str) -> Figure:
 
 
 def draw_perception() -> Figure:
-    """Plot Table III's estimates against the friction that the models predict."""
+    """Plot the estimates in Table III against the friction that models predict."""
     from slipscale.analysis.figures.friction import perception_figure  # noqa: PLC0415
     from slipscale.analysis.published.biet2007 import TABLE3  # noqa: PLC0415
 
@@ -113,7 +114,7 @@ def draw_perception() -> Figure:
     )
 
 
-# Nothing is computed, and no large library is loaded, before an item is requested.
+# Items are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     # Section IV-A
     "squeeze_number.30.5kHz": item(

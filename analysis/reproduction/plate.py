@@ -1,7 +1,8 @@
-"""Compare the paper's plate with ours: beam model, finite-element model, measured plate.
+"""Compare results on the paper's plate: beam model, finite-element model, measurements.
 
-``python -m slipscale.analysis.reproduction.plate`` records our values in ``plate.json``. Run it
-only after an intended change to a model, and explain in the commit why the numbers changed.
+To record our values in ``plate.json``, run ``python -m slipscale.analysis.reproduction.plate``. Do
+this only after an intended change to a model, and explain in the commit message why the numbers
+changed.
 """
 
 from __future__ import annotations
@@ -36,7 +37,7 @@ def _printed() -> BeamSection:
 
 
 def _timoshenko_half_wave_mm() -> float:
-    """Return the half wave of a Timoshenko beam at 25 kHz, which is not in the paper."""
+    """Compute the half wave of a Timoshenko beam at 25 kHz, a model that the paper does not use."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return BeamSection.plane_strain().timoshenko_half_wave_mm(25_000)
@@ -56,7 +57,7 @@ def _mode80_khz() -> float:
 
 
 def fig9_fe(half_wave_mm: float) -> Outcome:
-    """Return the finite-element frequency of one half-wave section."""
+    """Compute the frequency of a half-wave section with finite elements."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
     from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
@@ -82,7 +83,7 @@ _TWIN = (
 
 @cache
 def _twin_peak() -> tuple[float, float]:
-    """Return the twin's resonance frequency and its amplitude there at 15 V."""
+    """Return the resonance frequency of the simulated plate, and its amplitude at 15 V."""
     from scipy.optimize import minimize_scalar  # noqa: PLC0415 - see ITEMS
 
     from slipscale.hardware.plate.dynamics import Resonator, conditions  # noqa: PLC0415
@@ -99,7 +100,7 @@ def _twin_peak() -> tuple[float, float]:
 
 
 def draw_fig8() -> Figure:
-    """Return Fig. 8."""
+    """Plot Fig. 8."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
 
@@ -108,7 +109,7 @@ def draw_fig8() -> Figure:
 
 
 def draw_fig9() -> Figure:
-    """Return Fig. 9, with its cross, a Timoshenko beam and the measured plate."""
+    """Plot Fig. 9, including its cross, and add a Timoshenko beam and the measured plate."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415
@@ -120,14 +121,14 @@ def draw_fig9() -> Figure:
         {h: half_wave_frequency_hz(Layout.half_wave(h)) / 1e3 for h in HALF_WAVES_MM},
         least_mm=BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15.0),
         measured=(83 / 8, 30.5),
-        # As drawn in the paper: the peak from Fig. 12, at an eighth of the plate length.
+        # Drawn as in the paper: the peak from Fig. 12, at an eighth of the plate length.
         harmonic_peak=(83 / 8, 34.77),
     )
     return figure
 
 
 def draw_fig11() -> Figure:
-    """Return Fig. 11."""
+    """Plot Fig. 11."""
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.paper_study import prototype_modes  # noqa: PLC0415
 
@@ -140,7 +141,7 @@ def draw_fig11() -> Figure:
 
 
 def draw_fig12() -> Figure:
-    """Return Fig. 12: edge and middle, and the result with floating electrodes."""
+    """Plot Fig. 12 for the edge and the middle, and for floating electrodes."""
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 
@@ -156,7 +157,7 @@ def draw_fig12() -> Figure:
     return figure
 
 
-# Nothing is computed, and no large library is loaded, before an item is requested.
+# Items are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     # Section III-B: the half wave that deflects by 1.5 µm at 15 V
     "fig8.1.5um": item(

@@ -1,7 +1,7 @@
 """Compute Table III and Fig. 15 from a data set consistent with Table III.
 
-The authors' raw data were never published. Agreement shows that the analysis computes the paper's
-statistics; it is not evidence of perception.
+The authors' raw data were never published. Agreement shows that the analysis computes the same
+statistics as the paper; it is not evidence about perception.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @cache
 def allowed() -> Analysis:
-    """Return the analysis of the data set consistent with Table III, without normalisation."""
+    """Analyse the data set consistent with Table III, without normalisation."""
     return analyse(biet2007.ALLOWED_DATASET, normalise="none")
 
 
@@ -43,7 +43,7 @@ def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Out
 
 
 def draw_fig15() -> Figure:
-    """Return Fig. 15 for the data set consistent with Table III."""
+    """Plot Fig. 15 for the data set consistent with Table III."""
     from slipscale.analysis.tasks.estimation import figures as estimates  # noqa: PLC0415 - matplotlib takes a second to load
 
     figure = estimates.table3(allowed().cells, unit="normalised, 0 to 100")

@@ -18,8 +18,8 @@ AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 
 def print_comparisons(comparisons: Sequence[Comparison]) -> None:
-    """Print the paper's items next to ours, then the reasons for differences."""
-    # A file or a pipe has no width, so nothing is truncated.
+    """Print the published and our values, then the reasons for differences."""
+    # Lines in a file or pipe are not truncated.
     target = Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
         title="The paper's values and ours",
@@ -65,7 +65,7 @@ def by_construction(outcome: Outcome) -> bool:
 
 
 def _summary(comparisons: Sequence[Comparison]) -> str:
-    """State how many items agree, and the meaning of the exit status."""
+    """Report how many items agree, and explain the exit status."""
     outcomes = [comparison.outcome for comparison in comparisons]
     made = sum(by_construction(outcome) for outcome in outcomes)
     agree = sum(bool(outcome.agrees) for outcome in outcomes) - made

@@ -1,1 +1,1 @@
-"""Simulate a study many times, to show how much its table of results can vary."""
+"""Simulate a study many times to show how much its results can vary by chance."""

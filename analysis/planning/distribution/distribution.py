@@ -1,4 +1,4 @@
-"""Summarise simulated studies: the spread of numbers, and how often conclusions hold."""
+"""Summarise simulated studies: the spread of each result, and how often conclusions hold."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ PERCENTILES = (5, 50, 95)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Spread:
-    """Distribution of a number across the studies that have it.
+    """Distribution of a numeric result across simulated studies.
 
     Parameters
     ----------
     name : str
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     studies : int
-        Number of studies that have it.
+        Number of studies that produced the result.
     p5, median, p95 : float
     """
 
@@ -42,7 +42,7 @@ class Spread:
 
     @property
     def varies(self) -> bool:
-        """Whether the number differs between studies."""
+        """Whether the result differs between studies."""
         return self.p5 < self.p95
 
 
@@ -56,8 +56,8 @@ class Conclusion:
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
-        Proportion of studies; a study that could not be analysed counts as one in which it does
-        not hold.
+        Proportion of studies in which the conclusion holds. It does not hold in studies that could
+        not be analysed.
     """
 
     name: str
@@ -82,7 +82,7 @@ class Distribution:
     seed : int
         Seed from which the seeds of all studies are derived.
     normalisation : str
-        Normalisation rule of the study; empty if it sets none.
+        Normalisation rule; empty if the study sets none.
     sessions : str
         Reason why full sessions were simulated; empty for the fast simulation.
     results : tuple of StudyResult
@@ -105,12 +105,12 @@ class Distribution:
 
     @property
     def refused(self) -> Mapping[str, int]:
-        """Reason why studies could not be analysed -> number of studies."""
+        """Map each reason why a study could not be analysed to the number of such studies."""
         return Counter(each.refused for each in self.results if each.refused)
 
     @property
     def by_name(self) -> dict[str, Spread]:
-        """The numbers, keyed by name."""
+        """The numeric results, keyed by name."""
         return {spread.name: spread for spread in self.numbers}
 
     @property
@@ -126,7 +126,7 @@ class Distribution:
 
     @property
     def headlines(self) -> list[tuple[Spread, str]]:
-        """The numbers to show first, with descriptions."""
+        """The most important results, with descriptions."""
         known = [(said(spread.name, HEADLINES, self.quantity), spread) for spread in self.numbers]
         known.sort(key=lambda each: each[0][0])
         return [
@@ -136,11 +136,11 @@ class Distribution:
         ]
 
     def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
-        """Return a cell of Table III; None if no study has a value."""
+        """Return the spread of one cell of Table III, or None if no study has a value."""
         return self.by_name.get(cell_name(amplitude_um_pp, statistic))
 
     def values(self, name: str) -> list[float]:
-        """Return the values of a number, one from each study that has it."""
+        """Return all values of a numeric result, at most one per study."""
         found = [each.found.numbers.get(name) for each in self.results]
         return [value for value in found if value is not None]
 

@@ -23,16 +23,16 @@ STATISTICS = {
     "maximum_deviation": "Maximum deviation",
     "standard_deviation": "Standard deviation",
 }
-#: Maximum number of single studies drawn; more would merge into a band.
+#: Maximum number of individual curves; more would merge into a band.
 CURVES = 25
-#: Maximum number of other results drawn, three per row.
+#: Maximum number of histograms, three per row.
 PANELS = 12
 COLUMNS = 3
 
 
 @styled
 def cells_figure(found: Distribution) -> Figure:
-    """Plot each cell of Table III: median, and the range from 5 to 95 % of the studies."""
+    """Plot each cell of Table III: median, 5 % and 95 % quantiles across studies."""
     figure, panels = canvas(1, len(STATISTICS), size=(7.8, 3.4))
     amplitudes = np.array(found.amplitudes_um_pp)
     for axes, (statistic, title) in zip(panels, STATISTICS.items(), strict=True):
@@ -53,7 +53,7 @@ def cells_figure(found: Distribution) -> Figure:
 
 
 def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
-    """Mark the paper's cells if the study is the paper's own."""
+    """Mark the published values if the study is the paper's experiment."""
     if found.study != biet2007.STUDY:
         return
     known = {amplitude: float(getattr(row, statistic)) for amplitude, row in
@@ -66,7 +66,7 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
 
 @styled
 def curves_figure(found: Distribution) -> Figure:
-    """Plot the mean curve of Fig. 15: a sample of studies, the median, and the 5 to 95 % range."""
+    """Plot the mean curve of Fig. 15 for a sample of studies, with median and 5 to 95 % range."""
     figure, axes = canvas(size=(5.6, 4.0))
     amplitudes = np.array(found.amplitudes_um_pp)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]

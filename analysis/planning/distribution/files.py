@@ -1,4 +1,4 @@
-"""Write many simulated studies to files: a page, figures, CSV and JSON."""
+"""Write the results of many simulated studies to files: a page, figures, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ PAGE = "distribution.html"
 
 
 def claim(folder: Path) -> None:
-    """Check that a folder is new, or contains an earlier distribution.
+    """Check that a folder is new, or contains the output of an earlier simulation.
 
     Raises
     ------
     UserError
-        If the folder contains other files; nothing was changed.
+        If the folder contains other files. The files are not changed.
     """
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
@@ -79,7 +79,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
-    """Return the tables by file name: spreads, proportions, and the numbers of every study."""
+    """Return the tables by file name: spreads, proportions, and all results of every study."""
     named = found.quantity.key
     return {
         "numbers": pd.DataFrame(

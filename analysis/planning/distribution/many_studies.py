@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: Version of the derivation of seeds; changing it changes the seed of every study.
+#: Version of the seed derivation. A different version gives every study a different seed.
 VERSION = 1
-SEED_DIGITS = 12  # hexadecimal digits: a seed short enough to type
+SEED_DIGITS = 12  # Hexadecimal digits; a seed of this length is short enough to type.
 HOUR_S = 3600.0
 
 
@@ -43,7 +43,7 @@ class StudyResult:
     number : int
         Number of the study, from 1.
     seed : int
-        ``slipscale pilot STUDY --seed`` runs exactly this study, session by session.
+        Seed with which ``slipscale pilot STUDY --seed`` repeats exactly this study.
     found : Findings
         Empty if the analysis rejected the data.
     refused : str
@@ -58,17 +58,17 @@ class StudyResult:
 
 @dataclass(frozen=True, kw_only=True)
 class ManyStudies:
-    """A study to be simulated many times.
+    """Settings for simulating one study many times.
 
     Parameters
     ----------
     study_name : str
-        A study file, or a shipped study's name.
+        Path of a study file, or the name of a shipped study.
     population : Population
     participants, language
         Replace the values in the study file.
     seed : int or None
-        Replaces the study's seed; all studies' seeds are derived from it.
+        Replaces the seed in the study file. The seeds of all simulated studies are derived from it.
     """
 
     study_name: str
@@ -79,7 +79,7 @@ class ManyStudies:
 
     @cached_property
     def plans(self) -> list[RunPlan]:
-        """The runs of a pilot with this seed."""
+        """The runs in a pilot of the study with this seed."""
         return pilot_plans(
             self.study_name,
             participants=self.participants,
@@ -90,12 +90,12 @@ class ManyStudies:
 
     @property
     def people(self) -> int:
-        """Number of participants in a study."""
+        """Number of participants in each simulated study."""
         return len({plan.participant for plan in self.plans})
 
     @cached_property
     def why_sessions(self) -> str:
-        """Reason for simulating full sessions; empty if the fast simulation is equivalent."""
+        """Reason why full sessions are simulated; empty if the fast simulation is equivalent."""
         return why_sessions(self.plans[0])
 
     def check(self) -> None:
@@ -106,7 +106,7 @@ class ManyStudies:
         check_answered(plan)
 
     def seed_of(self, number: int) -> int:
-        """Return a study's seed: SHA-256 of its number and everything the study depends on."""
+        """Return the seed of one simulated study: SHA-256 of its number and all settings."""
         first = self.plans[0]
         told = {
             "version": VERSION,
@@ -121,7 +121,7 @@ class ManyStudies:
         return int(digest[:SEED_DIGITS], 16)
 
     def compute(self, number: int) -> StudyResult:
-        """Simulate a study and analyse it, as `slipscale pilot` and `slipscale analyse` would."""
+        """Simulate one study and analyse it, as `slipscale pilot` and `slipscale analyse` would."""
         seed = self.seed_of(number)
         plans = [replace(plan, seed=seed) for plan in self.plans]
         with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
@@ -137,7 +137,7 @@ class ManyStudies:
 def results(
     studies: ManyStudies, times: int, *, jobs: int = 1, patient: bool = False
 ) -> Iterator[StudyResult]:
-    """Yield the results of studies 1, 2, ... in order, as they become available.
+    """Yield the results of studies 1, 2, ... in this order, each as soon as possible.
 
     Parameters
     ----------
@@ -147,15 +147,15 @@ def results(
     jobs : int
         Number of processes; -1 for one per processor.
     patient : bool
-        Whether to run even if it takes more than an hour.
+        Whether to allow a simulation of more than an hour.
 
     Raises
     ------
     UserError
-        If the simulation would take more than an hour.
+        If the simulation would take more than an hour and `patient` is False.
     """
     began_s = time.perf_counter()
-    yield studies.compute(1)  # including imports and tables
+    yield studies.compute(1)  # The estimate includes imports and tables.
     if times == 1:
         return
     again_s = time.perf_counter()
@@ -179,7 +179,7 @@ def results(
 
 
 def workers(jobs: int) -> int:
-    """Return the number of processes for ``jobs``."""
+    """Return the number of processes that ``--jobs`` requests."""
     from os import cpu_count  # noqa: PLC0415
 
     return (cpu_count() or 1) if jobs == -1 else jobs

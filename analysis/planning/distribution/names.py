@@ -1,6 +1,6 @@
-"""Describe the numbers and conclusions of an analysis in words.
+"""Describe the numeric results and conclusions of an analysis in words.
 
-A name without a description is shown as it is, so a new result appears without being registered.
+Results without a description are listed under their internal name.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 CONCLUSIONS = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.conclusions.items()
 }
-#: Name of a number -> description, for numbers that are plotted and shown first.
+#: Name of a result -> description, for the results that are plotted and listed first.
 HEADLINES = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.headlines.items()
 }
 
 
 def said(name: str, table: dict[str, str], quantity: Quantity = PLATE_AMPLITUDE) -> tuple[int, str]:
-    """Return a name's position in a table and its description.
+    """Return the position of a result in a table of names, and its description.
 
     >>> said("pairwise.0 - 0.5.p_holm", CONCLUSIONS)[1]
     '0 and 0.5 µm differ (paired t of logarithms, Holm)'

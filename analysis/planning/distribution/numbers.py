@@ -1,6 +1,6 @@
-"""Extract all numbers and conclusions of an analysis, with the same names in every study.
+"""Extract all numeric results and conclusions of an analysis, named alike in every study.
 
-They are read from the content of inference.json, so new results are included automatically.
+The results are read from the content of inference.json, so new results are included automatically.
 Results for single participants are omitted, because every study has different participants.
 """
 
@@ -19,45 +19,45 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
 
 TABLE3 = "table3"
-#: Keys that identify an element of a list; their values form its name.
+#: Keys that identify an element of a list. The element's name is formed from their values.
 IDENTIFIERS = (
     *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
     *("surface", "from_surface", "to_surface", "comparison_um_pp", "number", "name", "session"),
 )
-#: Keys whose values belong to participants, count words, or are settings.
+#: Keys to skip: results for single participants, word counts and settings.
 LEFT_OUT = (
     *("participant", "participants", "consistency", "words"),
     *("normalisation", "amplitudes_um_pp", "left_out_um_pp"),
 )
 PERSON = "sub-"
-#: p-values that take precedence over another p-value of the same result.
+#: Corrected p-values, which replace the uncorrected p-value of the same result.
 CORRECTED = {
     "p": ("p_gg", "p_holm"),
     "p_wilcoxon": ("p_wilcoxon_holm",),
     "equivalence_p": ("equivalence_p_holm",),
 }
-#: p-values that are not conclusions: assumption checks, and alternative corrections.
+#: p-values that do not count as conclusions: assumption checks and alternative corrections.
 NOT_CONCLUDED = ("mauchly_p", "shapiro_p", "p_hf")
-#: Boolean properties of a computation that are not conclusions.
+#: Boolean values that describe the computation and do not count as conclusions.
 OF_A_COMPUTATION = ("converged", "at_bound", "at_ceiling")
-#: Key for the name of the best fit.
+#: Key of the best-fitting model's name.
 BEST = "best"
 BOUNDS = ("low", "high")
-#: Suffixes of keys whose value is an interval.
+#: Suffixes of keys whose values are intervals.
 OF_AN_INTERVAL = ("ci", "ci95", "interval")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Findings:
-    """Numbers and conclusions from one study.
+    """Numeric results and conclusions from one study.
 
     Parameters
     ----------
     numbers : Mapping
-        Name (``table3.0.5.mean``, ``power_law.exponent``) -> value, if there is one.
+        Name of each available result (``table3.0.5.mean``, ``power_law.exponent``) -> value.
     conclusions : Mapping
-        Name (``friedman.p``) -> whether it holds: a p-value below the significance level, or a
-        true statement.
+        Name (``friedman.p``) -> whether the conclusion holds: the p-value is below the significance
+        level, or the statement is true.
     """
 
     numbers: Mapping[str, float] = field(default_factory=dict)
@@ -65,7 +65,7 @@ class Findings:
 
 
 def findings(analysis: Analysis) -> Findings:
-    """Return all numbers and conclusions of an analysis."""
+    """Return all numeric results and conclusions of an analysis."""
     numbers: dict[str, float] = {}
     conclusions: dict[str, bool] = {}
     if analysis.prepared is not None:
@@ -95,7 +95,7 @@ def _concludes(key: str) -> bool:
 
 
 def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
-    """Yield every value that is not a record or list, with its name."""
+    """Yield the name and value of every number, string or boolean in a nested record."""
     if isinstance(value, dict):
         yield from _of_record(_by_surface(value), name)
     elif isinstance(value, list):
@@ -114,9 +114,9 @@ def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
 
 
 def _by_surface(record: JsonObject) -> JsonObject:
-    """Return a scale's record with its lists, at this level and the next, keyed by surface."""
+    """Convert the lists in a scale's record to mappings from surface to value."""
     surfaces = record.get("surfaces")
-    # Surfaces of a scale are names; surfaces of a rating are records.
+    # Scales list surfaces by name; ratings list them as records.
     if not isinstance(surfaces, list) or not all(isinstance(name, str) for name in surfaces):
         return record
 

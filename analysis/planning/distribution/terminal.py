@@ -1,4 +1,4 @@
-"""Print many simulated studies on the terminal, and describe them in sentences."""
+"""Print the results of many simulated studies, and describe them in sentences."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def percent(share: float) -> str:
-    """Format a proportion.
+    """Format a proportion in per cent.
 
     >>> percent(0.254)
     '25 %'
@@ -26,14 +26,14 @@ def percent(share: float) -> str:
 
 
 def values(spread: Spread) -> tuple[str, str, str, str]:
-    """Return how many studies have a number, its median, and its 5 and 95 % quantiles."""
+    """Format the number of studies with a result, its median, and its 5 and 95 % quantiles."""
     numbers = (spread.median, spread.p5, spread.p95)
     median, p5, p95 = (f"{value:.4g}" for value in numbers)
     return str(spread.studies), median, p5, p95
 
 
 def sentences(found: Distribution) -> list[str]:
-    """Return sentences on what was simulated and how to view one of the studies."""
+    """Describe the simulation, and how to repeat one of the studies."""
     number = len(found.results)
     how = f"as full sessions, since {found.sessions}" if found.sessions else "question by question"
     whose = f"with people from population “{found.population}”"
@@ -59,7 +59,7 @@ def sentences(found: Distribution) -> list[str]:
 
 
 def _paper(found: Distribution) -> str:
-    """State how many of the paper's cells lie within the range of the simulated studies."""
+    """Report how many published cells of Table III lie within the simulated range."""
     inside = total = 0
     for amplitude in found.amplitudes_um_pp:
         row = biet2007.BY_AMPLITUDE.get(amplitude)
@@ -76,7 +76,7 @@ def _paper(found: Distribution) -> str:
 
 
 def print_distribution(found: Distribution) -> None:
-    """Print Table III's cells with their spread, the main results, and the conclusions."""
+    """Print the spread of each cell of Table III, the main results, and the conclusions."""
     target = Console()
     head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
     if found.amplitudes_um_pp:

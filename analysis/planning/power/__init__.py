@@ -1,1 +1,1 @@
-"""Compute the power of the amplitude tests: grid of conditions, simulated studies and output."""
+"""Estimate the power of tests for differences between amplitudes, by simulation."""

@@ -1,4 +1,4 @@
-"""Summarise a grid of simulated studies: power, precision, false alarms, sample size."""
+"""Summarise simulated studies: power, precision, false alarms, and sample sizes."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.shard import Looks
 
 LOOK = "look after "
-#: Number of nodes for the effect's distribution, for assurance (Gauss-Hermite quadrature).
+#: Number of Gauss-Hermite nodes for averaging power over the distribution of the effect.
 EFFECTS = 9
-#: Minimum distance of mean sensations from the ends of the scale.
+#: Smallest distance between a mean sensation and an end of the scale.
 ROOM = 0.5
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """Results for one condition.
+    """Summarise the simulated studies of one condition.
 
     Parameters
     ----------
@@ -37,15 +37,16 @@ class Row:
     decisive : tuple of str
         Tests that must reach the target: the primary omnibus test and all neighbouring pairs.
     false_alarms : Mapping
-        The same proportions without any effect.
+        The same proportions, simulated without an effect.
     widths : Mapping
-        Estimated quantity -> half-widths of its confidence interval.
+        Name of an estimated quantity -> half-widths of its confidence interval.
     steps : Mapping
         Results from catch steps; empty if not requested.
     unusable : Share
         Proportion of studies that `analyse` would reject.
     looks : tuple of (int, Share)
-        Participants at each interim analysis, and the proportion of studies that stopped there.
+        Number of participants at each interim analysis, with the proportion of studies that
+        stopped.
     false_looks : Share or None
         Proportion of studies that stopped at any interim analysis although there was no effect.
     assurance : float or None
@@ -65,12 +66,12 @@ class Row:
 
     @property
     def weakest(self) -> Share:
-        """The smallest of the decisive proportions."""
+        """Power of the decisive test with the least power."""
         return min((self.power[name] for name in self.decisive), key=lambda share: share.value)
 
     @property
     def expected_participants(self) -> float:
-        """Mean number of participants if the study may stop at an interim analysis."""
+        """Mean number of participants in a study that may stop at an interim analysis."""
         ended = math.fsum(share.value for _, share in self.looks)
         early = math.fsum(size * share.value for size, share in self.looks)
         return early + (1 - ended) * self.condition.participants
@@ -83,13 +84,13 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assurance:
-    """An uncertain effect, normally distributed."""
+    """Normal distribution that expresses the uncertainty about an effect."""
 
     mean: float
     sd: float
 
     def effects(self, largest: float) -> list[tuple[float, float]]:
-        """Return effects and their weights; none below 0 or above `largest`."""
+        """Return effects between 0 and `largest`, with their weights."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(EFFECTS)
         values = np.clip(self.mean + self.sd * nodes, 0.0, largest)
         # Rounded, because a difference in the last bit would give a different condition on another
@@ -101,7 +102,7 @@ class Assurance:
 
 
 def largest_effect(design: Design) -> float:
-    """Return the largest effect for which mean sensations stay on the scale."""
+    """Return the largest effect for which all mean sensations stay on the scale."""
     mean = np.array(design.population.mean_sensation)
     away = np.abs(mean - mean.mean()).max()
     room = min(mean.mean(), 100 - mean.mean()) - ROOM
@@ -116,7 +117,7 @@ def rows(
     looks: Looks,
     assurance: Assurance | None = None,
 ) -> list[Row]:
-    """Return the results for each computed condition, in order."""
+    """Summarise each computed condition, in the order of `wanted`."""
     return [
         _row(design, condition, outcomes, looks, assurance)
         for condition in wanted
@@ -162,12 +163,12 @@ def _row(
 
 
 def weakest(outcome: Outcome, tests: Sequence[str]) -> float:
-    """Return the smallest proportion among some tests."""
+    """Return the power of the test that has the least power."""
     return min(outcome.power(name).value for name in tests or list(outcome.found))
 
 
 def varying(found: Sequence[Row]) -> list[str]:
-    """Return the axes along which the conditions differ, always including participants."""
+    """Return the options in which the conditions differ, always including participants."""
     return [
         axis
         for axis in AXES
@@ -176,12 +177,12 @@ def varying(found: Sequence[Row]) -> list[str]:
 
 
 def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
-    """Return the smallest sample size from which the target is always reached, or None.
+    """Return the sample size from which the target power is always reached, if there is one.
 
     Returns
     -------
     dict
-        Sizes, keyed by the condition with its number of participants set to 0.
+        Sample size or None, keyed by the condition with its number of participants set to 0.
     """
     enough: dict[Condition, int | None] = {}
     missed: set[Condition] = set()
@@ -196,7 +197,7 @@ def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
 
 
 def sentence(design: Design, row: Row) -> str:
-    """Return a sentence about a condition for a grant application."""
+    """Describe the power in one condition, for use in a grant application."""
     condition, weak = row.condition, row.weakest
     people = "" if condition.effect == 1 else f" and {condition.effect:g} times the effect"
     ratings = "rating" if condition.repetitions == 1 else "ratings"
@@ -237,7 +238,7 @@ PRIMARY_TESTS = {
 
 
 def as_json(design: Design, found: Sequence[Row], target: float) -> dict[str, object]:
-    """Return everything as plain data."""
+    """Return all conditions and their results as JSON data."""
     return {
         "study": design.name,
         "population": design.population.name,

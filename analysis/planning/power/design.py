@@ -1,4 +1,4 @@
-"""Extract what power depends on: surfaces, task, tests, normalisation and exclusions."""
+"""Extract the properties of a study that affect power: task, tests, normalisation, exclusions."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
     from slipscale.experiments.study.model import Study
 
-#: Tests computed one study at a time; "growth", "order" and "reliability" decide nothing.
+#: Tests that are computed for one study at a time.
 SLOW = ("page_trend", "mixed_model")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """The parts of a study that affect power; conditions set the rest.
+    """The properties of a study that affect power and are the same in all conditions.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Design:
     population : Population
     alpha : float
     varied : str
-        Name of what the levels vary, such as "amplitude".
+        Name of the varied quantity, such as "amplitude".
     """
 
     name: str
@@ -72,20 +72,20 @@ class Design:
 
     @property
     def tests(self) -> tuple[str, ...]:
-        """Tests whose power is estimated: the study's, or all tests with a vectorised form."""
+        """Tests whose power is estimated: the planned tests, or by default all vectorised tests."""
         known = (*TESTS, *SLOW)
         named = self.choices.tests
         wanted = list(TESTS) if named is None else [test for test in known if test in set(named)]
-        # Friedman's test needs three amplitudes; with two, the only pair replaces it.
+        # Friedman's test needs three amplitudes. With two, the pairwise test replaces it.
         if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
             wanted = [test for test in wanted if test not in ("friedman", "page_trend")]
         return tuple(wanted)
 
     @property
     def factor_tests(self) -> dict[str, bool]:
-        """Tests of factors -> whether the population has the effect.
+        """Map each test of a factor to whether the population has the effect.
 
-        In the order of the task's factors; for each, the effect on means and the interaction.
+        Each factor has two tests, its effect on means and its interaction with the amplitude.
         """
         people = self.population
         return {
@@ -103,7 +103,7 @@ class Design:
         return self.choices.tests is None or "pairwise" in self.choices.tests
 
     def task_of(self, condition: Condition) -> Task:
-        """Return the task with a condition's repetitions, order, and adjacent catch steps."""
+        """Return the task with the repetitions, order and catch steps of a condition."""
         task = replace(self.task, repetitions=condition.repetitions)
         if condition.order is not None:
             task = replace(task, order=condition.order)
@@ -116,9 +116,9 @@ class Design:
         return replace(task, trials_after=task.trials_after + more)
 
     def steps_of(self, condition: Condition) -> StepTask | None:
-        """Return the descending difference task with a condition's catch steps, or None.
+        """Return the descending difference task with the condition's number of catch steps.
 
-        None means that its precision is not requested.
+        Returns None if the precision of catch steps was not requested.
         """
         if self.steps is None or condition.catch_steps is None:
             return None
@@ -126,15 +126,15 @@ class Design:
 
     @property
     def identity(self) -> dict[str, object]:
-        """Return everything that affects a result, except the condition, as plain data."""
+        """Return all settings that affect a result, except the condition, as JSON data."""
         task = asdict(self.task)
         if not self.task.factors:
-            del task["factors"]  # keeps the random numbers of studies without factors
+            del task["factors"]  # studies without factors keep their random numbers
         return {
             "task": task,
             "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
-            # Does not affect power: a new key would only change the random numbers.
+            # Omitted, because it does not affect power and would change the random numbers.
             "choices": self.choices.model_dump(
                 mode="json", exclude={"threshold_reversals", "threshold_friction"}
             ),
@@ -144,7 +144,7 @@ class Design:
 
 
 def design_of(study: Study, text: str, population: Population, alpha: float) -> Design:
-    """Return the parts of a study that affect power.
+    """Extract the properties of a study that affect power.
 
     Raises
     ------
@@ -211,9 +211,9 @@ def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int
 def _steps(
     counts: Sequence[tuple[Options, int]], context: Context, conditions: int
 ) -> StepTask | None:
-    """Return the first descending difference task that has a step, or None.
+    """Return the first descending difference task with at least one step, or None.
 
-    Its series in all conditions are pooled.
+    Series from all conditions are pooled.
     """
     for place, (options, _) in enumerate(counts):
         if isinstance(options, DescendingDifference):
@@ -232,7 +232,7 @@ def _steps(
 
 
 def _plannable(study: Study) -> AnalysisChoices:
-    """Return the study's choices. Raises UserError if their normalisation cannot be applied."""
+    """Return the study's analysis choices; raise UserError if simulations cannot be normalised."""
     choices = study.analysis
     if choices.normalisation not in (None, *DIVISORS):
         raise UserError(

@@ -1,4 +1,4 @@
-"""Plot power against sample size with its Monte Carlo band, and the map of precision."""
+"""Plot power against sample size, and precision against the study design."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of distinguishable curves.
 CURVES = 8
-#: Used in addition to colours, for greyscale prints.
+#: Line styles, for greyscale prints.
 MARKERS = "os^D"
 
 
@@ -54,7 +54,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
     )  # fmt: skip
     axes.set(xlabel="Participants", ylabel="Power of the weakest comparison", ylim=(0, 1.02))
     if others:
-        # Placed above the axes, because curves may be anywhere inside.
+        # The legend is placed above the axes, because curves may be anywhere inside.
         figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
     if len(curves) > CURVES:
         axes.set_title(f"the first {CURVES} of {len(curves)} conditions", fontsize=8.5)
@@ -63,7 +63,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
 
 @styled
 def catch_figure(found: Sequence[Row]) -> Figure:
-    """Plot the precision from catch steps against their number, with one curve per sample size."""
+    """Plot precision against the number of catch steps, with one curve per sample size."""
     figure, panels = canvas(1, 2, size=(6.6, 3.2), sharex=True)
     first = found[0].condition
     axes_left = [axis for axis in varying(found) if axis not in ("participants", "catch_steps")]
@@ -103,9 +103,9 @@ def catch_figure(found: Sequence[Row]) -> Figure:
 
 @styled
 def precision_figure(found: Sequence[Row]) -> Figure:
-    """Plot the half-width of the exponent's interval against sample size and repetitions."""
+    """Map the half-width of the exponent's interval by sample size and repetitions."""
     figure, axes = canvas(size=(6.6, 3.6))
-    # The main case of the plan: its largest effect with the smallest values otherwise.
+    # Only one condition can be shown: the largest effect, with the smallest other values.
     first = max(found, key=lambda row: row.condition.effect).condition
     same = [
         row

@@ -1,4 +1,4 @@
-"""List the conditions of a power analysis: every combination of the values to compare."""
+"""List the conditions of a power analysis: all combinations of the options' values."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 FEWEST_PARTICIPANTS = 3
-#: Maximum number of values per option; a longer range is taken as a typing error.
+#: Maximum number of values per option. A longer range is probably a typing error.
 MOST_VALUES = 1000
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """One study design, and the behaviour of its participants.
+    """One combination of study design and participants' behaviour.
 
     Parameters
     ----------
@@ -30,17 +30,16 @@ class Condition:
     repetitions : int
         Number of ratings per surface.
     effect : float
-        Effect size relative to the population; with 0.5, differences between mean sensations are
-        halved.
+        Factor for the population's effect. For 0.5, differences between mean sensations are halved.
     lapses, dropout : float
         Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
-        Exponent of the mean sensation above 0 µm; 0 keeps the population's own curve.
+        Exponent of the mean sensation above 0 µm. For 0, the population's curve is not changed.
     order : {"blocked", "simple", "williams"} or None
-        Rule for the order of surfaces; None keeps the study's.
+        Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
-        Catch steps per series of the descending difference; None keeps the study's number and does
-        not estimate their precision.
+        Catch steps per series of the descending difference. If None, the study's number is used and
+        the precision from catch steps is not estimated.
     """
 
     participants: int
@@ -53,12 +52,12 @@ class Condition:
     catch_steps: int | None = None
 
     def told(self, axis: str) -> str:
-        """Format an axis value; return an empty string if the study's own value is used."""
+        """Format an option's value; return an empty string if the study's value is used."""
         value = getattr(self, axis)
         return "" if value is None else str(value) if isinstance(value, str) else f"{value:g}"
 
     def described(self, axes: Sequence[str]) -> str:
-        """Format some axes.
+        """Format the values of several options.
 
         >>> Condition(participants=8, catch_steps=2).described(["effect", "catch_steps"])
         'effect 1, catch steps 2'
@@ -66,7 +65,7 @@ class Condition:
         return ", ".join(f"{axis.replace('_', ' ')} {self.told(axis)}" for axis in axes)
 
     def people(self, population: Population) -> Population:
-        """Return the population with the condition's effect, lapses and dropout."""
+        """Return the population with this condition's effect, exponent, lapses and dropout."""
         centre = math.fsum(population.mean_sensation) / len(population.mean_sensation)
         top_um_pp, top = population.levels[-1], population.mean_sensation[-1]
         mean = tuple(
@@ -86,7 +85,7 @@ class Condition:
         for key in ("effects", "growths"):
             known = getattr(population, key)
             changed[key] = tuple((name, level, by**self.effect) for name, level, by in known)
-        # A distribution on 0 to 100 may not allow this spread at a different mean.
+        # On a scale from 0 to 100, the largest possible spread depends on the mean.
         most = (0.9 * math.sqrt(each * (100 - each)) for each in mean)
         changed["sd_sensation"] = tuple(map(min, population.sd_sensation, most))
         return population.model_copy(update=changed)
@@ -94,7 +93,7 @@ class Condition:
 
 AXES: tuple[str, ...] = tuple(field.name for field in fields(Condition))
 _SHARE = (lambda value: 0 <= value <= 1, "proportions from 0 to 1")
-#: Axis -> its type, a check of its values, and what was expected.
+#: Option -> type, check of its values, and expected values for error messages.
 EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
     "participants": (
         int,
@@ -110,7 +109,7 @@ EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
 
 
 def option(axis: str) -> str:
-    """Return the command-line option for an axis' values.
+    """Return the name of a command-line option.
 
     >>> option("catch_steps")
     '--catch-steps'
@@ -119,12 +118,12 @@ def option(axis: str) -> str:
 
 
 def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
-    """Return the ordering rules with these names.
+    """Return the order rules with the given names.
 
     Raises
     ------
     UserError
-        If no rule is named, or a name is unknown.
+        If there are no names, or if a name is unknown.
     """
     known = get_args(Rule)
     named = [word.strip() for word in ",".join(words).split(",") if word.strip()]
@@ -138,7 +137,7 @@ def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
 
 
 def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
-    """Return an option's values: lists and ranges, ``8:40:4`` or ``1,0.5`` or ``8 12 16``.
+    """Parse an option's values: a range or a list, such as ``8:40:4``, ``1,0.5`` or ``8 12 16``.
 
     Raises
     ------
@@ -183,12 +182,12 @@ def _range(axis: str, word: str, kind: type) -> list[float]:
 
 
 def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
-    """Return every combination of the axes' values.
+    """Return all combinations of the options' values.
 
     Raises
     ------
     UserError
-        With these lapses and dropout, no participants answer.
+        If lapses and dropout together leave no genuine answers.
     """
     found = [
         Condition(**dict(zip(axes, values, strict=True))) for values in product(*axes.values())
@@ -203,10 +202,10 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
 
 
 def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
-    """Return the distinct conditions without an effect, which determine the false-alarm rates."""
+    """Return the conditions without effect that are needed to estimate false-alarm rates."""
     return list(dict.fromkeys(map(without_its_effect, wanted)))
 
 
 def without_its_effect(condition: Condition) -> Condition:
-    """Return the condition that determines the false-alarm rate for another condition."""
+    """Return a copy of a condition without effect, for its false-alarm rate."""
     return replace(condition, effect=0.0, exponent=0.0)

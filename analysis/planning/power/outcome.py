@@ -1,4 +1,4 @@
-"""Count the findings of simulated studies, in sums that can be combined in any order."""
+"""Count significant results in simulated studies, as sums that can be combined."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Z95 = 1.959963984540054
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Share:
-    """A proportion of simulated studies with its Monte Carlo error.
+    """Proportion of simulated studies, with its Monte Carlo interval.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Share:
 
     @classmethod
     def of(cls, count: int, studies: int) -> Self:
-        """Return the proportion `count` / `studies`."""
+        """Return the proportion `count` / `studies` with its interval."""
         if not studies:
             return cls(value=math.nan, low=math.nan, high=math.nan, studies=0)
         share, z2 = count / studies, Z95**2
@@ -93,19 +93,20 @@ class Sums:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Findings from a number of simulated studies.
+    """Counts and sums of the results of simulated studies.
 
     Parameters
     ----------
     studies : int
-        Number of studies; a study that cannot be analysed counts as one without findings.
+        Number of studies. Studies that cannot be analysed count as studies without significant
+        results.
     unusable : int
         Number of studies that `analyse` would reject.
     found : Mapping
         Test, pair of neighbours ("0.5 - 1.2") or interim analysis ("look 1") -> number of studies
         with a significant result.
     widths : Mapping
-        Estimated quantity ("exponent", "mean at 0.5") -> half-widths of its interval.
+        Name of an estimated quantity ("exponent", "mean at 0.5") -> half-widths of its interval.
     steps : Mapping
         Results from catch steps, see `slipscale.analysis.planning.power.yes_no_steps.precision`;
         empty if they were not requested.
@@ -122,14 +123,14 @@ class Outcome:
         return Share.of(self.found[test], self.studies)
 
     def as_json(self) -> dict[str, object]:
-        """Return plain data."""
+        """Return the outcome as JSON data."""
         return asdict(self)
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Self:
         """Parse the output of `as_json`.
 
-        Raises KeyError, TypeError or ValueError if it is invalid.
+        Raises KeyError, TypeError or ValueError if the data are invalid.
         """
         return cls(
             studies=int(data["studies"]),
@@ -149,7 +150,7 @@ def _added(one: Mapping[str, Sums], other: Mapping[str, Sums]) -> dict[str, Sums
 
 
 def total(outcomes: Iterable[Outcome]) -> Outcome:
-    """Return the sum of outcomes, in the given order, so that rounding is reproducible."""
+    """Add outcomes in the given order, so that rounding is reproducible."""
     whole = Outcome()
     for one in outcomes:
         whole = Outcome(

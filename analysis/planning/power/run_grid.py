@@ -1,7 +1,7 @@
-"""Compute the shards of a grid: locally, on a cluster, or in parts for an array job.
+"""Compute the shards of a grid on this computer, on a cluster, or in parts as an array job.
 
-The results are identical in every case. Each shard has its own seed, and shards are summed in a
-fixed order, not in the order of completion.
+All three give identical results, because each shard has its own seed and shards are always summed
+in the same order.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.shard_cache import ShardCache
 
 HOUR_S = 3600.0
-#: Numbers of studies that are timed to estimate the total time.
+#: Numbers of studies that are timed to estimate the run time.
 TRIED = (5, 45)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """The shards of this run: part ``number`` of ``of``, from 1; default: all."""
+    """Selection of shards: part ``number`` of ``of``, counted from 1. The default is all shards."""
 
     number: int = 1
     of: int = 1
 
     def takes(self, place: int) -> bool:
-        """Return whether the shard at an index belongs to this part."""
+        """Return whether the shard with this index belongs to the part."""
         return place % self.of == self.number - 1
 
 
@@ -46,7 +46,7 @@ def shards(
     seed: int,
     looks: Looks | None = None,
 ) -> list[Shard]:
-    """Return the shards of some conditions, in order."""
+    """Return the shards of all given conditions, in order."""
     sizes = [STUDIES_A_SHARD] * (studies // STUDIES_A_SHARD)
     if rest := studies % STUDIES_A_SHARD:
         sizes.append(rest)
@@ -75,7 +75,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
         return 0.0
     largest = max(wanted, key=_ratings)
     few, many = (min(number, largest.studies) for number in TRIED)
-    _timed(largest, few)  # tables and imports
+    _timed(largest, few)  # Exclude the time for imports and tables.
     small_s, large_s = _timed(largest, few), _timed(largest, many)
     study_s = max(large_s - small_s, 0.0) / max(many - few, 1)
     shard_s = max(small_s - few * study_s, 0.0)
@@ -84,7 +84,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
 
 
 def _timed(shard: Shard, studies: int) -> float:
-    """Return the time taken by this many studies of a shard."""
+    """Measure the time needed to compute the first few studies of a shard."""
     began = time.perf_counter()
     replace(shard, studies=studies, number=-1).compute()
     return time.perf_counter() - began
@@ -104,7 +104,7 @@ def run_grid(
     scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[Condition, Outcome]:
-    """Compute shards and add them up.
+    """Compute shards, and add up the outcomes of each condition.
 
     Parameters
     ----------
@@ -113,7 +113,8 @@ def run_grid(
     jobs : int
         Number of processes.
     cache : ShardCache, optional
-        Finished shards are read from it, and each new shard is stored as soon as it is finished.
+        Cache from which finished shards are read. New shards are stored as soon as they are
+        finished.
     part : Part, optional
         Selects which of the missing shards to compute in this run.
     scheduler : str, optional
@@ -161,7 +162,7 @@ def _computed(
     """Yield each shard with its outcome, in order of completion."""
     if scheduler is not None:
         for shard, outcome in _on_cluster(left, scheduler):
-            if cache:  # local: a worker may not have access to this disk
+            if cache:  # Workers may not have access to this disk.
                 cache.put(shard, outcome)
             yield shard, outcome
     elif jobs == 1 or len(left) < 2:  # noqa: PLR2004
@@ -175,7 +176,7 @@ def _computed(
 
 
 def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome]:
-    """Compute a shard and store it immediately: a killed process loses only its current shard."""
+    """Compute a shard and store it immediately, so that a killed process loses only one shard."""
     outcome = shard.compute()
     if cache:
         cache.put(shard, outcome)
@@ -183,7 +184,7 @@ def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome
 
 
 def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, Outcome]]:
-    """Yield shards computed by a Dask cluster; shards of a lost worker are repeated."""
+    """Yield shards computed by a Dask cluster, which repeats the shards of a lost worker."""
     try:
         from distributed import Client, as_completed  # noqa: PLC0415 - an extra
     except ModuleNotFoundError:

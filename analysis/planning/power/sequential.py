@@ -66,13 +66,13 @@ def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[fl
     sizes : tuple of int
         Number of participants at each interim analysis, ascending; the last is the whole study.
     alpha : float
-        Level of the whole study.
+        Overall significance level of the study.
     spending : {"obrien-fleming", "pocock"}
     """
     from scipy.optimize import brentq  # noqa: PLC0415
     from scipy.special import ndtr  # noqa: PLC0415
 
-    # Half on each side, as in the published tables of two-sided boundaries.
+    # Half of alpha on each side, as in published tables of two-sided boundaries.
     spent = [2 * SPENDING[spending](size / sizes[-1], alpha / 2) for size in sizes]
     found: list[float] = []
     # Density of the test statistic if the study continues, at the nodes between the boundaries.

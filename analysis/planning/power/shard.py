@@ -1,4 +1,4 @@
-"""Simulate a shard: about a hundred studies of one condition, with the shard's own seed.
+"""Simulate a shard: about a hundred studies of one condition, with a seed for the shard.
 
 The seed is the SHA-256 of design, condition, shard and the user's seed, so a shard gives the same
 result on every machine and in every run.
@@ -49,14 +49,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Version of the simulation; changing it changes all seeds and invalidates the cache.
+#: Version of the simulation. A different version changes all seeds and invalidates the cache.
 VERSION = 2
 STUDIES_A_SHARD = 250
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Looks:
-    """Interim analyses, including the final one; if ``number`` is 1, only the final one."""
+    """Number of analyses during and after a study, and their alpha spending function."""
 
     number: int = 1
     spending: Spending = "obrien-fleming"
@@ -64,7 +64,7 @@ class Looks:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shard:
-    """One unit of computation.
+    """Simulated studies of one condition that are computed and cached together.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class Shard:
 
     @property
     def identity(self) -> dict[str, object]:
-        """Everything that affects the result, as plain data."""
+        """All settings that affect the result, as JSON data."""
         return {
             "version": VERSION,
             "design": self.design.identity,
@@ -136,7 +136,7 @@ class Shard:
 
 
 def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
-    """Return the findings from vectorised tests."""
+    """Return the results of all vectorised tests."""
     alpha = design.alpha
     told = {
         name: (TESTS[name](found) < alpha) & found.usable for name in design.tests if name in TESTS
@@ -160,7 +160,7 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
 
 
 def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Return how many studies find each factor's effect, and its interaction with the level."""
+    """Count the studies that detect each factor's effect and its interaction with the level."""
     task = design.task
     if not task.factors:
         return {}
@@ -179,7 +179,7 @@ def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
 
 
 def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
-    """Return whether each study discriminates between neighbouring amplitudes."""
+    """Return which neighbouring amplitudes differ significantly in each study."""
     p = pairwise(found, design.choices.primary)
     known = pairs(found.amplitudes_um_pp)
     return {
@@ -189,9 +189,9 @@ def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArra
 
 
 def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
-    """Return the number of the interim analysis at which each study stops.
+    """Return which studies stop at each interim analysis.
 
-    Uses the omnibus test of the primary analysis.
+    A study stops if the omnibus test of its primary analysis is significant.
     """
     sizes = look_sizes(found.cells.shape[1], looks.number)
     going_on = found.usable.copy()
@@ -221,7 +221,7 @@ def pair_name(low_um_pp: float, high_um_pp: float) -> str:
 def excluded(design: Design, ratings: Ratings) -> Ratings:
     """Return the ratings without the participants excluded by the study's rule.
 
-    Uses the measures and flags of `analyse`, one study at a time.
+    The quality measures are computed as in `analyse`, one study at a time.
     """
     choices = design.choices
     percent = ratings.percent.copy()
@@ -246,7 +246,7 @@ def _dataset(design: Design, ratings: Ratings, study: int) -> Dataset:
 
 
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Return how many studies are significant in tests without a vectorised form."""
+    """Count the studies with significant results in tests that are not vectorised."""
     slow = [name for name in design.tests if name in SLOW]
     found = dict.fromkeys(slow, 0)
     for study in range(len(ratings.percent) if slow else 0):
@@ -254,7 +254,7 @@ def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
         try:
             _, prepared, _, _ = normalised(data, None)
         except UserError:
-            continue  # `analyse` rejects it
+            continue  # `analyse` would reject these data.
         for name in slow:
             found[name] += bool(prepared and SLOW[name](prepared) < design.alpha)
     return found
@@ -274,7 +274,7 @@ def _mixed_model_p(data: Prepared) -> float:
     return float(2 * stats.t.sf(abs(found.exponent) / found.se, found.n - 1))
 
 
-#: Test in a study file that is computed one study at a time -> its p-value.
+#: Name of a test that is not vectorised -> function that returns its p-value.
 SLOW: dict[str, Callable[[Prepared], float]] = {
     "page_trend": _page_p,
     "mixed_model": _mixed_model_p,

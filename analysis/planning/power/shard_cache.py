@@ -1,8 +1,8 @@
 """Cache finished shards in a folder, so that no shard is computed twice.
 
-Each shard has one file. It is written under another name and then renamed, so a killed run leaves
-no incomplete files. A file is used only if its text matches the SHA-256 in it and it belongs to
-the shard; shards whose files were truncated, edited or copied from elsewhere are computed again.
+Each shard has one file, which is written atomically, so a killed run leaves no incomplete files.
+Files contain a SHA-256 of their content and of the shard's settings. If a file was truncated,
+edited or copied from another analysis, its shard is computed again.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MARK = "slipscale-power.json"
 
 
 class ShardCache:
-    """The finished shards in a folder.
+    """Folder of finished shards.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class ShardCache:
         return self.folder / f"{shard.digest}.json"
 
     def get(self, shard: Shard) -> Outcome | None:
-        """Return a finished shard's outcome; None if it is missing or invalid."""
+        """Return the stored outcome of a shard, or None if its file is missing or invalid."""
         try:
             text = self.path(shard).read_text(encoding="utf-8")
             digest, _, body = text.partition("\n")
@@ -75,7 +75,7 @@ class ShardCache:
             return None
 
     def put(self, shard: Shard, outcome: Outcome) -> None:
-        """Write a shard's outcome.
+        """Store the outcome of a shard.
 
         Raises
         ------

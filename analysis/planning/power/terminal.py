@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 #: Short headings for narrow columns.
 SHORT = {"participants": "N", "repetitions": "ratings", "catch_steps": "catch\nsteps"}
 WIDTH = 110
-#: With more condition columns than this, only the weakest pair is shown.
+#: Maximum number of condition columns for which all pairs are shown.
 NARROW = 2
 
 
 def print_power(design: Design, found: Sequence[Row], target: float) -> None:
-    """Print the power of each condition, and how many participants are enough."""
-    # Truncated numbers would be misleading, so lines wrap on a narrow terminal.
+    """Print the power in each condition, and the number of participants that is enough."""
+    # On a narrow terminal, lines wrap instead of truncating numbers.
     target_console = Console()
     target_console.width = max(target_console.width, WIDTH)
     table = Table(
@@ -54,7 +54,7 @@ def print_power(design: Design, found: Sequence[Row], target: float) -> None:
 def _columns(
     design: Design, first: Row, target: float, *, brief: bool
 ) -> dict[str, Callable[[Row], str]]:
-    """Return a mapping from headings to functions that return a column's content."""
+    """Return the columns: headings, and functions that format a condition's value."""
     columns: dict[str, Callable[[Row], str]] = {}
     amplitudes = [name for name in first.decisive if name not in design.factor_tests]
     for name in amplitudes[: 1 if brief else None]:
@@ -83,7 +83,7 @@ def _columns(
 
 
 def _of_factors(design: Design) -> list[str]:
-    """Return the sentences on the factors, if there are any."""
+    """Return sentences on the tests of factors, if the study has factors."""
     known = [name for name, _ in design.task.factors]
     if not known:
         return []
@@ -120,7 +120,7 @@ def _width(row: Row) -> str:
 
 
 def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
-    """Return the conclusions from the table, one sentence each."""
+    """Return one sentence per conclusion from the table."""
     lines = []
     others = [axis for axis in varying(found) if axis != "participants"]
     for condition, size in fewest(found, target).items():

@@ -1,8 +1,8 @@
-"""Simulate the descending difference task and the information from its catch steps.
+"""Simulate the descending difference task, and the precision that its catch steps provide.
 
-The model is that of `Respondent.notices`, applied to whole arrays. The proportion of "yes" at
-catch steps has the same interval as in the report. The report's probit model takes a few tenths of
-a second per d', so d' is computed only for the first studies in each shard.
+Answers follow the model in `Respondent.notices`, applied to whole arrays. Intervals for the
+proportion of "yes" at catch steps are computed as in the report. Because the probit model for d'
+takes a few tenths of a second, d' is computed only for the first studies in each shard.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ CATCH_WIDTH, D_PRIME_LOW = "yes at catch steps", "lower bound of d'"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepTask:
-    """The parts of a descending difference task that affect answers.
+    """The properties of a descending difference task that affect answers.
 
     Parameters
     ----------
@@ -81,13 +81,13 @@ def simulate_steps(
     population: Population,
     rng: np.random.Generator,
 ) -> StepAnswers:
-    """Return simulated studies, step by step; parameters as for `simulate_ratings`."""
+    """Simulate studies step by step; for parameters, see `simulate_ratings`."""
     shape = (studies, participants)
     mean = np.array([curves(population).mean(each) for each in task.descent_um_pp])
     catch = np.concatenate(
         [_catch_marks(task, shape, rng) for _ in range(task.series)], axis=2, dtype=np.bool_
     )
-    # Each series contains the same real steps, in order.
+    # The real steps are the same in each series, in the same order.
     place = (np.cumsum(~catch, axis=2) - 1) % (len(task.descent_um_pp) - 1)
     changes = np.where(catch, 0.0, np.abs(np.diff(mean))[place])
     removed = np.where(catch, 0.0, np.abs(np.diff(task.descent_um_pp))[place])
@@ -111,19 +111,19 @@ def simulate_steps(
 def _catch_marks(
     task: StepTask, shape: tuple[int, int], rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Return which steps in a series are catch steps; all positions are equally likely."""
+    """Draw the positions of catch steps in each series; all positions are equally likely."""
     marks = np.array([False] * (len(task.descent_um_pp) - 1) + [True] * task.catch_steps)
     return rng.permuted(np.broadcast_to(marks, (*shape, len(marks))), axis=2)
 
 
 def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
-    """Return the precision of the false-alarm rate, and the d' values that studies can claim.
+    """Return the precision of the false-alarm rate, and the lower bounds of d'.
 
     Returns
     -------
     dict
-        Half-widths of the interval for the proportion of "yes" at catch steps, and lower bounds
-        for d' over all step sizes together.
+        Half-widths of the interval for the proportion of "yes" at catch steps, and lower bounds of
+        d' for all step sizes combined.
     """
     widths = [
         _half_width(*_catch_counts(removed, felt), confidence)
@@ -139,7 +139,7 @@ def precision(answers: StepAnswers, confidence: float) -> dict[str, Sums]:
 
 
 def _catch_counts(removed: Array, felt: Array) -> tuple[tuple[float, ...], tuple[float, ...]]:
-    """Return each participant's "yes" and total answers at catch steps, in sorted order."""
+    """Return the numbers of "yes" and of all answers at catch steps per participant, sorted."""
     answered = (removed == 0) & ~np.isnan(felt)
     number = answered.sum(axis=1)
     yes = np.where(answered, felt, 0.0).sum(axis=1)
@@ -149,7 +149,7 @@ def _catch_counts(removed: Array, felt: Array) -> tuple[tuple[float, ...], tuple
 
 @lru_cache(maxsize=10_000)
 def _half_width(yes: tuple[float, ...], answers: tuple[float, ...], confidence: float) -> float:
-    """Return the half-width of the report's interval; many studies have the same counts."""
+    """Return the half-width of the report's interval. Results are cached, since counts recur."""
     if not answers:
         return math.nan
     found = clustered_interval(np.array(yes), np.array(answers), confidence)

@@ -1,1 +1,1 @@
-"""Estimate the precision of the other protocols: simulated studies, answers and output."""
+"""Estimate the precision and power of studies with any protocol, by simulation."""

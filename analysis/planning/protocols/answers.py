@@ -1,7 +1,7 @@
-"""Simulate answers in choice and ratio tasks, as `analyse` would read them.
+"""Simulate answers in choice and ratio tasks, in the form that `analyse` reads.
 
-The simulated participants complete the real protocol without plate, screen or files. The data-set
-code builds their rows, and the analysis code reads them.
+Simulated participants complete the real protocol without plate, screen or files. Their data are
+built and read with the same code as real data.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
 
 
-#: Kinds of step in a row of a choice task.
+#: Kinds of steps that form a row of a choice task.
 TOLD = (Present, Ask, EndTrial)
 
 
 class Answered(NamedTuple):
-    """One person's answers to main trials: choices with their method, or ratios."""
+    """Answers of one simulated person in main trials: choices, or an exponent from ratios."""
 
     method: str
     answers: Answers | None = None
@@ -44,7 +44,7 @@ class Answered(NamedTuple):
 
 
 class StudyAnswers(NamedTuple):
-    """All answers in a simulated study (None for a person without any), and the minutes taken."""
+    """Answers of all people in a simulated study (None without answers), and durations."""
 
     people: list[Answered | None]
     minutes: list[float]
@@ -53,7 +53,7 @@ class StudyAnswers(NamedTuple):
 def answers_of(
     study: ProtocolStudy, participants: int, seed: int, population: Population
 ) -> StudyAnswers:
-    """Return the answers from one simulated study."""
+    """Simulate one study and return its answers."""
     rows, minutes = rows_of(study, participants, seed, population)
     return StudyAnswers([read_answers(study, own) for own in rows], minutes)
 
@@ -61,12 +61,12 @@ def answers_of(
 def rows_of(
     study: ProtocolStudy, participants: int, seed: int, population: Population
 ) -> tuple[list[pd.DataFrame], list[float]]:
-    """Return each person's main trials in one simulated study, and the minutes taken."""
+    """Return each person's main trials in one simulated study, and their durations in minutes."""
     rows: dict[str, list[pd.DataFrame]] = {}
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):
         if plan.visit and drops_out(plan, population):
-            continue  # a participant who gave up is not invited to further sessions
+            continue  # Participants who gave up are not invited to further sessions.
         steps = list(bare_run(plan, population))
         who = plan.participant
         minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)
@@ -76,7 +76,7 @@ def rows_of(
 
 
 def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.DataFrame:
-    """Return the main trials of a run, as in its table."""
+    """Return the main trials of a run as rows of its table."""
     protocol = next(each for each, _ in plan.tasks() if each.task == study.task)
     trials = gather(_records(steps)).trials.get(study.task, [])
     main = [trial for trial in trials if trial.trial.phase == MAIN]
@@ -89,7 +89,7 @@ def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.Data
 
 
 def _records(steps: list[BareStep]) -> list[Record]:
-    """Return the steps as journal records."""
+    """Convert steps to journal records."""
     found: list[Record] = []
     for done in steps:
         if isinstance(done.step, TOLD):
@@ -101,7 +101,7 @@ def _records(steps: list[BareStep]) -> list[Record]:
 
 
 def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
-    """Parse a person's rows; None if nothing was answered."""
+    """Parse the answers in a person's rows; return None without any answer."""
     if rows.empty or study.marks is None:
         return None
     if study.marks == RATIO:
@@ -117,7 +117,7 @@ def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
 
 
 def _exponent(rows: pd.DataFrame) -> float:
-    """Return the slope of mean log ratios on log amplitude, as for magnitude estimates."""
+    """Return the slope of mean log ratios against log amplitude, as for magnitude estimates."""
     amplitude, ratio = RATIO
     there = rows[(rows["catch"] != "true") & (rows[amplitude] > 0) & rows[ratio].notna()]
     logs = there[ratio].astype(float).map(math.log)

@@ -1,9 +1,9 @@
-"""Estimate the power to find that thresholds differ between the levels of a study's factors.
+"""Estimate the power to detect differences in thresholds between the levels of a factor.
 
 Simulated people answer the real protocol in every condition. The report compares conditions in one
-hierarchical model, which takes too long for hundreds of studies. Here, the maximum-likelihood
-thresholds of each participant are compared by paired t tests with Holm's correction, averaged over
-other factors. Thresholds are compared as logarithms, unless the curve is a function of the level.
+hierarchical model, which is too slow for hundreds of studies. Here, paired t tests with Holm's
+correction compare participants' maximum-likelihood thresholds, averaged over other factors.
+Thresholds are compared as logarithms, except for psychometric functions on a linear axis.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionPower:
-    """Power of one comparison between two levels of a factor.
+    """Power to detect a difference between two levels of a factor.
 
     Parameters
     ----------
     participants : int
     factor, first, second : str
     change : float
-        Median over studies of the second threshold divided by the first; for a curve on a linear
-        axis, minus the first.
+        Ratio of the second threshold to the first, median across studies. For psychometric
+        functions on a linear axis, the difference.
     power : Share
         Proportion of studies in which the thresholds differ significantly.
     without : float
-        Proportion of participants who have no threshold in at least one of the two levels.
+        Proportion of participants without a threshold at one or both levels.
     """
 
     participants: int
@@ -120,12 +120,12 @@ def _axis_values(
     seed: int,
     population: Population,
 ) -> tuple[Array, bool]:
-    """Return thresholds on the axis of their curve, and whether it is logarithmic.
+    """Return thresholds on the psychometric function's axis, and whether it is logarithmic.
 
     Returns
     -------
     array, shape (participants, first factor, second factor, ...)
-        NaN without a threshold.
+        Thresholds; NaN if the task yields none.
     """
     conditions = [
         {in_um(name): factor_level(value) for name, value in values.items()}
@@ -183,7 +183,7 @@ HEAD = (
 
 
 def cells(row: ConditionPower) -> tuple[str | int | float, ...]:
-    """Return a row's values under `HEAD`."""
+    """Return the cells of a table row, in the order of `HEAD`."""
     power = row.power
     return (
         *(row.participants, row.factor, row.first, row.second, row.change),
@@ -196,8 +196,8 @@ def enough(
 ) -> dict[str, int | None]:
     """Return the smallest sufficient number of participants for each factor with an effect.
 
-    From this number, the most powerful comparison of the factor always reaches the target. None if
-    no number does.
+    From this number, the most powerful comparison between levels of the factor always reaches the
+    target. The value is None if no number does.
     """
     simulated = {name for name, _, by in (*population.effects, *population.growths) if by != 1}
     sizes: dict[str, int | None] = {}
@@ -212,7 +212,7 @@ def enough(
 
 
 def sentences(found: Sequence[ConditionPower], population: Population, target: float) -> list[str]:
-    """Return sentences on the tests, and on the sizes that reach the target."""
+    """Describe the tests, and the sample sizes that reach the target power."""
     said = [
         (
             "Individual thresholds are compared by paired t tests with Holm's correction; the "

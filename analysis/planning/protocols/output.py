@@ -1,4 +1,4 @@
-"""Present a comparison of protocols in words, as a table, a figure, CSV and JSON."""
+"""Present a comparison of protocols as sentences, a table, a figure, CSV and JSON."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ HEAD = (
 
 
 def ranked(found: Sequence[ProtocolPrecision]) -> list[ProtocolPrecision]:
-    """Return the rows grouped by quantity and number of participants, the most precise first."""
+    """Sort rows by quantity, number of participants and precision, the most precise first."""
     return sorted(
         found,
         key=lambda row: (row.study.quantity, row.participants, _or_last(row.half_width_percent)),
@@ -42,7 +42,7 @@ def _or_last(width: float) -> float:
 def _groups(
     found: Sequence[ProtocolPrecision],
 ) -> Iterator[tuple[str, int, list[ProtocolPrecision]]]:
-    """Yield quantity, participants and the rows to be compared with each other."""
+    """Group rows that can be compared: by quantity and number of participants."""
     for (quantity, size), rows in groupby(
         ranked(found), key=lambda row: (row.study.quantity, row.participants)
     ):
@@ -56,7 +56,7 @@ def value_of(row: ProtocolPrecision) -> str:
 
 
 def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: str) -> list[str]:
-    """Return sentences on what was compared, and the conclusions."""
+    """Describe the comparison and its conclusions."""
     said = [
         (
             f"Every study uses the same simulated people (population '{population}') for a median "
@@ -109,7 +109,7 @@ def table(found: Sequence[ProtocolPrecision]) -> list[tuple[str, ...]]:
 
 
 def as_json(found: Sequence[ProtocolPrecision], minutes: float) -> dict[str, object]:
-    """Return everything as plain data."""
+    """Return the comparison as JSON data."""
     return {
         "minutes": minutes,
         "rows": [dict(zip(HEAD, _cells(row), strict=True)) for row in ranked(found)],
@@ -148,7 +148,7 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
 def write_rows(
     folder: Path, name: str, head: Sequence[str], rows: Iterable[Sequence[str | float | None]]
 ) -> None:
-    """Write a CSV file to a folder, which is created if necessary.
+    """Write a CSV file to a folder, and create the folder if necessary.
 
     Raises
     ------

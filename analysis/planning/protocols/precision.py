@@ -1,10 +1,10 @@
-"""Compare protocols: how precisely studies estimate an exponent or threshold in the same time.
+"""Compare how precisely different protocols estimate a quantity in the same time.
 
-The measure is the half-width of the group's confidence interval in % of the estimate. The estimate
-is the mean of participants' exponents, or the geometric mean of their thresholds, computed as in
-`analyse`. For comparisons below and above a standard, the threshold is half the distance between
-the 25 and 75 % points. Magnitude estimation is simulated by
-`slipscale.analysis.planning.simulated.estimates`; other protocols are answered step by step.
+Precision is the half-width of the group's confidence interval in % of the estimate. The estimate is
+the mean of participants' exponents, or the geometric mean of their thresholds, computed as in
+`analyse`. For comparisons with a standard, the threshold is half the distance between the 25 and 75
+% points. Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`. In
+all other protocols, simulated people answer step by step.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolPrecision:
-    """Precision of one study.
+    """Precision of a study with a given number of participants.
 
     Parameters
     ----------
@@ -57,12 +57,12 @@ class ProtocolPrecision:
     value : float
         Mean exponent, or geometric mean of the thresholds in µm peak to peak.
     half_width_percent, error : float
-        Mean half-width of the 95 % interval in % of the value, and its Monte Carlo standard error.
+        Mean half-width of the 95 % interval in % of `value`, and its Monte Carlo standard error.
     low, high : float
         5 and 95 % quantiles of the half-widths.
     without : float
-        Proportion of studies without an interval because fewer than three participants have a
-        value.
+        Proportion of studies in which fewer than three participants have a value, so that no
+        interval can be computed.
     studies : int
         Number of simulated studies.
     """
@@ -89,7 +89,7 @@ def protocol_precision(
     population: Population,
     jobs: int = 1,
 ) -> list[ProtocolPrecision]:
-    """Return the precision of a study for each number of participants.
+    """Estimate the precision of a study for several numbers of participants.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def protocol_precision(
 def _summary(
     study: ProtocolStudy, values: Array, *, trials: int, minutes: float
 ) -> ProtocolPrecision:
-    """Return a study's precision from participants' values, shape (studies, participants)."""
+    """Summarise values of shape (studies, participants) as the study's precision."""
     if study.quantity == EXPONENT:
         value = _mean(values)
         percent = 100 * half_widths(values, CONFIDENCE) / value
@@ -156,7 +156,7 @@ def _mean(values: Array) -> float:
 def _exponents(
     study: ProtocolStudy, participants: int, studies: int, seed: int, population: Population
 ) -> Array:
-    """Return participants' exponents, shape (studies, participants), by vectorised simulation."""
+    """Simulate magnitude estimation; return exponents of shape (studies, participants)."""
     parsed = parse_study(study.text, study.name)
     design = design_of(parsed, study.text, population, 0.05)
     habits = population.habits
@@ -180,9 +180,9 @@ def _exponents(
 
 
 def thresholds_of(people: Sequence[Answered | None], *, points: bool = False) -> Array:
-    """Return all thresholds in µm peak to peak; NaN for participants without a threshold.
+    """Return participants' thresholds in µm peak to peak, or NaN.
 
-    With ``points``, comparisons give the point of subjective equality.
+    If ``points`` is True, return points of subjective equality for comparisons with a standard.
     """
     found = np.full(len(people), np.nan)
     for method in sorted({each.method for each in people if each}):

@@ -1,7 +1,7 @@
-"""Define the studies whose protocols are compared: what each estimates and how long it takes.
+"""Define the studies whose protocols are compared: estimated quantity, length and duration.
 
-The comparison uses the first task in a study that gives an exponent or a threshold. One option of
-that task is set so that a participant needs the given time. Other tasks are unchanged.
+The first task in a study that yields an exponent or a threshold is compared. Its number of trials
+is set so that the study takes the given time. Other tasks are unchanged.
 """
 
 from __future__ import annotations
@@ -33,18 +33,18 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: Options for the number of trials of a task; the first one that the task has is set.
+#: Options that determine a task's number of trials. The first one that the task has is set.
 AMOUNTS = ("repetitions", "most_trials")
 EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
-#: Columns of a judgement as a ratio to a standard.
+#: Columns of level and answer in tasks with ratio judgements.
 RATIO = ("comparison_um_pp", "ratio")
-#: Number of people whose median time is used as a study's duration.
+#: Number of simulated people whose median time is a study's duration.
 TIMED = 24
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolStudy:
-    """The properties of a study that matter for comparing protocols.
+    """Study with one task whose number of trials can be set.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ class ProtocolStudy:
     place : int
         Index of the task that is compared, from 0.
     task, title : str
-        Label of that task, and title of its protocol.
+        Label of the compared task, and title of its protocol.
     quantity : str
         The estimated quantity.
     marks : tuple of str or None
-        Columns with level and answer in its table; None for magnitude estimation.
+        Columns of level and answer in the task's table; None for magnitude estimation.
     amount : str
         The option that sets the number of trials.
     number : int
@@ -102,13 +102,12 @@ class ProtocolStudy:
 
 
 def protocol_study(name: str) -> ProtocolStudy:
-    """Return a study to be compared.
+    """Read a study that is to be compared.
 
     Raises
     ------
     UserError
-        If no task estimates a quantity that can be compared, or the task that does has no
-        adjustable number of trials.
+        If no task yields an exponent or threshold, or the task's number of trials cannot be set.
     """
     study, text = read_study(name)
     for place, options in enumerate(study.tasks):
@@ -136,7 +135,7 @@ def protocol_study(name: str) -> ProtocolStudy:
 
 
 def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
-    """Return a task's quantity and its columns; None if it cannot be compared."""
+    """Return the quantity that a task estimates, and its columns; None without a quantity."""
     own = (*protocol.design, *protocol.stimulus, *protocol.response)
     columns = {in_um(name) for name in own}
     if isinstance(options, MagnitudeEstimation):
@@ -151,12 +150,12 @@ def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[st
 
 
 def filling(study: ProtocolStudy, minutes: float, population: Population) -> ProtocolStudy:
-    """Return the study with as many trials as fit into the time for the median participant.
+    """Return the study with as many trials as the median participant completes in the time.
 
     Raises
     ------
     UserError
-        If even the smallest number of trials does not fit.
+        If even one trial takes too long.
     """
     once = study.minutes(population)
     twice = study.with_number(2 * study.number).minutes(population)
@@ -180,6 +179,6 @@ def minutes_of(steps: Iterable[BareStep]) -> float:
 
 
 def seed_of(*purpose: str | int) -> int:
-    """Return a seed for one purpose, from SHA-256, so that it is the same on all machines."""
+    """Derive a seed from its purpose by SHA-256, so that it is the same on all machines."""
     key = "\x1f".join(map(str, purpose))
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:4], "big")

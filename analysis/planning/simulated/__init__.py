@@ -1,1 +1,1 @@
-"""Simulate magnitude-estimation studies as arrays: people, orders and vectorised tests."""
+"""Simulate and test many magnitude-estimation studies at once, as arrays."""

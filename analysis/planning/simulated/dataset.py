@@ -1,6 +1,6 @@
 """Convert a simulated study to a data set that `analyse` can read.
 
-Needed for tests without a vectorised form.
+Used for tests that are not vectorised.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def simulated_dataset(
     declared: bool,
     conditions: Sequence[Mapping[str, str]] = ({},),
 ) -> Dataset:
-    """Return one of several simulated studies.
+    """Return one of several simulated studies as a data set.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def simulated_dataset(
     for factor in conditions[0]:
         levels = np.array([each[factor] for each in conditions])
         frame[f"{FACTOR}{factor}"] = pd.Categorical(levels[which])
-    # Excluded or dropped out: no answer, no row.
+    # Participants who were excluded or dropped out have no rows.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
     there = answered[PARTICIPANT].cat.remove_unused_categories()
     answered = answered.assign(**{PARTICIPANT: there})
@@ -93,5 +93,5 @@ def _label(label: str, rows: int) -> pd.Categorical[str]:
 
 
 def place_of(label: str) -> int:
-    """Return a simulated participant's index, from 0, from their label."""
+    """Parse a simulated participant's label; return the index, counted from 0."""
     return int(label.removeprefix("sub-")) - 1

@@ -1,9 +1,9 @@
-"""Simulate thousands of studies with the pilot's model, as whole arrays.
+"""Simulate magnitude estimation in thousands of studies, as whole arrays.
 
-The model is that of `slipscale.experiments.participants.simulated_people.respondent`, habit by
-habit, without plate, screen and session; a test compares the two. Both are needed: a person in a
-session answers one trial at a time and can be resumed, whereas a power analysis needs millions of
-answers. Random numbers come from NumPy.
+The model is the same as in `slipscale.experiments.participants.simulated_people.respondent`; a test
+compares the two implementations. Pilots need simulated people who answer one trial at a time and
+can be resumed, whereas a power analysis needs millions of answers. Random numbers are drawn with
+NumPy.
 """
 
 from __future__ import annotations
@@ -34,32 +34,32 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.ordering.orders import Rule
 
     Array = NDArray[np.float64]
-    #: Names of factors with their levels.
+    #: Names of factors, each with its levels.
     Factors = tuple[tuple[str, tuple[str, ...]], ...]
 
-#: Number of quantiles of the population at which sensation is tabulated for interpolation.
+#: Number of population quantiles at which sensation is tabulated for interpolation.
 PLACES = 241
 FARTHEST = 6.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """The parts of a magnitude-estimation task that affect answers.
+    """The properties of a magnitude-estimation task that affect answers.
 
     Parameters
     ----------
     amplitudes_um_pp : tuple of float
         Amplitudes in ascending order.
     repetitions, practice : int
-        How often each surface is rated in main trials, and in practice before them.
+        Number of ratings per surface in main trials, and in practice before them.
     order : {"blocked", "simple", "williams"}
-        Rule for the order of surfaces; except for "simple", a rest follows each repetition.
+        Rule for the order of surfaces. Except with "simple", each repetition is followed by a rest.
     no_immediate_repeat : bool
-        Whether no surface follows itself.
+        Whether the same surface is never presented twice in a row.
     trials_before : int
-        Number of trials in other tasks of the run before this one.
+        Number of trials in tasks before this one.
     trials_after : int
-        Number of trials in other tasks after this one; participants may also drop out there.
+        Number of trials in tasks after this one, during which participants may drop out.
     factors : tuple of (str, tuple of str)
         Names and levels of factors; the task is repeated in each combination of levels.
     """
@@ -75,7 +75,7 @@ class Task:
 
     @property
     def conditions(self) -> list[dict[str, str]]:
-        """The combinations of factor levels; a single empty one without factors."""
+        """All combinations of factor levels; one empty combination without factors."""
         names = [name for name, _ in self.factors]
         levels = product(*(levels for _, levels in self.factors))
         return [dict(zip(names, each, strict=True)) for each in levels]
@@ -88,18 +88,18 @@ class Task:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ratings:
-    """Main trials of simulated studies.
+    """Estimates in the main trials of simulated studies.
 
     Parameters
     ----------
     amplitude : int array, shape (studies, participants, trials)
-        Index of the amplitude (ascending), in order of presentation; every participant has each
-        equally often.
+        Index of each trial's amplitude in ascending order. Trials are in order of presentation;
+        each participant has the same number of trials per amplitude.
     percent : array, shape as ``amplitude``
-        Estimates, 0 to 100 of the participant's scale; NaN after they dropped out.
+        Estimates in % of the participant's scale; NaN after the participant dropped out.
     scale_top : array, shape (studies, participants)
     condition : int array, shape as ``amplitude``
-        Index in the task's conditions; 0 without factors.
+        Index of each trial's condition; 0 without factors.
     """
 
     amplitude: NDArray[np.int64]
@@ -112,7 +112,7 @@ class Ratings:
         return means(self.by_amplitude(self.percent, amplitudes))
 
     def by_amplitude(self, values: Array, amplitudes: int) -> Array:
-        """Return trial values grouped by amplitude.
+        """Group values of trials by amplitude.
 
         Returns
         -------
@@ -125,7 +125,7 @@ class Ratings:
 
 
 def means(values: Array) -> Array:
-    """Return the mean over the first axis, ignoring NaN; NaN without any value."""
+    """Return means over the first axis, ignoring NaN; NaN if all values are NaN."""
     if len(values) == 1:
         return np.asarray(values[0])
     there = ~np.isnan(values)
@@ -192,7 +192,7 @@ def simulate_ratings(
 
 
 class _People:
-    """All participants of some studies, who rate one trial after another."""
+    """All participants of several simulated studies, with their trial history."""
 
     def __init__(
         self, task: Task, shape: tuple[int, int], population: Population, rng: np.random.Generator
@@ -229,7 +229,7 @@ class _People:
         self.before = np.zeros(shape)
 
     def rate(self, which: NDArray[np.int64], condition: NDArray[np.int64]) -> Array:
-        """Return every participant's estimate of one surface, in % of their scale.
+        """Simulate one estimate per participant, in % of the participant's scale.
 
         ``which`` and ``condition`` are indices of the amplitude and the condition.
         """
@@ -252,7 +252,7 @@ class _People:
             percent = np.asarray(reported(percent, self.habits, self.past, self.frame))
         if self.habits.lapses:
             percent = self._instead(percent, self.habits.lapses, self._anything())
-        # People answer in whole hundredths of their scale, so ties and zeros occur.
+        # People answer in whole per cent of their scale, so ties and zeros occur.
         percent = np.asarray(np.round(np.minimum(percent, 100)), np.float64)
         if self.habits.rounding:
             rounded = np.asarray(np.round(percent / ROUND_TO_PERCENT) * ROUND_TO_PERCENT)
@@ -260,7 +260,7 @@ class _People:
         return percent
 
     def _feel(self, which: NDArray[np.int64]) -> None:
-        """Add one trial to every participant's history."""
+        """Add a trial to the history of every participant."""
         trials = self.past.trials
         amplitude = self.amplitudes[which]
         self.past = self.past.with_trial(self.logs[which], self.before if trials else amplitude)
@@ -277,7 +277,7 @@ class _People:
         self.past = self.past.after_contact(contact_s)
 
     def _own(self, purpose: str) -> Array:
-        """Return everybody's standard normal deviate for a purpose, which is drawn once."""
+        """Draw one standard normal deviate per participant for a purpose, and reuse it."""
         if purpose not in self.deviates:
             self.deviates[purpose] = self.rng.normal(size=self.shape)
         return self.deviates[purpose]
@@ -290,7 +290,7 @@ class _People:
 
 
 def _tables(population: Population, amplitudes: Sequence[float]) -> Array:
-    """Return the sensation at each quantile of the population, one row per amplitude."""
+    """Tabulate sensation at quantiles of the population, one row per amplitude."""
     from scipy.special import betaincinv, ndtr  # noqa: PLC0415 - half a second
 
     places = ndtr(np.linspace(-FARTHEST, FARTHEST, PLACES))

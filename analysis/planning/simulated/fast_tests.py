@@ -1,8 +1,8 @@
-"""Apply the report's tests to thousands of simulated studies at once, with the study's choices.
+"""Apply the report's tests to thousands of simulated studies at once.
 
-The tests are those of `slipscale.analysis.statistics`, applied to arrays; a test compares the two.
-Only Wilcoxon's test differs: ties are ranked, and small samples use the exact distribution without
-ties, whereas the report uses permutations.
+The tests give the same results as `slipscale.analysis.statistics`, except Wilcoxon's test. Here,
+Wilcoxon's test uses mid-ranks for ties and the exact distribution without ties in small samples;
+the report uses permutations.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class Tables:
     cells, logs : array, shape (studies, participants, amplitudes)
         Mean estimates, and mean natural logarithms; NaN if missing.
     usable : bool array, shape (studies,)
-        False if the normalisation rule cannot be applied; `analyse` rejects such data.
+        False if `analyse` would reject the study because it cannot be normalised.
     """
 
     amplitudes_um_pp: tuple[float, ...]
@@ -50,7 +50,7 @@ class Tables:
     usable: NDArray[np.bool_]
 
     def first(self, participants: int) -> Tables:
-        """Return the studies after the first `participants` participants."""
+        """Return the studies with only the first `participants` participants."""
         return Tables(
             amplitudes_um_pp=self.amplitudes_um_pp,
             cells=self.cells[:, :participants],
@@ -59,8 +59,9 @@ class Tables:
         )
 
 
-#: Rule -> factors by which each participant's estimates are divided and multiplied, from estimates
-#: (repetitions, studies, participants, amplitudes), their means and the scales' tops.
+#: Normalisation rule -> divisor and factor for each participant's estimates. They are computed from
+#: the estimates, shape (repetitions, studies, participants, amplitudes), their means and the scale
+#: tops.
 DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
     "none": (1.0, lambda _estimates, _cells, tops: np.ones_like(tops)),
     "scale_top": (100.0, lambda _estimates, _cells, tops: tops),
@@ -84,7 +85,7 @@ DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
 
 
 def _moduli(estimates: Array) -> Array:
-    """Return each participant's geometric mean relative to that of all, without zeros."""
+    """Return each participant's geometric mean relative to the group's, ignoring zeros."""
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = means(np.where(estimates > 0, np.log(estimates), np.nan))
     own = np.nanmean(logs, axis=2)
@@ -94,7 +95,7 @@ def _moduli(estimates: Array) -> Array:
 def tables(
     ratings: Ratings, amplitudes_um_pp: Sequence[float], rule: str, zero_rule: ZeroRule
 ) -> Tables:
-    """Return normalised means of simulated studies.
+    """Normalise simulated studies, and return the means per participant and amplitude.
 
     Parameters
     ----------
@@ -109,7 +110,7 @@ def tables(
     percent = ratings.by_amplitude(ratings.percent, k)
     estimates = percent / 100 * ratings.scale_top[..., None]
     with warnings.catch_warnings(), np.errstate(divide="ignore", invalid="ignore"):
-        # A participant dropped out before the first trial, or answers zero throughout.
+        # NaN if a participant dropped out before the first trial or always answered zero.
         warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)
         top, divisor = DIVISORS[rule]
         below = divisor(estimates, means(estimates), ratings.scale_top)
@@ -135,7 +136,7 @@ def tables(
 
 
 def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
-    """Return a test's p-value from each study's complete participants; 1 for fewer than three."""
+    """Return a test's p-value for each study's complete participants; 1 if there are too few."""
     p = np.ones(len(values))
     whole: NDArray[np.bool_] = np.array(np.isfinite(values).all(axis=2), dtype=np.bool_)
     number = whole.sum(axis=1)
@@ -158,7 +159,7 @@ def _anova(logs: Array, df: int | None = None) -> Array:
 
 
 def factor_p(logs: Array, sizes: Sequence[int]) -> Iterator[Array]:
-    """Yield p-values of each factor's effect on means and of its interaction with the amplitude.
+    """Yield the p-values of each factor's main effect and its interaction with the amplitude.
 
     As in the report, each factor is tested together with the amplitude, averaged over the others.
 
@@ -188,7 +189,7 @@ def _interaction(logs: Array, k: int) -> Array:
 
 
 class _Means(NamedTuple):
-    """Means across participants, ignoring NaN, with standard errors and numbers of values."""
+    """Means across participants, with standard errors and numbers of values."""
 
     mean: Array
     error: Array
@@ -196,7 +197,7 @@ class _Means(NamedTuple):
 
 
 def _mean_over_participants(values: Array) -> _Means:
-    """Return the means over the second axis."""
+    """Return means over the second axis, ignoring NaN."""
     here = np.isfinite(values)
     n = here.sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -206,7 +207,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return each row's p-value from a t test against 0, ignoring NaN; 1 for fewer than three."""
+    """Return the p-value of a t test against 0 per row, ignoring NaN; 1 for under three values."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)
@@ -230,7 +231,7 @@ def exponents(found: Tables) -> Array:
     return fit_lines(np.log(amplitudes[above]), found.logs[..., above]).slope
 
 
-#: Test in a study file -> its p-values, one per study.
+#: Name of a test in a study file -> function that returns one p-value per study.
 TESTS: dict[str, Callable[[Tables], Array]] = {
     "friedman": lambda found: _of_complete(found.cells, batched.friedman_p),
     "rm_anova": lambda found: _of_complete(found.logs, _anova),
@@ -241,7 +242,7 @@ OMNIBUS: dict[Primary, str] = {"ranks": "friedman", "logarithms": "rm_anova"}
 
 
 def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
-    """Return all pairs of amplitudes, in the report's order."""
+    """Return all pairs of amplitudes in the order of the report."""
     return list(combinations(amplitudes_um_pp, 2))
 
 
@@ -256,7 +257,7 @@ def pairwise(found: Tables, primary: Primary) -> Array:
 
 
 def _signed_ranks(differences: Array) -> Array:
-    """Return Wilcoxon's p-value for each row; NaN with fewer than three people or no change."""
+    """Return Wilcoxon's p-value per row; NaN for under three people or only zero differences."""
     p = batched.signed_rank_p(differences)
     enough = np.isfinite(differences).sum(axis=1) >= FEWEST
     changed = (np.nan_to_num(differences) != 0).any(axis=1)
@@ -275,7 +276,7 @@ PAIRED: dict[Primary, Callable[[Array], Array]] = {
 
 
 def half_widths(values: Array, confidence: float) -> Array:
-    """Return the half-width of the t-based interval for each study's mean across participants.
+    """Return half-widths of the t intervals for each study's means across participants.
 
     Parameters
     ----------

@@ -1,9 +1,10 @@
-"""Draw orders of surfaces for thousands of simulated participants, using the protocol's rules.
+"""Draw orders of surfaces for thousands of simulated participants.
 
-The distribution is the protocol's (`slipscale.experiments.protocol_parts.ordering.orders`).
-Blocks are shuffled as whole arrays. Rules without a vectorised form use a pool of the protocol's
-own orders. Each simulated person, or group that shares a design, is given one of them, with
-surfaces renumbered at random. This does not change the probability of any order.
+Orders have the same distribution as in the protocol
+(`slipscale.experiments.protocol_parts.ordering.orders`). Blocks are shuffled as whole arrays. For
+all other rules, the protocol draws a pool of orders. Each simulated person, or group that shares a
+design, receives one order from the pool, with surfaces renumbered at random. Renumbering does not
+change the probability of any order.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     Orders = NDArray[np.int64]
 
-#: Number of groups of orders in a pool.
+#: Number of groups of orders in the pool.
 POOL = 500
 
 
@@ -38,7 +39,7 @@ def draw_orders(
     shape: tuple[int, int],
     rng: np.random.Generator,
 ) -> Orders:
-    """Return every participant's order, practice first: shape (studies, participants, trials).
+    """Draw every participant's order with practice first, shape (studies, participants, trials).
 
     Parameters
     ----------
@@ -47,7 +48,7 @@ def draw_orders(
         Number of surfaces (0 ... surfaces - 1), and number of presentations of each surface in
         main trials and in practice before them.
     no_immediate_repeat : bool
-        Whether no surface follows itself.
+        Whether the same surface is never presented twice in a row.
     shape : (int, int)
         Numbers of studies and participants.
     rng : Generator
@@ -64,7 +65,7 @@ def draw_orders(
     else:
         main = [_from_pool(rule, surfaces, repetitions, apart=apart, shape=shape, rng=rng)]
     before: list[Orders] = []
-    # Starts from the end, so that practice is adjusted to the order that is analysed.
+    # Main trials are drawn first, so that only the practice order is adjusted to avoid repeats.
     for _ in range(practice):
         first = (before or main)[0][..., 0]
         kinds = np.arange(surfaces)
@@ -80,7 +81,7 @@ def _shuffled(
     after: Orders | None = None,
     before: Orders | None = None,
 ) -> Orders:
-    """Return the kinds in random order, redrawn if any kind would follow itself."""
+    """Shuffle the surfaces, and draw again if a surface would follow itself."""
     found = rng.permuted(np.broadcast_to(kinds, (*shape, len(kinds))), axis=2)
     if after is None and before is None:
         return found
@@ -112,7 +113,7 @@ def _from_pool(
 
 @cache
 def _pool(rule: Rule, surfaces: int, repetitions: int, apart: bool) -> Orders:
-    """Return orders drawn by the protocol, shape (groups, participants, trials)."""
+    """Draw a pool of orders with the protocol, shape (groups, participants, trials)."""
     size = 1
     if rule == "williams":
         size = williams_group(surfaces, repetitions, no_immediate_repeat=apart)

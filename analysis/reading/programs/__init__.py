@@ -1,1 +1,1 @@
-"""Read files of other programs, one module per program."""
+"""Read files written by other programs, with one module per program."""

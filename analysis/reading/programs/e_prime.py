@@ -1,9 +1,9 @@
 """Read E-Prime text files: logs written by E-Run and tables exported by E-DataAid.
 
-Both are usually UTF-16. A log begins with ``*** Header Start ***``; its frames are nested, and a
-frame follows the frames that it contains. A row is a frame at the deepest level, combined with the
-values of the enclosing frames and the header. An exported table begins with its column names,
-which include ``ExperimentName`` and ``Subject``, possibly after a line with the file name.
+Both are usually UTF-16. A log begins with ``*** Header Start ***``. Its frames are nested, and each
+frame is written after the frames that it contains. A row consists of a frame at the deepest level,
+the enclosing frames and the header. An exported table begins with its column names, which include
+``ExperimentName`` and ``Subject``, possibly after a line with the file name.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 LOG = "*** Header Start ***"
 EDGE = re.compile(r"\*\*\* (?P<kind>Header|LogFrame) (?P<edge>Start|End) \*\*\*")
-#: Columns that every export contains.
+#: Columns in every exported table.
 ALWAYS = {"ExperimentName", "Subject"}
 
 
@@ -33,12 +33,12 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per trial, all cells as text.
+    """Return one row per trial, with all cells as text.
 
     Raises
     ------
     UserError
-        If a log has no frame, or a frame does not end.
+        If a log has no complete frame, or a frame is not closed.
     """
     text = decoded(content, path)[0].decode("utf-8")
     if text.lstrip().startswith(LOG):
@@ -49,7 +49,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
 
 
 def _header_line(head: str) -> int | None:
-    """Return the number of lines before an export's header; None if the file is not an export."""
+    """Return the index of the header line, or None if the file is not an exported table."""
     for number, line in enumerate(head.split("\n", 2)[:2]):
         if set(line.strip("\r").split("\t")) >= ALWAYS:
             return number
@@ -82,8 +82,7 @@ def _log(text: str, path: Path) -> pd.DataFrame:
     deepest = max(level for level, _, _ in frames)
     rows, lines = [], []
     around: dict[int, dict[str, str]] = {}
-    # A frame follows the frames it contains, so reading from the end gives the enclosing frames
-    # first.
+    # Frames are read from the end, so that enclosing frames come before the frames they contain.
     for level, number, frame in reversed(frames):
         around = {outer: values for outer, values in around.items() if outer < level}
         around[level] = frame

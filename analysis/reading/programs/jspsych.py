@@ -1,8 +1,8 @@
-"""Read jsPsych data (CSV or JSON); objects in a cell become columns such as ``response.Q0``.
+"""Read jsPsych data (CSV or JSON). Objects in cells become columns such as ``response.Q0``.
 
 A file is recognised as jsPsych if every trial has ``trial_type``, ``trial_index`` and
-``time_elapsed``. JSON files contain a list of trials, or one list per line and participant, as
-exported by JATOS.
+``time_elapsed``. A JSON file contains one list of trials, or one list per participant and line, as
+in JATOS.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per trial, all cells as text; for JSON, ``line`` numbers the trials from 1.
+    """Return one row per trial, all cells as text; in JSON, ``line`` is the number of the trial.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
 
 
 def _without_emptied(frame: pd.DataFrame) -> pd.DataFrame:
-    """Drop columns whose values were all expanded into separate columns."""
+    """Drop columns of which all values were expanded into separate columns."""
     emptied = [
         name
         for name in frame.columns
@@ -79,7 +79,7 @@ def _trials(text: str, path: Path) -> list[object]:
         raise UserError(
             f"{path}: not readable JSON ({error}); expected jsPsych.data.get().json()"
         ) from None
-    # A list of participants, each a list of trials.
+    # The list contains one list of trials per participant.
     return [trial for part in found for trial in (part if isinstance(part, list) else [part])]
 
 
@@ -98,5 +98,5 @@ def _expanded(row: dict[str, str]) -> Iterator[tuple[str, str | None]]:
                 yield from _flat(json.loads(cell), name)
                 continue
             except (json.JSONDecodeError, RecursionError):
-                pass  # somebody typed a brace
+                pass  # an answer that begins with a brace
         yield name, cell

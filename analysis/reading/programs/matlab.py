@@ -1,9 +1,9 @@
 """Read MATLAB ``.mat`` files, versions 4 to 7: variables, a structure or a structure array.
 
-A variable is a table if it is a structure array or a structure with fields of equal length;
-separate vectors of equal length also form a table. If there are several tables, ``--sheet`` names
-the variable. MATLAB ``table`` objects and version 7.3 files are rejected with the command that
-saves them in a supported form.
+A table is a structure array, a structure with fields of equal length, or separate vectors of equal
+length. If a file contains several tables, ``--sheet`` selects the variable. MATLAB ``table``
+objects and version 7.3 files are not supported; the error message contains a command that saves
+them in a supported format.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Table = dict[str, Sequence[object]]
 
 SAVE = "in MATLAB: s = table2struct(T, 'ToScalar', true); save('data.mat', '-struct', 's', '-v7')"
-#: The first bytes of a version 7.3 file, which is HDF5.
+#: First bytes of a version 7.3 file, which is in HDF5 format.
 VERSION_7_3 = b"MATLAB 7.3 MAT-file"
 
 
@@ -35,7 +35,7 @@ def recognises(_content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Return one row per element, all cells as text; ``line`` numbers the rows from 1.
+    """Return one row per element, all cells as text; ``line`` is the row number from 1.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
 
 
 def _table(value: object) -> Table | None:
-    """Return a structure of vectors, or an array of structures, as a table."""
+    """Convert a structure of vectors or an array of structures to a table; otherwise None."""
     if isinstance(value, dict):
         cells = {str(name): _cells(part) for name, part in value.items()}
         whole = {name: part for name, part in cells.items() if part is not None}
@@ -91,13 +91,13 @@ def _table(value: object) -> Table | None:
 
 
 def _alike(columns: dict[str, Sequence[object]]) -> Table | None:
-    """Return the columns if all have the same length above 1; None otherwise."""
+    """Return the columns if they have the same length and more than one row, otherwise None."""
     lengths = {len(cells) for cells in columns.values()}
     return columns if len(lengths) == 1 and min(lengths) > 1 else None
 
 
 def _cells(value: object) -> Sequence[object] | None:
-    """Return a vector's elements; None for a single value, a matrix or an object."""
+    """Return the elements of a vector; None for single values, matrices and objects."""
     if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.names is None:
         return list(value)
     return value if isinstance(value, list) and len(value) else None

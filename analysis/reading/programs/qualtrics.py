@@ -1,8 +1,8 @@
-"""Read Qualtrics CSV and TSV files, which have three headers: names, questions, import IDs.
+"""Read Qualtrics CSV and TSV files, which have three header lines.
 
-A file is recognised as Qualtrics if every cell of its third record is an ``ImportId``. Preview
-responses are kept; they are marked in ``Status`` or ``DistributionChannel``, and ``--only`` can
-omit them.
+The headers contain names, questions and import IDs. A file is recognised if all cells in the third
+line are an ``ImportId``. Preview responses are not omitted; to omit them, use ``--only`` with
+``Status`` or ``DistributionChannel``.
 """
 
 from __future__ import annotations
@@ -37,6 +37,6 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per response, all cells as text, with columns named by the first header."""
+    """Return one row per response, all cells as text, with columns named as in the first line."""
     (_, names), *rows = records(decoded(content, path)[0].decode("utf-8"), path)
     return table_of(names, rows[HEADERS - 1 :])

@@ -1,4 +1,4 @@
-"""Read text tables whose cells may contain line breaks, as text cells with line numbers."""
+"""Read text tables with line numbers, including cells that contain line breaks."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
     from pathlib import Path
 
-#: Number of bytes used to recognise a text file.
+#: Number of bytes from which text files are recognised.
 HEAD = 65_536
 
 
@@ -29,12 +29,12 @@ def head_of(content: bytes, path: Path) -> str:
 
 
 def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
-    """Return the non-empty records of a text table, each with the line on which it ends.
+    """Return the non-empty records of a text table, each with the number of its last line.
 
     Raises
     ------
     UserError
-        If a quotation mark is not closed, or a cell is too long.
+        If a quotation is not closed, or a cell is too long.
     """
     separator = separator_of(text.lstrip("\r\n").partition("\n")[0].encode())
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
@@ -45,7 +45,7 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
 
 
 def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd.DataFrame:
-    """Return rows as a table of text with the column ``line``; absent cells are missing."""
+    """Convert rows to a table of text with the column ``line``."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     frame = pd.DataFrame(
         {name: pd.Series([row.get(name) for row in rows], dtype="str") for name in names}
@@ -54,13 +54,13 @@ def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd
 
 
 def table_of(names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> pd.DataFrame:
-    """Return records as a table of text; cells without a name are omitted."""
+    """Convert records to a table of text; omit cells without a column name."""
     cells = [dict(zip(names, row, strict=False)) for _, row in rows]
     return framed(cells, [line for line, _ in rows])
 
 
 def as_text(cell: object) -> str | None:
-    """Return a value as a text table would contain it; None if it is missing."""
+    """Format a value as in a text table; return None for missing values."""
     if cell is None or (isinstance(cell, float) and np.isnan(cell)):
         return None
     if isinstance(cell, bool | np.bool_):

@@ -1,4 +1,4 @@
-"""Convert Excel workbooks and SPSS files to the rows and column names of a text table."""
+"""Read Excel workbooks and SPSS files as tables of text."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LARGEST_WORKBOOK_MB = 300
 
 
 def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Return a sheet's rows, all cells as text; the column ``line`` is the row in Excel.
+    """Return the rows of a sheet, all cells as text; ``line`` is the row number in Excel.
 
     Parameters
     ----------
@@ -32,8 +32,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     Raises
     ------
     UserError
-        If the file is not a workbook, or it has macros, merged cells or several sheets to choose
-        from.
+        If the file is not a workbook or has macros or merged cells, or if a sheet must be selected.
     """
     import openpyxl  # noqa: PLC0415 - only for a workbook
     from openpyxl.utils.exceptions import InvalidFileException  # noqa: PLC0415
@@ -83,7 +82,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
 
 def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:
-    """Return an SPSS file's cases, all cells as text; the column ``line`` is the row of the case.
+    """Return the cases in an SPSS file, all cells as text; ``line`` is the row number.
 
     Parameters
     ----------
@@ -93,7 +92,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     Raises
     ------
     UserError
-        If the file is not an SPSS file.
+        If the file is not a readable SPSS file.
     """
     import pyreadstat  # noqa: PLC0415 - only for such a file
 
@@ -101,7 +100,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
         found, meta = pyreadstat.read_sav(str(path))
     except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
         raise UserError(f"{path}: not a readable SPSS file ({error})") from None
-    del content  # hashed by the caller; the library opens the file itself
+    del content  # The caller hashed `content`; the library opens the file itself.
     frame = pd.DataFrame(index=found.index)
     for name in found.columns:
         labels = meta.variable_value_labels.get(name, {}) if name in labelled else {}

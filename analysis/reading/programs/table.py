@@ -1,7 +1,7 @@
-"""List the programs whose files can be read; the first that recognises a file reads it.
+"""List the programs whose files can be read.
 
-Files are recognised with certainty or not at all; a file that no program recognises is read as an
-ordinary text table. To support another program, add a module and one line here.
+Each program has a module that recognises its files without doubt. All other files are read as
+ordinary text tables. To support another program, write a module and add a line to `PROGRAMS`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SPSS = (".sav", ".zsav")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """What to read from a file: columns of words, and a sheet or variable."""
+    """Options for reading a file: columns of words, and a sheet or variable."""
 
     words: Sequence[str]
     sheet: str | None
@@ -39,9 +39,9 @@ class Program:
     ----------
     name : str
     recognises : callable
-        Returns whether content and path are a file of this program.
+        Function that returns whether the program wrote the file.
     read : callable
-        Returns all cells as text, with the column ``line``.
+        Function that returns all cells as text, with the column ``line``.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Count the solutions for a column exactly, however many there are."""
+"""Count exactly how many data sets are consistent with a column."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 def total(joint: Joint, modulus: int | None) -> float | int:
     """Return the number of solutions in a pair of slices, modulo `modulus`."""
     if modulus is None or modulus == WORD:
-        # Avoids a temporary product; machine words wrap, as required for residues of 2^64.
+        # `einsum` avoids a temporary product. Machine words wrap, as required modulo 2^64.
         found = np.einsum("ij,ij", joint.below, joint.above)
         if modulus is None:
             return float(found) * float(joint.ways)
@@ -41,15 +41,15 @@ def total(joint: Joint, modulus: int | None) -> float | int:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A count in floating point with a bound on its error.
+    """Floating-point estimate of a count, with a bound on the error.
 
     Parameters
     ----------
     value : float
         Infinite if the count exceeds the range of floating point.
     error : float
-        Bound on the relative error. Every term is positive and is rounded a limited number of
-        times, each with a relative error of at most 2^-53.
+        Bound on the relative error. All terms are positive, and each rounding has a relative error
+        of at most 2^-53.
     """
 
     value: float
@@ -57,7 +57,7 @@ class Estimate:
 
     @property
     def bound(self) -> float:
-        """An upper bound on the count."""
+        """Upper bound on the count."""
         return self.value * (1 + 2 * self.error) + 1
 
     def settles(self, modulus: int) -> bool:
@@ -71,12 +71,12 @@ class Estimate:
 
 
 def estimate(tasks: list[Problem], measure: str) -> Estimate:
-    """Return the number of solutions in floating point."""
+    """Estimate the number of solutions in floating point."""
     value, roundings = 0.0, 0
     with np.errstate(over="ignore", invalid="ignore"):
         for task in tasks:
             tables = task.tables(measure, None)
-            # A step adds up to k terms, each multiplied by a number of arrangements.
+            # Each step adds at most k terms, each multiplied by a number of arrangements.
             steps = sum(len(table.distances()) * (len(table.planes) + 3) for table in tables)
             for joint in task.joints(*tables):
                 value += float(total(joint, None))
@@ -85,7 +85,7 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
 
 
 def largest_possible(tasks: list[Problem], measure: str) -> int:
-    """Return an upper bound on the number of solutions; it is tight above one machine word."""
+    """Return an upper bound on the number of solutions, which is tight for large numbers."""
     bound = simple_bound(tasks, measure)
     if bound < WORD:
         return bound
@@ -110,12 +110,12 @@ def count(
     memory_gib : float
         Available memory.
     minutes : float
-        Time limit for a count of multisets, as predicted before it starts.
+        Limit on the predicted time for counting multisets.
 
     Returns
     -------
     int
-        The count, of arbitrary size.
+        The number of data sets, as an integer of arbitrary size.
     """
     if measure == "ordered":
         require_memory(tasks, memory_gib)
@@ -135,7 +135,7 @@ def count(
 
 
 def _exact(bound: int, estimated: Callable[[], Estimate], residue: Callable[[int], int]) -> int:
-    """Return a count of at most `bound`, computing as few residues as necessary."""
+    """Return the exact count from as few residues as necessary."""
     if bound < WORD:
         return residue(WORD) if bound else 0
     close = estimated()
@@ -151,7 +151,7 @@ def _multisets(task: Problem, modulus: int | None) -> float | int:
 
 
 def _estimated_multisets(tasks: list[Problem]) -> Estimate:
-    """Return the number of multisets in floating point."""
+    """Estimate the number of multisets in floating point."""
     with np.errstate(over="ignore", invalid="ignore"):
         value = sum(float(_multisets(task, None)) for task in tasks)
     roundings = max(
@@ -161,11 +161,11 @@ def _estimated_multisets(tasks: list[Problem]) -> Estimate:
 
 
 def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[int, int]]:
-    """Return the pairs of sum and sum of squares that at least one solution has."""
+    """Return the pairs of sum and sum of squares that occur in at least one solution."""
     require_memory(tasks, memory_gib)
     found = set()
     for task in tasks:
-        # Terms are positive and at least 1, so floating point loses none of them.
+        # All terms are at least 1, so none is lost in floating point.
         for joint in task.joints(*task.tables("multisets", None)):
             if total(joint, None) > 0:
                 found.add(joint.goal.part.all_moments)

@@ -1,12 +1,12 @@
 """Count in closed form on scales with few values, such as Likert scales.
 
-Only the outer values are enumerated. Take three neighbouring values c - 1, c and c + 1, and fix
-how often every other value occurs. Let these other values number k, with d the sum of their
-distances from c and q the sum of squared distances. Then n, D and V (see `meet_in_the_middle`)
-determine the three counts. Among the remaining values, w = V - q are next to c; those above c
-exceed those below by D - d. This is possible if and only if ``|D - d| <= w <= n - k``. If the sums
-of squares form a range of every second number, w also has a range, so each choice of outer values
-costs one subtraction.
+Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of all other values, the
+outer values, are enumerated. For a given choice, let k be the number of outer values, d the sum of
+their signed distances from c, and q the sum of their squared distances. Then n, D and V (see
+`meet_in_the_middle`) determine the frequencies of the three neighbouring values. The values c - 1
+and c + 1 occur w = V - q times together, and their frequencies differ by D - d. This is possible if
+and only if ``|D - d| <= w <= n - k``. If the sums of squares form a range of every second number,
+the possible w also form a range. Each choice of outer values then requires only one subtraction.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Maximum number of enumerated choices of outer values; beyond it another method is faster.
+# Maximum number of choices of outer values. For more choices, another method is faster.
 CHOICES = 100_000
-# Number of scale values above which there are always more choices than that.
+# Number of scale values above which this maximum is always exceeded.
 VALUES = 12
 
 
-# For each sum of distances from the centre: first and last element of every run of sums of
-# squared distances, in steps of two.
+# Sum of distances from the centre -> runs of sums of squared distances in steps of two, each with
+# its first and last element.
 Runs = dict[int, list[tuple[int, int]]]
 
 
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
     """Return the number of multisets of `values` that reach one of the goals.
 
-    `values` are in ascending order. Returns None if other methods are faster, or if no three
-    values are neighbours.
+    `values` are in ascending order. Returns None if other methods are faster, or if there are no
+    three neighbouring values.
     """
     groups: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
     for goal in goals:
@@ -68,7 +68,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
     if not centres or len(values) > VALUES:
         return None
-    # Close to the mean, few choices of outer values remain.
+    # Few choices of outer values remain if the centre is close to the mean.
     mean = sum(of_sum) / max(len(of_sum) * n, 1)
     centre = min(centres, key=lambda c: abs(c - mean))
     shifted = {
@@ -88,14 +88,14 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     for signed_sum, runs in shifted.items():
         reach = np.abs(signed_sum - d) + q, n - k + q
         for first, last in runs:
-            # All have the same parity, so rounding down is correct.
+            # All sums have the same parity, so rounding down is correct.
             room = np.minimum(reach[1], last) - np.maximum(reach[0], first) + 2
             found += int((np.maximum(room, 0) // 2).sum())
     return found
 
 
 def without_median(goal: Goal) -> bool:
-    """Return whether any number of a goal's values may lie on either side of the centre."""
+    """Return whether the goal does not restrict how many values lie below the centre."""
     part = goal.part
     together = part.split.below + 1 == part.split.centre == part.split.above
     return together and part.fewest_below == 0 and part.most_below == goal.n
@@ -111,16 +111,16 @@ def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
 def _outer(
     n: int, distances: list[int], least: int, most: int
 ) -> tuple[Array, Array, Array] | None:
-    """Return (k, d, q) of all choices of the outer values; None if there are too many.
+    """Return k, d and q for all choices of outer values, or None if there are too many.
 
-    Omits choices whose squares exceed `most`, or cannot reach `least`.
+    Choices whose sums of squares exceed `most` or cannot reach `least` are omitted.
     """
     k = d = q = np.zeros(1, dtype=np.int64)
     far_to_near = sorted(distances, key=abs, reverse=True)
     for x, following in pairwise([*far_to_near, 1]):
         square, rest = x * x, following * following
         top = np.minimum((most - q) // square, n - k)
-        # With f copies of x, the others add at most (n - k - f) * rest.
+        # If x occurs f times, the remaining values add at most (n - k - f) * rest.
         lacking = least - q - (n - k) * rest
         if square > rest:
             bottom = np.maximum(-(-lacking // (square - rest)), 0)

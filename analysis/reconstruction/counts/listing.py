@@ -1,4 +1,4 @@
-"""List all data sets behind a column, one per row, if there are not too many."""
+"""List all data sets consistent with a column, one per row."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.problem import Problem
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Maximum number of multisets to list, and number processed together.
+# Maximum number of multisets to list, and number of multisets per batch.
 LISTED = 2**20
 CHUNK = 2**18
 
 
 def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Ranking]:
-    """Return the solutions of every problem in a fixed order.
+    """Return the solutions of each problem in a fixed order.
 
     Raises
     ------
     UserError
-        If their tables need more than `memory_gib`.
+        If the state tables need more than `memory_gib`.
     """
     moduli = moduli_above(largest_possible(tasks, measure))
     require_memory(tasks, memory_gib, len(moduli))
@@ -36,7 +36,7 @@ def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Rank
 
 
 def multisets(tasks: list[Problem], n: int, memory_gib: float) -> Array:
-    """Return every multiset of n values, sorted, in steps above the scale's minimum."""
+    """Return all multisets of n values in steps above the scale minimum, each row sorted."""
     blocks = [
         block for ranking in rankings(tasks, "multisets", memory_gib) for block in _blocks(ranking)
     ]
@@ -44,7 +44,7 @@ def multisets(tasks: list[Problem], n: int, memory_gib: float) -> Array:
 
 
 def _blocks(ranking: Ranking) -> Iterator[Array]:
-    """Yield every solution of a ranking."""
+    """Yield all solutions of a ranking in batches."""
     for first in range(0, ranking.total, CHUNK):
         ranks = np.arange(first, min(first + CHUNK, ranking.total), dtype=np.uint64)
         yield ranking.solutions(ranks)
@@ -53,8 +53,8 @@ def _blocks(ranking: Ranking) -> Iterator[Array]:
 def arrangements(rows: Array, total: int | None = None) -> Array:
     """Return the number of orderings of each sorted row: n! / (c1! c2! ...).
 
-    Computed one value at a time, so every quotient is a whole number. Uses Python integers unless
-    n times `total`, which bounds all intermediate results, fits in a machine word.
+    Factors are multiplied one value at a time, so that all quotients are whole numbers. Python
+    integers are used if n times `total`, the bound on intermediate results, exceeds a machine word.
     """
     n = rows.shape[1]
     kind = np.dtype(np.uint64 if total is not None and n * total < WORD else object)

@@ -1,4 +1,4 @@
-"""Meet in the middle: join the tables below and above the centre into whole solutions.
+"""Combine state tables for values below and above the centre into complete solutions.
 
 Let c be the centre. The signed distances of n free values with sum S and sum of squares Q add up
 to D = S - nc; their squared distances add up to V = Q - 2cS + nc².
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Goal:
-    """Required totals for a part of the solutions, as distances from the centre.
+    """Required totals of distances from the centre, for one part of the solutions.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class Goal:
     signed_sum : int
         D, the sum of the signed distances.
     square_sum : int
-        V, the sum of the squared distances; it has the same parity as `signed_sum`.
+        V, the sum of the squared distances. V has the same parity as `signed_sum`.
     """
 
     part: Part
@@ -43,7 +43,7 @@ class Goal:
 
     @property
     def numbers_above(self) -> range:
-        """The numbers of free values that may lie above the centre."""
+        """Possible numbers of free values above the centre."""
         return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
 
 
@@ -61,7 +61,7 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
-    """Return the shapes of the tables below and above that contain every solution of `wanted`."""
+    """Return the shapes of both tables that are required for all solutions of `wanted`."""
     below, above = _halves(split, wanted)
     return (
         below.shape(frozenset(split.centre - value for value in split.holes)),
@@ -70,11 +70,11 @@ def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
 
 
 def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
-    """Return the extent of a few planes of both tables, without computing the full shapes."""
+    """Return the sizes of a few planes of both tables, without computing the full shapes."""
     return [half.glimpse() for half in _halves(split, wanted)]
 
 
-# Numbers of planes, sums per plane and distances used to estimate the size of a table.
+# Numbers of planes, sums per plane, and distances for estimating the size of a table.
 PLANES_LOOKED_AT = 16
 SUMS_LOOKED_AT = 256
 DISTANCES_LOOKED_AT = 1024
@@ -82,19 +82,19 @@ DISTANCES_LOOKED_AT = 1024
 
 @dataclass(frozen=True)
 class Glimpse:
-    """A few planes of a table, to estimate its size.
+    """Sizes of a few planes, from which a table's total size is estimated.
 
     Parameters
     ----------
     ks : ndarray, shape (planes,)
         Numbers of values.
     cells : ndarray, shape (planes,)
-        Cells of each plane.
+        Number of cells in each plane.
     sizes : ndarray, shape (planes, distances)
-        Cells required by values at a distance or farther out; each column represents `share`
-        distances.
+        Number of cells required by values at a distance or farther out. Each column represents
+        `share` distances.
     share : float
-        Distances per column.
+        Number of distances that each column represents.
     """
 
     ks: Array
@@ -105,11 +105,11 @@ class Glimpse:
 
 @dataclass(frozen=True)
 class _Half:
-    """One half of the values, with bounds on their totals on the way to a solution.
+    """Values on one side of the centre, with bounds on their sums in any solution.
 
-    If k values in [low, high] have the sum a, their squares add up to at least a²/k and at most
-    (low + high) a - k low high. The same holds for the n - k remaining values on either half,
-    whose sum and squares are the remainders of D and V.
+    If k values in [low, high] have the sum a, their sum of squares is at least a²/k and at most
+    (low + high) a - k low high. These bounds also apply to the n - k remaining values, whose sum
+    and sum of squares are the remainders of D and V.
     """
 
     nearest: int
@@ -117,17 +117,17 @@ class _Half:
     sign: int
     lowest: int  # values still to come, relative to this half
     most: int  # values
-    # Goals with the same n share their bounds: n, smallest and largest D, smallest and largest V.
+    # Goals with the same n share bounds: n, smallest and largest D, smallest and largest V.
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self, holes: frozenset[int]) -> Shape:
-        """Return for every k the largest a and w that occur on the way to a solution."""
+        """Return the largest a and w that can occur in a solution, for every k."""
         reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
         own = frozenset(d for d in holes if self.nearest <= d <= self.farthest)
         return Shape(self.nearest, self.farthest, self.sign, reach, own)
 
     def glimpse(self) -> Glimpse:
-        """Return a few planes."""
+        """Return the sizes of a few planes."""
         ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
         found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
         a, w = np.array(found, dtype=np.float64).T[:, :, None]
@@ -142,7 +142,7 @@ class _Half:
         )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
-        """Return the largest a and w of k values; from `looked_at` sums only, unless it is 0."""
+        """Return the largest a and w of k values, from `looked_at` sums or, if 0, from all sums."""
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
             if k > n:
@@ -155,7 +155,7 @@ class _Half:
             else:
                 a = np.arange(first, last + 1, dtype=np.int64)
             rest = n - k
-            # Possible sums of the values still to come, relative to this half.
+            # Possible sums of the remaining values, measured in the direction of this half.
             ends = sorted(-self.sign * signed_sum for signed_sum in signed_sums)
             b_least, b_most = ends[0] - a, ends[1] - a
             nearest_to_0 = np.clip(0, b_least, b_most)
@@ -207,7 +207,7 @@ def _half(
 
 @dataclass(frozen=True)
 class Joint:
-    """Two aligned slices whose matching cells together reach a goal.
+    """Two aligned slices of state tables, whose matching cells together reach a goal.
 
     `ways` is the number of arrangements of each pair (1 for multisets).
     """
@@ -228,7 +228,7 @@ def joints(
     planes: tuple[list[Array], list[Array]],
     measure: str,
 ) -> Iterator[Joint]:
-    """Yield the aligned slices of two tables, one pair for each number of values above."""
+    """Yield one pair of aligned slices for each number of values above the centre."""
     (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
     constant = (goal.square_sum - goal.signed_sum) // 2
     for k in goal.numbers_above:

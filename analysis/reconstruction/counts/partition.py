@@ -1,8 +1,9 @@
 """Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
-A printed extreme or median requires certain values to be present. Partitioning by how often such a
-value occurs leaves, in each part, free values in one interval (or two: below and above the
-median). Every solution belongs to exactly one part, for multisets and ordered samples alike.
+A printed minimum, maximum or median requires certain values to be present. The solutions are
+partitioned by how often each of these values occurs. In each part, all other values are free within
+one interval, or within two intervals below and above the median. Every multiset and every ordered
+sample belongs to exactly one part.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Moments:
-    """Required moments of the free values: their number, sum and sum of squares."""
+    """Required number, sum and sum of squares of the free values."""
 
     n: int
     total: int
@@ -31,7 +32,7 @@ class Moments:
         )
 
     def possible(self, low: int, high: int) -> bool:
-        """Whether bounds on the sum of squares allow such values in [low, high]."""
+        """Whether the sum of squares is within the bounds for values in [low, high]."""
         if self.n == 0:
             return self.total == 0 and self.squares == 0
         if self.n < 0 or low > high or not self.n * low <= self.total <= self.n * high:
@@ -52,8 +53,8 @@ class Wanted:
     low, high : int
         Range of the values.
     present : tuple of frozenset of int
-        At least one value of each set must be present. Each set contains consecutive values at one
-        end of the interval: the lowest or the highest.
+        At least one value of each set must be present. Each set contains consecutive values at the
+        lower or upper end of the interval.
     medians : tuple of (int, int), optional
         Allowed pairs of the two middle values (the same value twice if n is odd).
     occurrences : tuple of (int, int, int)
@@ -70,10 +71,10 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Split:
-    """Location of the free values: below in [low, below], above in [above, high].
+    """Intervals of the free values: [low, below] and [above, high].
 
-    Distances are measured from `centre`, with ``below < centre <= above``. No free value is in
-    `holes`.
+    Distances are measured from `centre`, with ``below < centre <= above``. Values in `holes` are
+    not free.
     """
 
     low: int
@@ -86,18 +87,18 @@ class Split:
 
 @dataclass(frozen=True)
 class Part:
-    """Free values that must meet `moments`, in addition to the `given` ones.
+    """Part of the solutions: given values, and free values with required moments.
 
     Parameters
     ----------
     split : Split
-        Location of the free values.
+        Intervals of the free values.
     moments : Moments
         Moments of the free values.
     given : tuple of (int, int)
-        Fixed values and how often each occurs.
+        Given values, each with its number of occurrences.
     fewest_below, most_below : int
-        Minimum and maximum number of free values below the split.
+        Minimum and maximum number of free values in the lower interval.
     """
 
     split: Split
@@ -117,7 +118,7 @@ class Part:
 
     @property
     def arrangements(self) -> int:
-        """Number of ways to place the given values among all values when the order counts."""
+        """Number of ways to place the given values among all values of an ordered sample."""
         ways, n = 1, self.moments.n
         for _, times in self.given:
             n += times
@@ -129,10 +130,10 @@ Given = tuple[tuple[int, int], ...]
 
 
 def partition(wanted: Wanted) -> Iterator[Part]:
-    """Yield disjoint parts that together cover `wanted`."""
+    """Yield disjoint parts that together contain all solutions."""
     if wanted.medians is None:
         for moments, low, high, given in _ends(wanted):
-            # Any centre is correct; the mean keeps the tables small.
+            # Any centre gives correct results; with the mean, tables are small.
             centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
             split = Split(low, centre - 1, centre, centre, high, _holes(wanted, low, high))
             yield Part(split, moments, given, 0, moments.n)
@@ -142,12 +143,12 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the inner values whose occurrences are specified: they are given, not free."""
+    """Return the inner values whose number of occurrences is specified."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
-    """Yield free moments, their interval and the given values (ends and specified occurrences)."""
+    """Yield the moments and interval of the free values, with the given values."""
     if not wanted.occurrences:
         yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
         return
@@ -205,8 +206,8 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
     """Yield the parts whose two middle values are `lower` and `upper`.
 
-    Half of the n values lie below and half above. Parts differ in how many values equal a middle
-    value.
+    Half of the n values lie below and half above. Parts differ in the number of values that equal a
+    middle value.
     """
     for moments, low, high, given in _ends(wanted):
         holes = _holes(wanted, low, high)
@@ -215,7 +216,7 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
         above = sum(times for value, times in given if value > upper)
         middle = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
         if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
-            continue  # a given value lies between the two middle ones
+            continue  # A given value lies between the two middle values.
         for copies in _copies(middle, moments.n, low, high, holes):
             rest, more = moments, given
             for value, times in copies:
@@ -242,7 +243,7 @@ def _copies(
 ) -> Iterator[Given]:
     """Yield the number of free values that equal each middle value.
 
-    The number is already fixed for a middle value that is given or lies outside the interval.
+    The number is fixed if a middle value is given or lies outside the interval.
     """
     ranges = [
         range(n + 1) if low <= value <= high and not held and value not in holes else range(1)

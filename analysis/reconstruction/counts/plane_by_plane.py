@@ -1,19 +1,20 @@
 """Count the multisets that reach a goal, keeping one plane per distance in memory.
 
-`state_table` stores, for every k, how the k values so far add up, because samples and marginals
-need this; a count does not. Let T_k[d] be the table of k values that all lie at least d from the
-centre. The nearest of them lies at d or farther out, so
+For samples and marginals, `state_table` stores the states of k values for every k. A count does not
+need all of them. Let T_k[d] be the table of k values at distances of at least d from the centre.
+The nearest value is either at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
-With i = a - k d and j = w - k w_d, the second term has the same indices as the first. The table is
-therefore kept, and T_k[d + 1] is added to it at the offset (k, k (w_{d+1} - w_d)). These are the
-conjugate partitions. Values far from the centre have small tables that are exhausted early.
+With i = a - k d and j = w - k w_d, the second term has the same indices as the result. T_k[d + 1]
+can therefore be added to the existing table in place, at the offset (k, k (w_{d+1} - w_d)). This
+corresponds to enumerating conjugate partitions. Tables for values far from the centre are small and
+are needed for small k only.
 
-The values above the centre enter in this way, with k ascending. The values below follow the
-transposed recursion, with k descending. Its tables contain weights: the weight of a state below
-the centre is the number of solutions that it forms with the values above. Both halves therefore
-meet at every k without storing either of them, using additions only.
+Values above the centre are added in this way, with k ascending. Values below follow the transposed
+recursion, with k descending. Tables below the centre contain weights: the weight of a state is the
+number of solutions that contain this state and any values above. The two halves are combined at
+every k, by additions only and without storing either half.
 """
 
 from __future__ import annotations
@@ -39,9 +40,9 @@ def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | Non
     Parameters
     ----------
     below, above : Shape
-        Distances of both halves from the centre, and the required extent of their tables.
+        Distances on both sides of the centre, and the required sizes of the tables.
     goals : sequence of Goal
-        Goals that share these halves.
+        Goals that share these tables.
     modulus : int or None
         2**64 or a prime below 2**31; None counts in floating point.
     """
@@ -53,15 +54,15 @@ def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | Non
 
 
 def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
-    """Return the peak number of cells: planes above are freed while planes below are allocated."""
+    """Return the peak number of cells; planes above are freed while planes below are allocated."""
     most = 0
     for n in {goal.n for goal in goals}:
         alive = np.zeros(n + 1, dtype=np.int64)
         for place, (last, size) in enumerate(_lives(above)):
-            # The halves meet in the nearest plane.
+            # The halves are combined in the nearest plane.
             alive[: (last if place else n) + 1] += size
         for last, size in _lives(below):
-            # Of n values, those that are not above are still to come below.
+            # All of the n values that are not above the centre are below the centre.
             alive[max(n - last, 0) :] += size
         most = max(most, int(alive.max()))
     return most
@@ -74,12 +75,12 @@ def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
 
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
-    """Return for each distance the largest k that needs it, and its number of cells."""
+    """Return the largest k and the number of cells of each distance's plane."""
     return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
 
 
 def _extents(shape: Shape) -> list[tuple[int, int, int]]:
-    """Return for each distance the largest k that needs it, and the largest i and j over all k."""
+    """Return the largest k, i and j of each distance's plane."""
     if not shape.distances:
         return []
     k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
@@ -92,7 +93,7 @@ def _extents(shape: Shape) -> list[tuple[int, int, int]]:
 
 @dataclass
 class _Plane:
-    """The table T_k[d] of one distance, for the current k."""
+    """Table T_k[d] of one distance, for the current k."""
 
     distance: int
     last: int
@@ -100,7 +101,7 @@ class _Plane:
 
 
 class _Half:
-    """The planes of one half, from near to far."""
+    """Planes of one half, from near to far."""
 
     def __init__(self, shape: Shape, kind: type) -> None:
         self.shape = shape
@@ -109,7 +110,7 @@ class _Half:
             self.planes.append(_Plane(d, last, np.zeros((most_i + 1, most_j + 1), dtype=kind)))
 
     def extent(self, place: int, k: int) -> tuple[int, int]:
-        """Return the rows and columns of the plane at `place` for k values; 0 if it is empty."""
+        """Return the numbers of rows and columns of the plane at `place` for k values."""
         a, w = self.shape.reach[k]
         d = self.planes[place].distance
         i, j = a - k * d + 1, w - k * self.shape.triangle(d) + 1
@@ -132,19 +133,19 @@ class _Half:
         )
 
     def reduce(self, modulus: int, k: int) -> None:
-        """Reduce every cell modulo `modulus` in the planes filled with k or more values."""
+        """Reduce the planes that contain k or more values modulo `modulus`."""
         divisor = np.uint64(modulus)
         for plane in self.planes:
-            # Row by row, to keep temporary arrays small.
+            # Rows are processed separately to keep temporary arrays small.
             for row in plane.values if plane.last >= k else ():
                 np.subtract(row, row // divisor * divisor, out=row)
 
 
 @dataclass(frozen=True)
 class _Run:
-    """Goals with one signed sum whose constants (V - D) / 2 cover every integer in a range.
+    """Goals with the same signed sum, whose constants (V - D) / 2 are consecutive integers.
 
-    The range is `first` to `last`, both included.
+    The integers are `first` to `last`, inclusive.
     """
 
     signed_sum: int
@@ -154,7 +155,7 @@ class _Run:
 
 
 def _runs(goals: Iterable[Goal]) -> list[_Run]:
-    """Return the goals in runs."""
+    """Group goals into runs."""
     groups: dict[tuple[int, range], list[int]] = {}
     for goal in goals:
         constant = (goal.square_sum - goal.signed_sum) // 2
@@ -169,7 +170,7 @@ def _runs(goals: Iterable[Goal]) -> list[_Run]:
 
 
 class _Meeting:
-    """The two halves while values enter above and leave below."""
+    """State of the two halves while values are added above and removed below."""
 
     def __init__(self, below: Shape, above: Shape, modulus: int | None) -> None:
         kind = np.float64 if modulus is None else np.uint64
@@ -179,11 +180,11 @@ class _Meeting:
         for plane in self.above.planes:
             if plane.values.size:
                 plane.values[0, 0] = 1
-        # Upper bounds on the values of cells above and below.
+        # Upper bounds on the cells above and below.
         self.ceilings = (1, 0)
 
     def number(self, n: int, goals: list[Goal]) -> float | int:
-        """Return the number of solutions of the goals together, each with n values."""
+        """Return the number of solutions of all goals, each with n values."""
         found: float | int = 0
         runs = _runs(goals)
         for k in range(n + 1):
@@ -200,7 +201,7 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Go from k - 1 to k values above, from far to near."""
+        """Update the planes above from k - 1 to k values, from far to near."""
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
             if pair := self.above.between(place, k):
@@ -211,7 +212,7 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Go from k to k - 1 values below, in reverse: from near to far."""
+        """Update the planes below from k to k - 1 values, from near to far."""
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
             if pair is None:
@@ -220,9 +221,9 @@ class _Meeting:
             far += near
 
     def _meet(self, run: _Run, k: int, left: int) -> float | int:
-        """Weight the states of `left` values below by the matching states of k values above.
+        """Combine states of k values above with matching states of `left` values below.
 
-        Returns the number of solutions this completes: those without any value below.
+        Returns the number of solutions without any value below, which are now complete.
         """
         above, below = self.above.shape, self.below.shape
         if k >= len(above.reach) or left >= len(below.reach):
@@ -238,7 +239,7 @@ class _Meeting:
             return 0
         source = self.above.planes[0].values if k else self.none
         there = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
-        # For each w below, the matching states above form one window of this many consecutive w.
+        # For each w below, the matching states above have this number of consecutive w.
         v = max(low_v, run.first - w[1]), min(high_v, run.last - w[0])
         before, after = w[0] - (run.first - v[1]), run.last - v[0] - w[1]
         worth = _window(there, before, after, run.last - run.first + 1)[:, ::-1]
@@ -250,9 +251,10 @@ class _Meeting:
         return 0
 
     def _make_room(self, goals: int, left: int) -> None:
-        """Reduce now if the next k could overflow.
+        """Reduce all cells if the next step could overflow.
 
-        Above, a plane receives all planes farther out; below, every goal and all nearer planes.
+        Above the centre, each plane receives all planes farther out. Below, each plane receives all
+        nearer planes and every goal.
         """
         if self.modulus in (None, WORD):
             return
@@ -271,9 +273,9 @@ class _Meeting:
 
 
 def _window(cells: Array, before: int, after: int, length: int) -> Array:
-    """Return sums of `length` neighbouring columns, padded with empty columns on both sides.
+    """Return the sums of every `length` neighbouring columns, padded on both sides.
 
-    Works by doubling: sums of 1, 2, 4, ... columns.
+    Sums of 1, 2, 4, ... columns are computed by doubling.
     """
     if length == 1:
         return cells
@@ -293,6 +295,6 @@ def _window(cells: Array, before: int, after: int, length: int) -> Array:
 
 
 def _lowest(shape: Shape, k: int) -> tuple[int, int]:
-    """Return the smallest a and w of k values."""
+    """Return the smallest possible a and w of k values."""
     nearest = shape.distances[0] if shape.distances else shape.nearest
     return k * nearest, k * shape.triangle(nearest)

@@ -1,4 +1,4 @@
-"""Group the parts of a column's solutions that share tables, and estimate the cost."""
+"""Group parts of a column's solutions that share state tables, and estimate the cost."""
 
 from __future__ import annotations
 
@@ -26,28 +26,27 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.partition import Part, Split
 
-# Default limits: memory for tables, and time for a count.
+# Default limits on the memory for tables and on the time for a count.
 MEMORY_GIB = 4.0
 MINUTES = 0.1
-# Steps between the smallest and the largest rating.
+# Maximum number of steps between the smallest and the largest rating.
 WIDEST = 10_000_000
-# Measured on an ordinary processor at n = 50 to 200 on 0 to 100 and at n = 200 on 1 to 7: 1.3 to
-# 2.4.
+# Measured: 1.3 to 2.4, with n = 50 to 200 on a scale from 0 to 100, and n = 200 on 1 to 7.
 NANOSECONDS_AN_ADDITION = 2.0
-# Bits counted in a single pass. A larger count takes one more pass in floating point, and one per
-# `BITS_A_PASS` bits above this limit.
+# Maximum size in bits of a count in a single pass. Larger counts need one pass in floating point
+# and one pass per additional `BITS_A_PASS` bits.
 WORD_BITS = 64
 BITS_A_PASS = 31
 
 
 @dataclass(frozen=True)
 class Problem:
-    """Parts of the solutions that share their tables.
+    """Parts of the solutions that share state tables.
 
     Parameters
     ----------
     split : Split
-        Where the free values lie.
+        Intervals of the free values.
     goals : tuple of Goal
         Required totals of the free values.
     """
@@ -61,17 +60,17 @@ class Problem:
 
     @property
     def below(self) -> Shape:
-        """Shape of the table of the values below the centre."""
+        """Shape of the table for values below the centre."""
         return self._shapes[0]
 
     @property
     def above(self) -> Shape:
-        """Shape of the table of the values at or above the centre."""
+        """Shape of the table for values at or above the centre."""
         return self._shapes[1]
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets by the method for few values; None if it does not apply."""
+        """Number of multisets by the closed form for few values; None if it does not apply."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -82,27 +81,27 @@ class Problem:
 
     @property
     def bytes(self) -> int:
-        """Memory for both tables, for one modulus."""
+        """Memory for both tables with one modulus."""
         return 8 * (self.below.cells + self.above.cells)
 
     @property
     def count_bytes(self) -> int:
-        """Memory for counting the multisets."""
+        """Memory for counting multisets."""
         return 8 * plane_by_plane.cells(self.below, self.above, self.goals)
 
     @cached_property
     def rough(self) -> Rough:
-        """Quick cost estimate from a few planes."""
+        """Approximate cost, estimated quickly from a few planes."""
         return _rough(self)
 
     def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
-        """Return the two tables, filled."""
+        """Return the two tables with all values added."""
         return StateTable(self.below, measure, modulus).fill(), StateTable(
             self.above, measure, modulus
         ).fill()
 
     def joints(self, below: StateTable, above: StateTable) -> list[Joint]:
-        """Return every pair of aligned slices."""
+        """Return all pairs of aligned slices."""
         return [
             joint
             for goal in self.goals
@@ -119,9 +118,9 @@ class Rough:
     Parameters
     ----------
     table_gib, count_gib : float
-        Memory of both tables, and of a count.
+        Memory for both tables, and for a count.
     additions : float
-        Additions of a count, for one modulus.
+        Number of additions for a count with one modulus.
     """
 
     table_gib: float
@@ -130,12 +129,12 @@ class Rough:
 
 
 def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Return `parts` grouped by the tables that they share.
+    """Group parts by shared state tables.
 
     Raises
     ------
     UserError
-        If the values are too far apart.
+        If the range of possible ratings is too wide.
     """
     groups = goals(parts)
     for split in groups:
@@ -148,7 +147,7 @@ def problems(parts: Iterable[Part]) -> list[Problem]:
 
 
 def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> None:
-    """Raise an error if the tables would not fit in memory, before they are allocated.
+    """Raise an error if the tables would not fit in memory.
 
     Raises
     ------
@@ -156,7 +155,7 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         If the largest table needs more than `memory_gib`.
     """
     for task in tasks:
-        # Computing the exact size of large tables is slow; an estimate is quick.
+        # The exact size of large tables is slow to compute, so it is estimated.
         guess_gib = task.rough.table_gib * moduli
         need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
         if need_gib > memory_gib:
@@ -170,19 +169,18 @@ NARROW = "narrow the scale (observed_minimum, observed_maximum, maximum_deviatio
 
 
 def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -> None:
-    """Raise an error if a count would take too much memory or time, before it starts.
+    """Raise an error if a count would take too much memory or time.
 
     Raises
     ------
     UserError
-        If a count needs more than `memory_gib`, or all counts together take more than about
-        `minutes`.
+        If a count needs more than `memory_gib`, or all counts need more than about `minutes`.
     """
     large = _large(tasks)
     seconds = seconds_to_count(tasks)
     need_gib = max((task.rough.count_gib for task in large), default=0.0)
     if seconds <= 60 * minutes and need_gib <= 2 * memory_gib:
-        # Computing the exact size of many planes is slow; an estimate is quick.
+        # The exact size of many planes is slow to compute, so it is estimated.
         need_gib = max((task.count_bytes for task in large), default=0) / 2**30
         if need_gib <= memory_gib:
             return
@@ -198,7 +196,7 @@ def _large(tasks: Iterable[Problem]) -> list[Problem]:
 
 
 def seconds_to_count(tasks: Sequence[Problem]) -> float:
-    """Return the approximate time to count the multisets on an ordinary processor."""
+    """Estimate the time to count all multisets, in seconds."""
     large = _large(tasks)
     bits = simple_bound(large, "multisets").bit_length()
     passes = 1 if bits <= WORD_BITS else 2 + ceil((bits - WORD_BITS) / BITS_A_PASS)
@@ -207,7 +205,7 @@ def seconds_to_count(tasks: Sequence[Problem]) -> float:
 
 
 def duration(seconds: float) -> str:
-    """Return a duration in words.
+    """Format a duration in words.
 
     >>> duration(0.2), duration(90), duration(7200)
     ('about 1 s', 'about 2 min', 'about 2 h')
@@ -219,9 +217,9 @@ def duration(seconds: float) -> str:
 
 
 def simple_bound(tasks: Iterable[Problem], measure: str) -> int:
-    """Return a rough upper bound on the number of solutions, with placements of given values."""
+    """Return a rough upper bound on the number of solutions."""
     bound = 0
-    choose = cache(comb)  # tasks of one column share most of these, and each takes a millisecond
+    choose = cache(comb)  # cached: tasks of a column share most values
     for task in tasks:
         values = max(task.split.high - task.split.low + 1, 1)
         for goal in task.goals:

@@ -1,13 +1,14 @@
-"""Tables of the dynamic programme: in how many ways values on one side of the centre add up.
+"""Count the combinations of values on one side of the centre, by dynamic programming.
 
-A value that lies d steps from the centre adds (1, d, w_d) to the state (k, a, w). Here k is the
-number of values so far, a the sum of their distances, and w = (q ± a)/2 with q the sum of squared
-distances. The triangular number w_d = d(d ± 1)/2 replaces d². Since q and a always have the same
-parity, half of the cells of a table over (k, a, q) could never be reached.
+A value at a distance of d steps from the centre adds (1, d, w_d) to the state (k, a, w). Here, k is
+the number of values added so far, a is the sum of their distances, and w = (q ± a)/2, where q is
+the sum of squared distances. States use w instead of q because q and a always have the same parity,
+so half of the cells in a table over (k, a, q) would be empty. The contribution w_d = d(d ± 1)/2 is
+a triangular number.
 
-The sign is positive below the centre and negative above it. The two halves of a solution then
-match if
-a_above = a_below + D and w_above = constant - w_below, so joining them is a product of two slices.
+The sign is positive below the centre and negative above it. Two halves then form a solution if
+a_above = a_below + D and w_above = constant - w_below. Counting all solutions is a product of two
+slices.
 """
 
 from __future__ import annotations
@@ -27,18 +28,18 @@ Array = npt.NDArray[Any]
 
 
 def multiset_ways(_k: int, _j: int) -> int:
-    """Return 1: the ways to place j equal values among k when the order does not count."""
+    """Return 1, the number of ways to place j equal values among k in a multiset."""
     return 1
 
 
 Ways = Callable[[int, int], int]
-# Measure: number of ways to place j equal values among k.
+# Measure -> number of ways to place j equal values among k.
 WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 
 @dataclass(frozen=True)
 class Shape:
-    """The distances of one half and the required extent of its table.
+    """Distances on one side of the centre, and the required size of the state table.
 
     Parameters
     ----------
@@ -47,9 +48,9 @@ class Shape:
     sign : int
         +1 below the centre, -1 above.
     reach : tuple of (int, int)
-        For every k from 0, the largest a and w that a solution can have.
+        Largest a and w of a solution, for every k from 0.
     holes : frozenset of int
-        Distances within the range at which no value lies.
+        Distances within the range at which there is no value.
     """
 
     nearest: int
@@ -60,7 +61,7 @@ class Shape:
 
     @cached_property
     def distances(self) -> tuple[int, ...]:
-        """The distances, from near to far."""
+        """Distances from near to far."""
         every = range(self.nearest, self.farthest + 1)
         return tuple(d for d in every if d not in self.holes)
 
@@ -75,17 +76,16 @@ class Shape:
 
 
 class StateTable:
-    """A table of counts over (k, a, w), for one modulus.
+    """Table of counts over (k, a, w), modulo one number.
 
-    The values enter one distance after the other, from far to near (`advance`), and leave again
-    from near to far (`retreat`); both work in place. There are few far values, and once many
-    values have entered, only near ones remain; most steps therefore change a small corner of the
-    table.
+    Values are added by distance from far to near (`advance`) and removed from near to far
+    (`retreat`), both in place. Only few values can be far from the centre, so most steps change
+    only a small corner of the table.
 
     Parameters
     ----------
     shape : Shape
-        Distances and extent.
+        Distances and size.
     measure : {"multisets", "ordered"}
         What to count: multisets or ordered samples.
     modulus : int or None
@@ -105,7 +105,7 @@ class StateTable:
         ]
         self.planes[0][0, 0] = 1
         self._filled = False
-        # Largest value that a cell may contain before the next reduction.
+        # Upper bound on the cells before the next reduction.
         self._ceiling = 1
 
     def distances(self) -> tuple[int, ...]:
@@ -113,7 +113,7 @@ class StateTable:
         return self.shape.distances[::-1]
 
     def fill(self) -> StateTable:
-        """Add every distance, unless all have already entered; return the table."""
+        """Add all distances that are not yet included, and return the table."""
         if not self._filled:
             for distance in self.distances():
                 self.advance(distance)
@@ -127,12 +127,12 @@ class StateTable:
             return
         divisor = np.uint64(self.modulus or 0)
         for plane in self.planes:
-            # Four times as fast as the remainder operator.
+            # This is four times as fast as the remainder operator.
             plane[...] -= plane // divisor * divisor
         self._ceiling = (self.modulus or 0) - 1
 
     def advance(self, distance: int) -> None:
-        """Add values at `distance`; all values so far must lie farther out."""
+        """Add values at `distance`, which must be smaller than all distances added so far."""
         top = len(self.planes) - 1
         if self.measure == "multisets":
             self._make_room(top + 1)
@@ -147,7 +147,7 @@ class StateTable:
                     self._settle(here)
 
     def retreat(self, distance: int) -> None:
-        """Undo `advance`: remove the values at `distance`, the nearest that have entered."""
+        """Undo `advance` by removing the values at `distance`, the smallest distance added."""
         self._filled = False
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -161,10 +161,11 @@ class StateTable:
                     self._subtract(here, self.scaled(there, comb(k, j)))
 
     def pull_back(self, distance: int) -> None:
-        """Turn weights of the states after `distance` entered into weights of the states before.
+        """Convert weights of states with values at `distance` to weights of states without.
 
-        The adjoint of `advance`: the weight of an earlier state is the sum of the weights of all
-        states that values at `distance` lead to. Use it for a table of weights, not of counts.
+        This is the adjoint of `advance`. The weight of a state becomes the sum of the weights of
+        all states that result from adding values at `distance`. Use it for tables of weights, not
+        of counts.
         """
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -180,10 +181,9 @@ class StateTable:
                     self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
-        """Yield the cells of k values, and the cells from which j values at `distance` lead there.
+        """Yield the cells of k values, each with the cells before adding j values at `distance`.
 
-        Every value so far lies at least `distance` from the centre, which bounds a and w from
-        below.
+        All values are at least `distance` from the centre, which bounds a and w from below.
         """
         step_a, step_w = j * distance, j * self.shape.triangle(distance)
         low_a, low_w = k * distance, k * self.shape.triangle(distance)
@@ -199,7 +199,7 @@ class StateTable:
             )
 
     def _make_room(self, growth: int) -> None:
-        """Reduce now if one more step, which multiplies by at most `growth`, could overflow."""
+        """Reduce all cells if a step that multiplies by at most `growth` could overflow."""
         if self.modulus in (None, WORD):
             return
         if self._ceiling * growth >= WORD:
@@ -207,7 +207,7 @@ class StateTable:
         self._ceiling *= growth
 
     def scaled(self, cells: Array, factor: int) -> Array:
-        """Return `cells` times `factor`, reduced."""
+        """Return `cells` times `factor`, reduced modulo `modulus`."""
         if self.modulus is None:
             weighted: Array = cells * float(factor)
             return weighted
@@ -222,7 +222,7 @@ class StateTable:
         return rest
 
     def _settle(self, cells: Array) -> None:
-        """Reduce prime residues after an addition of two."""
+        """Reduce residues modulo a prime after adding two of them."""
         if self.modulus not in (None, WORD):
             cells[...] = self._remainder(cells)
             self._ceiling = (self.modulus or 0) - 1

@@ -1,8 +1,8 @@
-"""Find a solution from its rank by reversing the dynamic programme.
+"""Find the solution with a given rank, by reversing the dynamic programming.
 
-All ranks are processed together. Distances leave the tables again, from near to far. As each one
-leaves, the tables give the number of solutions that contain it zero times, once, twice and so on,
-and every rank selects one of these cases. Only integers are used, so uniformly drawn ranks give
+All ranks are processed together. Distances are removed from the tables, from near to far. At each
+distance, the tables give the number of solutions that contain it zero times, once, twice and so on,
+and each rank selects one of these cases. Only integers are used, so uniformly drawn ranks give
 exactly uniform solutions.
 """
 
@@ -19,21 +19,22 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
     from slipscale.analysis.reconstruction.counts.problem import Problem
 
-# Completed ranks are dropped when less than this proportion of the ranks is unfinished.
+# Completed ranks are dropped if the proportion of unfinished ranks is below this value.
 WORTH_DROPPING = 0.7
 
 
 class Ranking:
-    """The solutions of one problem in a fixed order, from rank 0.
+    """Solutions of one problem in a fixed order, numbered from rank 0.
 
     Parameters
     ----------
     task : Problem
-        Parts that share their tables.
+        Parts that share state tables.
     measure : {"multisets", "ordered"}
-        What is ranked; an ordered solution represents all arrangements of its values.
+        Whether multisets or ordered samples are ranked. A solution represents all arrangements of
+        its values if ordered samples are ranked.
     moduli : tuple of int
-        Their product exceeds every count.
+        Moduli whose product exceeds every count.
     """
 
     def __init__(self, task: Problem, measure: str, moduli: tuple[int, ...]) -> None:
@@ -41,7 +42,7 @@ class Ranking:
         pairs = [task.tables(measure, modulus) for modulus in moduli]
         self._below, self._above = [p[0] for p in pairs], [p[1] for p in pairs]
         self._task = task
-        # The first modulus determines which joints exist; their counts come from all moduli.
+        # The first modulus determines which joints exist; counts are computed from all moduli.
         joints = [task.joints(*pair) for pair in pairs]
         self._joints: list[Joint] = []
         places, counts = [], []
@@ -63,18 +64,18 @@ class Ranking:
         return int(self._ends[-1]) if len(self._ends) else 0
 
     def solutions(self, ranks: Array) -> Array:
-        """Return the values of the solutions at sorted `ranks`, in steps, each row sorted.
+        """Return the solutions with the given ranks, in steps, each row sorted.
 
         Parameters
         ----------
         ranks : ndarray, shape (m,)
-            From 0 to ``total - 1``, ascending.
+            Ranks from 0 to ``total - 1``, ascending.
 
         Returns
         -------
         ndarray of int32, shape (m, n)
         """
-        # The last call has emptied them.
+        # The previous call emptied the tables.
         for table in (*self._below, *self._above):
             table.fill()
         cell = np.searchsorted(self._ends, ranks, side="right")
@@ -162,7 +163,7 @@ class Ranking:
         return place
 
     def _gather(self, tables: list[StateTable], k: Array, a: Array, w: Array) -> Array:
-        """Return exact counts at states; 0 outside the table, where no state exists."""
+        """Return exact counts of states; 0 for states outside the table."""
         reach = np.array(tables[0].shape.reach, dtype=np.int64)
         inside = (k >= 0) & (a >= 0) & (w >= 0)
         k = np.maximum(k, 0)
@@ -171,7 +172,7 @@ class Ranking:
         return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
-        """Return counts from their residues: machine words, or Python integers if larger."""
+        """Return counts from residues, as machine words or, if larger, Python integers."""
         if self.moduli == (WORD,):
             return residues[0]
         factors, whole = weights(self.moduli)
@@ -184,6 +185,6 @@ class Ranking:
 
 
 def _factors(ways: Ways, k: Array, copies: int, kind: np.dtype[Any]) -> Array:
-    """Return the ways to place `copies` equal values among k, for each k."""
+    """Return the number of ways to place `copies` equal values among k, for each k."""
     table = np.array([ways(number, copies) for number in range(int(k.max()) + 1)], dtype=kind)
     return table[k]

@@ -1,1 +1,1 @@
-"""Constraints, counts, samples and examples of the data sets that a published table allows."""
+"""Count, sample and list the data sets that are consistent with a published table."""

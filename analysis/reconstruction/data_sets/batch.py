@@ -1,7 +1,7 @@
-"""Check thousands of columns from any tables, with one verdict per column.
+"""Check thousands of published columns, with one verdict per column.
 
-A verdict depends on its row alone. Any number of workers therefore gives the same verdicts, in the
-order of the rows, and an interrupted batch can be resumed.
+A verdict depends only on its row. Verdicts and their order therefore do not depend on the number of
+workers, and an interrupted batch can be resumed.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.table_files import Row
 
-# Rows that a worker processes at a time.
+# Number of rows per unit of work.
 TOGETHER = 8
 
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """The verdict on one row.
+    """Verdict on one row of a batch file.
 
     Parameters
     ----------
     line : int
         Line of the file on which the row ends.
     digest : str
-        Hash of the row's cells, to recognise an earlier verdict on the same row.
+        Hash of the row's cells, which identifies the row when a batch is resumed.
     label : str
         Label of the column.
     verdict : {"consistent", "inconsistent", "not counted", "not understood"}
@@ -47,9 +47,10 @@ class Verdict:
     multisets : str
         Exact number of data sets; empty if not counted.
     log10_estimate : str
-        Approximate decimal logarithm of the number if not counted; empty if that is unknown too.
+        Approximate decimal logarithm of the number of data sets, if they are not counted; empty if
+        unknown.
     reason : str
-        Why there are no data sets, or why the row is not counted or not understood.
+        Reason why there are no data sets, or why the row is not counted or not understood.
     """
 
     line: int
@@ -91,7 +92,7 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
 
 
 def _failed(targets: Targets) -> str:
-    """Return the first failed test, in the order in which the tests are applied."""
+    """Return the name of the first failed test."""
     tests = ((targets.grim, "GRIM"), (targets.grimmer, "GRIMMER"), (not targets.reason, "extremes"))
     return next((name for passed, name in tests if not passed), "count")
 
@@ -113,19 +114,19 @@ def verdicts(
     memory_gib, minutes : float
         Limits for each row.
     workers : int
-        Number of processes; with 1, no other process is started.
+        Number of processes. If 1, no additional process is started.
     """
     judge = partial(verdict, memory_gib=memory_gib, minutes=minutes)
     if workers == 1 or len(rows) <= TOGETHER:
         yield from map(judge, rows)
         return
-    # Do not fork: that would copy the threads of numerical libraries in an arbitrary state.
+    # Forking would copy locks of numerical libraries' threads in an arbitrary state.
     with ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool:
         yield from pool.map(judge, rows, chunksize=TOGETHER)
 
 
 def summary(found: Iterable[tuple[str, str]]) -> list[str]:
-    """Return the number of rows per verdict and failed test, one line each."""
+    """Count the rows per verdict and failed test; return one line of text for each."""
     counts = Counter(found)
     rows = counts.total()
     lines = [f"{rows:,} rows"]

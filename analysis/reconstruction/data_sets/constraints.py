@@ -1,9 +1,10 @@
-"""Derive constraints on whole ratings from printed numbers, with reasons from GRIM and GRIMMER.
+"""Derive constraints on ratings from printed numbers, including GRIM and GRIMMER.
 
 Ratings are counted in steps above the scale's minimum, so every quantity here is a whole number.
 GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean. GRIMMER
 (Anaya, 2016; Allard, 2018) checks whether a whole sum of squares of the right parity gives the
-printed standard deviation. Both are necessary and neither is sufficient; the count is decisive.
+printed standard deviation. Both conditions are necessary but not sufficient; only the count of data
+sets is decisive.
 """
 
 from __future__ import annotations
@@ -21,13 +22,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
 
 
-# Maximum number of pairs of a sum and a sum of squares that are examined individually.
+# Maximum number of pairs of sum and sum of squares that are listed.
 MOST_PAIRS = 100_000
-# Maximum number of sums of a plain column that are examined individually.
+# Maximum number of sums that are listed for a column without extremes, median or frequencies.
 MOST_SUMS = 1000
-# If there are more, this many sums are examined, each with its middle sum of squares.
+# Number of sums in a selection if not all are listed, each with its middle sum of squares.
 LOOKED_AT = 9
-# Maximum number of candidate extremes or middle ratings, over all pairs; more take gigabytes.
+# Maximum number of candidate extremes or middle ratings. More would need gigabytes.
 MOST_VALUES = 3_000_000
 
 
@@ -40,15 +41,16 @@ class Targets:
     wanted : tuple of Wanted
         One for each admissible sum and sum of squares.
     grim : bool
-        Whether some sum gives the printed mean.
+        Whether any sum gives the printed mean.
     grimmer : bool
-        Whether some sum of squares also gives the printed standard deviation.
+        Whether any sum of squares also gives the printed standard deviation.
     reason : str
-        Reason why no ratings can meet the requirements; empty if some can.
+        Reason why no ratings can meet the requirements; empty if ratings exist.
     refused : str
-        Reason why the requirements cannot be listed; `wanted` is then empty and meaningless.
+        Reason why there are too many requirements to list, so that `wanted` is empty; otherwise
+        empty.
     looked_at : tuple of Wanted
-        A selection of the requirements, if they are not listed.
+        A selection of requirements, if they are not all listed.
     pairs : int
         Approximate number of requirements if they are not listed.
     """
@@ -96,7 +98,7 @@ def targets(column: Column) -> Targets:
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
-    """Return the sums of squares for each sum; None if these do not cover everything printed."""
+    """Return the sums of squares for each sum; None if the column has further constraints."""
     more = (
         column.maximum_deviation,
         column.observed_minimum,
@@ -113,14 +115,14 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
-    """Return the approximate number of (sum, sum of squares) pairs that the decimals admit."""
-    # Sums differ little in their number of sums of squares.
+    """Estimate the number of pairs of sum and sum of squares that the decimals admit."""
+    # The number of sums of squares is similar for all sums.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
 
 
 def _unlisted(column: Column, sums: range, number: int) -> Targets:
-    """Return targets for too many requirements to list, with a selection of them."""
+    """Return targets with a selection of requirements, if there are too many to list."""
     places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
     some = (sums[place] for place in sorted(places))
     middles = ((total, admissible_squares(column, total)) for total in some)
@@ -152,7 +154,7 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
 
 
 def within_reach(moments: Moments, most: int) -> tuple[int, int]:
-    """Return the smallest and largest possible value given these moments, from 0 to `most`.
+    """Return bounds on values from 0 to `most` that have these moments.
 
     According to Samuelson (1968), the squared distance of any value from the mean is at most (n -
     1) / n of the sum of squared deviations.
@@ -167,7 +169,7 @@ def within_reach(moments: Moments, most: int) -> tuple[int, int]:
 
 
 def admissible_sums(column: Column) -> range:
-    """Return the sums, in steps above the minimum, that give the printed mean or sum."""
+    """Return the sums, in steps above the minimum, that match the printed mean or sum."""
     n, scale = Fraction(column.n), column.scale
     found = Interval(Fraction(0), n * scale.steps)
     for printed, factor in column.means():
@@ -177,10 +179,9 @@ def admissible_sums(column: Column) -> range:
 
 
 def admissible_squares(column: Column, total: int) -> range:
-    """Return the sums of squares, in steps, that give the printed SD, SE or interval for a sum.
+    """Return the sums of squares, in steps, that match the printed SD, SE or interval.
 
-    A whole number and its square have the same parity, so only every second sum of squares is
-    possible.
+    Sum and sum of squares have the same parity, so only every second sum of squares is possible.
     """
     n, steps = column.n, column.scale.steps
     variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))
@@ -197,7 +198,7 @@ QUANTILE_ERROR = Fraction(1, 10**9)
 
 
 def variances(column: Column, mean: Fraction) -> Interval:
-    """Return the variances that give the printed SD, SE and confidence interval for a mean."""
+    """Return the variances that match the printed SD, SE and confidence interval."""
     found = Interval(Fraction(0), (column.scale.maximum - column.scale.minimum) ** 2 * column.n)
     n = Fraction(column.n)
     if column.sd is not None:
@@ -223,23 +224,23 @@ def variances(column: Column, mean: Fraction) -> Interval:
 
 
 def _steps(column: Column, values: Interval) -> Interval:
-    """Return an interval of ratings in steps above the scale minimum."""
+    """Convert an interval of ratings to steps above the scale minimum."""
     scale = column.scale
     return values.scaled(1 / scale.step, -scale.minimum / scale.step)
 
 
 class _TooManyValues(Exception):
-    """Too many ratings to list may be the printed extremes or middle values."""
+    """Indicates that there are too many candidates for the printed extremes or middle values."""
 
 
 class _Extremes:
-    """Requirements on a column's extremes, median and ratings, given a sum and sum of squares.
+    """Printed extremes, median and frequencies of a column, as requirements on ratings.
 
     Raises
     ------
     _TooManyValues
-        If the scale is so fine that listing the requirements takes gigabytes; also raised by
-        `beside`.
+        If the scale is so fine that listing the requirements takes gigabytes. `beside` raises the
+        same error.
     """
 
     def __init__(self, column: Column) -> None:
@@ -272,7 +273,7 @@ class _Extremes:
         return frozenset(values)
 
     def beside(self, moments: Moments) -> Wanted | None:
-        """Return the requirements for these moments; None if no ratings can meet them."""
+        """Return the requirements given these moments, or None if no ratings meet them."""
         low, high = within_reach(moments, self.steps)
         low, high, present = max(low, self.low), min(high, self.high), self.present
         if self.column.maximum_deviation:
@@ -293,7 +294,7 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the printed deviation from the mean, and those at the limit."""
+        """Return the ratings within the printed deviation, and the ratings exactly at it."""
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()
@@ -306,7 +307,7 @@ class _Extremes:
         return inside, frozenset(above) | frozenset(-v for v in below)
 
     def _medians(self, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
-        """Return the pairs of middle values that give the printed median."""
+        """Return the pairs of middle values that match the printed median."""
         column = self.column
         if column.median is None:
             return None

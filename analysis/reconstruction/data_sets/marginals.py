@@ -1,8 +1,8 @@
-"""Compute exact marginals: distributions of order statistics and ratings over all data sets.
+"""Compute exact distributions of order statistics and ratings over all data sets.
 
-As in sampling, the tables are reversed distance by distance, while the weights that the rest of a
-solution gives to each state are pulled back in parallel. At every distance the product of the two
-gives the number of solutions with 0, 1, 2, ... values farther out.
+As in sampling, distances are removed from the state tables one after another. A second table
+contains, for each state, the number of ways to complete the solution. At each distance, the product
+of both tables gives the number of solutions with 0, 1, 2, ... values farther out.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Marginals:
-    """Distributions over all data sets consistent with a column, in steps above the minimum.
+    """Distributions over all data sets consistent with a column.
 
     Parameters
     ----------
@@ -34,9 +34,10 @@ class Marginals:
     total : int
         Number of data sets, in the chosen measure.
     at_most : tuple of tuple of int
-        ``at_most[v][m]`` data sets have exactly m ratings of v steps or fewer.
+        ``at_most[v][m]`` is the number of data sets with exactly m ratings of at most v steps above
+        the minimum.
     absent : tuple of int
-        ``absent[v]`` data sets have no rating of v steps.
+        ``absent[v]`` is the number of data sets without a rating of v steps.
     """
 
     n: int
@@ -63,19 +64,19 @@ class Marginals:
         }
 
     def presence(self, value: int) -> Fraction:
-        """Return the proportion of data sets that contain this rating."""
+        """Return the proportion of data sets that contain a rating."""
         return 1 - Fraction(self.absent[value], self.total)
 
 
 def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
-    """Return the exact marginals over all solutions.
+    """Compute the exact marginals over all solutions.
 
     Parameters
     ----------
     solutions : Solutions
-        Solutions of a column that has at least one.
+        Solutions of a column; at least one must exist.
     measure : {"multisets", "ordered"}
-        Which data sets are equally likely; the distribution of a rating depends on this.
+        Whether all multisets or all ordered samples are equally likely.
     """
     n, values = solutions.column.n, solutions.column.scale.steps + 1
     tasks = solutions.problems
@@ -95,8 +96,8 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     )
 
 
-# (value, m): solutions with m free values of at most `value`; (value, None): solutions without
-# that value; WHOLE: all solutions.
+# Number of solutions by key. (value, m): m free values are at most `value`; (value, None): no free
+# value equals `value`; WHOLE: all solutions.
 Tally = dict[tuple[int, int | None], int]
 WHOLE = (-1, None)
 
@@ -120,8 +121,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
             for k, number in enumerate(_products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
-            # At a hole, nothing leaves the tables, and the number of values this far out is already
-            # known.
+            # Values in holes are not in the tables, so the number of values this far out is known.
             if distance not in own.shape.holes:
                 own.retreat(distance)
             tally[value, None] = sum(_products(own, worth)) % modulus
@@ -132,7 +132,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
 
 
 def _products(own: StateTable, worth: StateTable) -> list[int]:
-    """Return for each k the number of solutions in which this half's state has k values."""
+    """Return the number of solutions with k values in this half, for each k."""
     modulus = own.modulus or WORD
     found = []
     for counts, weights in zip(own.planes, worth.planes, strict=True):
@@ -149,7 +149,7 @@ def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array)
     whole = tally[WHOLE]
     for value in range(len(at_most)):
         held = sum(times for v, times in given if v <= value)
-        # Nothing changes between below and above; outside them, the tally covers all values or
+        # Between the two intervals, the tally is constant. Outside them, it covers all values or
         # none.
         near = split.below if split.below < value < split.above else value
         if near in covered:

@@ -1,10 +1,10 @@
 """Approximate the number of data sets consistent with a column by the saddle-point method.
 
 The number of multisets with n values, sum S and sum of squares Q is the coefficient of z^n x^S y^Q
-in a generating function: the product over all values v of 1 / (1 - z x^v y^(v²)). The product is
-the partition function of a Bose-Einstein gas. Its logarithm is convex in the logarithms of z, x
-and y. At the minimum of that convex function, Laplace's method gives the coefficient (Good, 1957;
-Daniels, 1954). S and Q have the same parity, so every reachable pair counts twice.
+in a generating function: the product over all values v of 1 / (1 - z x^v y^(v²)). The logarithm of
+this product is convex in the logarithms of z, x and y. Laplace's method at its saddle point
+approximates the coefficient (Good, 1957; Daniels, 1954). Since S and Q have the same parity, only
+half of all pairs can occur, so the result is doubled.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
 
-# Number of sums for which the estimate is computed; sums in between have similar estimates.
+# Number of sums for which the estimate is computed; their mean represents all sums.
 SUMS_LOOKED_AT = 15
 STEPS = 200
-# Smallest proportion of multisets that contain a printed extreme for which an estimate is given.
+# Smallest proportion of multisets with the printed extremes for which an estimate is returned.
 LEAST_SHARE = 0.02
 CONVERGED = 1e-10
-# Maximum number of scale values to sum over; more take gigabytes.
+# Maximum number of scale values. More would need gigabytes.
 MOST_VALUES = 1_000_000
 
 
 def log10_multisets(targets: Targets) -> float | None:
-    """Return the approximate log10 of the number of multisets.
+    """Estimate log10 of the number of multisets.
 
-    Returns None if the method does not converge, or does not cover the column: a median is
-    printed, few of the multisets contain a printed extreme, the number of a rating is not fixed,
-    or the scale is too fine to be summed over.
+    Returns None if the method does not converge or cannot be applied: if a median is printed, if
+    few multisets contain a printed extreme, if the frequency of a rating is not exact, or if the
+    scale has too many values.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:
@@ -54,16 +54,15 @@ def log10_multisets(targets: Targets) -> float | None:
             return None
         logs.append(found + log(len(wishes)))
     mean = np.logaddexp.reduce(logs) - log(len(logs))
-    # If pairs are not listed, the examined ones represent all of them.
+    # If not all pairs are listed, the selected ones represent all pairs.
     more = targets.pairs / len(targets.looked_at) if targets.looked_at else 1.0
     return float((mean + log(len(sums)) + log(more)) / log(10))
 
 
 def _log_with_extremes(wish: Wanted) -> float | None:
-    """Return the natural logarithm for one sum and sum of squares, with printed extremes.
+    """Return the log number of multisets with a sum, a sum of squares and printed extremes.
 
-    Uses inclusion-exclusion: solutions within the bounds minus solutions that lack one of the
-    values.
+    By inclusion-exclusion: solutions within the bounds minus solutions without a required value.
     """
     told = _told(wish)
     if told is None:
@@ -84,9 +83,9 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
 
 def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
-    """Return the moments of the free values, the fixed values, and the sets that must be present.
+    """Return the moments of free values, the fixed values, and the sets that must be present.
 
-    Returns None if the number of a rating is not fixed otherwise.
+    Returns None if the frequency of another rating is not exact.
     """
     moments, holes, there = wish.moments, set(), set()
     forced = []
@@ -106,7 +105,7 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
 
 def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
-    """Return the natural logarithm for one sum and sum of squares of the values in `of`."""
+    """Return the log number of multisets of the values in `of` with these moments."""
     n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
@@ -125,7 +124,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
         decrease = float(-gradient @ step)
         if decrease < CONVERGED:
             _, log_determinant = np.linalg.slogdet(2 * pi * hessian)
-            # Factor 2 for the parity; S and Q are finer than the moments of u by scale and scale².
+            # The factor 2 is due to parity. Changing from u to S and Q divides by scale and scale².
             return float(log(2) + value - log_determinant / 2 - 3 * log(scale))
         size = 1.0
         while (new := _objective(at + size * step, powers, wanted)) > value - size * decrease / 4:
@@ -137,7 +136,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
 
 
 def _objective(at: Array, powers: Array, moments: Array) -> float:
-    """Return the logarithm of the product at a point minus its linear part; infinite outside."""
+    """Return the function to be minimised; infinite where the product does not converge."""
     exponents = at @ powers
     if exponents.max() >= 0:
         return float("inf")

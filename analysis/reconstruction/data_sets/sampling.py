@@ -1,4 +1,4 @@
-"""Draw any number of exactly uniform samples of the data sets behind a column, as a stream."""
+"""Draw exactly uniform samples of the data sets consistent with a column."""
 
 from __future__ import annotations
 
@@ -19,22 +19,21 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.unranking import Ranking
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# To draw more than this fraction of the multisets, listing them once and sampling the list is
-# faster.
+# Listing all multisets is faster if there are at most this many per requested sample.
 LISTING_PAYS = 4
 FEW = 2**12
 
 
 class Sampler:
-    """Draws data sets consistent with a column, each with equal probability.
+    """Draw data sets consistent with a column, all with equal probability.
 
     Parameters
     ----------
     solutions : Solutions
         Solutions of the column.
     measure : {"multisets", "ordered"}
-        Whether every multiset of ratings is equally likely (a data set is then a multiset in
-        random order), or every assignment of ratings to participants.
+        Whether all multisets of ratings are equally likely, or all assignments of ratings to
+        participants.
 
     Raises
     ------
@@ -56,7 +55,7 @@ class Sampler:
 
     @property
     def listed(self) -> Array:
-        """All multisets, one per row, sorted, in steps above the scale's minimum.
+        """All multisets in steps above the scale minimum: one per row, sorted.
 
         Raises
         ------
@@ -78,7 +77,7 @@ class Sampler:
         number : int
             Number of data sets.
         generator : numpy.random.Generator
-            Random generator; the same state gives the same data sets.
+            Random generator. The same state gives the same data sets.
 
         Returns
         -------
@@ -105,7 +104,7 @@ class Sampler:
             number -= block
 
     def _walk(self, ranks: Array) -> Array:
-        """Unrank in ascending order, to make better use of the cache."""
+        """Unrank in ascending order, which makes better use of the processor's cache."""
         order = np.argsort(ranks)
         ranks = ranks[order]
         out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)

@@ -1,4 +1,4 @@
-"""Check, count and list the data sets behind one published column."""
+"""Check, count and list the data sets consistent with a published column."""
 
 from __future__ import annotations
 
@@ -40,8 +40,7 @@ class Solutions:
     column : Column
         The published column.
     memory_gib, minutes : float
-        Limits on memory and time; a computation that would exceed them is rejected before it
-        starts.
+        Limits on memory and time. Computations that would exceed them raise an error.
     """
 
     column: Column
@@ -70,16 +69,16 @@ class Solutions:
 
     @cached_property
     def _unfiltered(self) -> int:
-        """Number of data sets, whether or not they have the printed quartiles."""
+        """Number of data sets if printed quartiles are ignored."""
         if self._of_few_values is not None:
             return self._of_few_values
         return count(self.problems, "multisets", self.memory_gib, self.minutes)
 
     @cached_property
     def _of_few_values(self) -> int | None:
-        """Number of data sets of a plain Likert scale; None for other scales.
+        """Number of data sets on a Likert scale without further constraints; otherwise None.
 
-        Equals the number from all problems together, without listing them.
+        The result equals the total over all problems, which are not listed.
         """
         values = range(self.column.scale.steps + 1)
         sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
@@ -107,7 +106,7 @@ class Solutions:
 
     @property
     def listed_apart(self) -> bool:
-        """Whether data sets must be listed because the tables of states ignore quartiles."""
+        """Whether data sets must be listed because quartiles are printed."""
         return bool(self.column.lower_quartile or self.column.upper_quartile)
 
     @cached_property
@@ -126,7 +125,7 @@ class Solutions:
 
     @cached_property
     def not_drawn(self) -> str:
-        """Reason why no data set can be drawn or listed, even if one exists; empty if they can."""
+        """Reason why data sets can be neither drawn nor listed; empty if they can."""
         if self.refused:
             return self.refused
         try:
@@ -137,12 +136,12 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps above the minimum, if data sets are not counted; else empty."""
+        """One data set, in steps, if data sets are not counted; empty if none was found."""
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
-        """Pairs of sum and sum of squares, in steps, and whether each is known to occur."""
+        """Pairs of sum and sum of squares, in steps, and whether all of them are known to occur."""
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
         if self.listed_apart:
@@ -153,7 +152,7 @@ class Solutions:
 
     @cached_property
     def ordered(self) -> int:
-        """Number of data sets if each rating is assigned to a participant."""
+        """Number of data sets if participants are distinguished."""
         if self.listed_apart:
             return int(sum(arrangements(self.listed)))
         return count(self.problems, "ordered", self.memory_gib)
@@ -174,6 +173,6 @@ class Solutions:
         )
 
     def under(self, sd_convention: str, rounding: str) -> Solutions:
-        """Return the solutions under another convention and rounding rule."""
+        """Return the solutions under a different SD convention and rounding rule."""
         other = {"sd_convention": sd_convention, "rounding": rounding}
         return replace(self, column=self.column.model_copy(update=other))

@@ -1,7 +1,8 @@
-"""Find one data set consistent with a column if there are too many to count.
+"""Find one data set consistent with a column, for columns with too many data sets to count.
 
-The search moves ratings in pairs, as SPRITE does (Heathers et al., 2018). The result is checked
-against the definitions, so a witness proves that a data set exists, however it was found.
+The search changes pairs of ratings, as in SPRITE (Heathers et al., 2018). A data set is returned
+only if its statistics, computed from their definitions, match the printed numbers. A result
+therefore proves that a data set exists.
 """
 
 from __future__ import annotations
@@ -26,19 +27,18 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Number of sums of squares tried, and of parts of each; moves per part in a full and in a quick
-# search.
+# Numbers of sums of squares and of parts to try, and of moves per part in full and quick searches.
 TRIED = 8
 MOVES = 200_000
 QUICK = 5_000
-# Proportion of moves that increase the distance, to escape from dead ends.
+# Proportion of moves that are accepted although they increase the distance from the target.
 ASTRAY = 0.01
 
 
 def witness(column: Column, targets: Targets) -> tuple[int, ...]:
-    """Return ratings, in steps above the minimum, that give all printed numbers; empty if none.
+    """Search for ratings, in steps above the minimum, that match all printed numbers.
 
-    An empty result does not prove that none exist.
+    Returns an empty tuple if none are found, which does not prove that none exist.
     """
     wanted = targets.wanted or targets.looked_at
     middle = len(wanted) // 2
@@ -49,9 +49,10 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
 
 
 def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tuple[int, ...]:
-    """Return ratings with these moments that give the printed column; empty if none found.
+    """Search for ratings with these moments that match all printed numbers.
 
-    The search is shorter than in `witness`, because it is repeated for many moments.
+    Returns an empty tuple if none are found. The search is shorter than in `witness`, because it is
+    repeated for many moments.
     """
     wishes = [w for w in targets.wanted if (w.moments.total, w.moments.squares) == moments]
     return next((found for wish in wishes if (found := _of_wish(column, wish, QUICK))), ())
@@ -68,7 +69,7 @@ def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
 
 
 def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
-    """Return whether ratings (in steps) give every printed number by its definition."""
+    """Return whether all statistics of ratings (in steps) match the printed numbers."""
     x = sorted(column.scale.value(v) for v in steps)
     n, rule = column.n, column.rounding
     if len(x) != n or min(steps) < 0 or max(steps) > column.scale.steps:
@@ -97,14 +98,14 @@ def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
 
 
 def _prints_root(printed: Printed, square: Fraction, rule: str) -> bool:
-    """Return whether the square root of `square` (0 or more) is printed as this number."""
+    """Return whether the square root of `square` (0 or more) rounds to the printed number."""
     root = printed.values(rule)
     above = root.low < 0 or square > root.low**2 or (root.low_closed and square == root.low**2)
     return above and (square < root.high**2 or (root.high_closed and square == root.high**2))
 
 
 def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool:
-    """Return whether the confidence interval is printed like this, within floating-point error."""
+    """Return whether the confidence interval matches the printed one."""
     if column.ci_low is None or column.ci_high is None:
         return True
     half = Fraction(column.quantile * sqrt(variance / column.n))
@@ -116,13 +117,13 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
 
 
 def _free_values(part: Part, moves: int) -> list[int]:
-    """Return free values with the moments of a part, or as close as the search gets."""
+    """Search for free values with the moments of a part; the result may only be close."""
     n, total, squares = part.moments.n, part.moments.total, part.moments.squares
     low, high = part.split.low, part.split.high
     if n == 0:
         return []
     holes = part.split.holes
-    # Start from a rounded normal distribution with the right mean and SD.
+    # Start from a rounded normal distribution with the required mean and SD.
     normal = NormalDist(total / n, max(sqrt(max(squares / n - (total / n) ** 2, 0.0)), 1e-9))
     free = [v for v in range(low, high + 1) if v not in holes] if holes else range(low, high + 1)
     if not free:
@@ -137,7 +138,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
         if not missing:
             break
         i, j = random.randrange(n), random.randrange(n)
-        # Moving x[i] down and x[j] up preserves the sum.
+        # Decreasing x[i] and increasing x[j] by the same amount preserves the sum.
         if i == j or x[i] == low or x[j] == high or x[i] - 1 in holes or x[j] + 1 in holes:
             continue
         gain = 2 * (x[j] - x[i]) + 2
@@ -149,7 +150,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Adjust values by one step at a time until their sum is as close as possible to the total."""
+    """Adjust values by single steps until their sum is as close as possible to the total."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

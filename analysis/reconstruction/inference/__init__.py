@@ -1,1 +1,1 @@
-"""Bounds and distributions of test results over the data sets behind a table."""
+"""Compute bounds and distributions of test results over all data sets consistent with a table."""

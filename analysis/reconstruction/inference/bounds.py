@@ -1,9 +1,9 @@
-"""Compute bounds over two or more columns that hold in every data set and pairing.
+"""Compute bounds on statistics of two or more columns that hold in every data set and pairing.
 
-A table does not state which rating in one column belongs to which in the next, so every bound here
-holds for every pairing. A sharp bound is attained by some table of data sets consistent with the
-published table, and is returned with that table. Bounds not marked sharp are valid but may not be
-attained. The paired t is in `extreme_t`, the repeated-measures F in `repeated_measures_f`.
+A published table does not state which ratings in different columns are from the same participant,
+so bounds must hold for every pairing of ratings. A sharp bound is attained by some data sets and
+some pairing, which are returned with the bound. Other bounds are valid but may not be attained. For
+the paired t, see `extreme_t`; for the repeated-measures F, see `repeated_measures_f`.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ import numpy as np
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Ratings in steps above the scale's minimum: one row per column, participants in the same order.
+# Ratings in steps above the scale minimum: one row per column, with the same order of participants.
 Table = tuple[tuple[int, ...], ...]
 
-# Up to this many pairs of data sets are searched exhaustively.
+# Maximum number of pairs of data sets that are searched exhaustively.
 SEARCHED = 60_000_000
 # Number of rows with extreme sums that are tried first.
 CANDIDATES = 200
@@ -34,8 +34,7 @@ class Range:
     low, high : float
         Bounds on the value.
     at_low, at_high : tuple of tuple of int
-        A table that attains each bound: ratings in steps, one row per column; empty if none is
-        known.
+        Tables that attain the bounds: ratings in steps, one row per column; empty if none is known.
     """
 
     low: float
@@ -55,7 +54,7 @@ def as_table(*rows: Array) -> Table:
 
 
 def larger(x: Array, y: Array) -> Range:
-    """Return the range of the number of pairs with y above x, over all pairings.
+    """Return the range, over all pairings, of the number of participants with y > x.
 
     Parameters
     ----------
@@ -64,8 +63,8 @@ def larger(x: Array, y: Array) -> Range:
 
     Notes
     -----
-    At least r pairs can have y > x if and only if the r largest y exceed the r smallest x one by
-    one. The other bound follows from pairs with y <= x in the same way.
+    At least r participants can have y > x if and only if the r largest y exceed the r
+    smallest x in sorted order. The lower bound follows from y <= x in the same way.
     """
     n = x.shape[1]
     most, at_most = _largest(y, x, np.greater)
@@ -74,10 +73,10 @@ def larger(x: Array, y: Array) -> Range:
 
 
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
-    """Return the largest r for which the r largest `upper` can beat the r smallest `lower`.
+    """Return the largest r for which the r largest values can beat the r smallest values.
 
-    Also returns one row of each that attains it in this pairing; without rows, r is only an upper
-    bound.
+    Also returns a row of `upper` and a row of `lower` that attain r. Without rows, r is only an
+    upper bound.
     """
     n = upper.shape[1]
     shown, rows = 0, (upper[0], lower[0])
@@ -96,18 +95,18 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]
 def _beats(
     upper: Array, lower: Array, r: int, compare: np.ufunc
 ) -> tuple[Array, Array] | Literal[False] | None:
-    """Return rows whose r largest and r smallest values beat each other.
+    """Return a row whose r largest values beat the r smallest values of another row, and that row.
 
-    Returns False if there are none, and None if there are too many to search.
+    Returns False if no such rows exist, and None if there are too many to search.
     """
     tall, small = upper[:, upper.shape[1] - r :], lower[:, :r]
-    # Most answers are positive, and rows with extreme sums prove it.
+    # In most cases, rows with extreme sums are already a solution.
     first, second = _largest_sums(tall), _largest_sums(-small)
     won = compare(tall[first][:, None], small[second][None]).all(axis=2)
     if won.any():
         i, j = np.unravel_index(won.argmax(), won.shape)
         return upper[first[i]], lower[second[j]]
-    # A row that does not beat the element-wise best of the other rows beats none of them.
+    # A row that does not beat the element-wise minimum of the other rows beats none of them.
     rows = 0, 0
     while rows != (len(tall), len(small)):
         rows = len(tall), len(small)
@@ -137,20 +136,20 @@ def _largest_sums(rows: Array) -> Array:
 
 
 def log_mean(x: Array) -> Array:
-    """Return the mean natural logarithm of every row's ratings (all above 0)."""
+    """Return the mean natural logarithm of each row; all ratings must be above 0."""
     found: Array = np.log(x).mean(axis=1)
     return found
 
 
 def of_rows(values: Array, rows: Array) -> Range:
-    """Return the range of a value computed per row, and the rows with the extreme values."""
+    """Return the range of values, one per row, and the rows with the extreme values."""
     least, most = int(values.argmin()), int(values.argmax())
     at_ends = as_table(rows[least]), as_table(rows[most])
     return Range(float(values[least]), float(values[most]), *at_ends)
 
 
 def slope(means: list[Range], log_amplitude: list[float]) -> Range:
-    """Return the range of the least-squares slope of log means on log amplitudes."""
+    """Return the range of the least-squares slope of log means against log amplitudes."""
     centred = np.array(log_amplitude) - np.mean(log_amplitude)
     share = centred / (centred**2).sum()
     pairs = list(zip(share, means, strict=True))

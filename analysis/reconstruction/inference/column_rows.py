@@ -1,7 +1,8 @@
-"""Group a column's data sets by sum and sum of squares, computing no more than necessary.
+"""Group a column's data sets by sum and sum of squares.
 
-Sums follow directly from the printed numbers; lists and samples need a count, which can be slow.
-If sums are sufficient, use `sums_first`; data sets are then searched for only when needed.
+Sums and sums of squares follow directly from the printed numbers, but lists and samples need a
+count, which can be slow. If sums are sufficient, use `sums_first`. Data sets are then searched for
+only when needed.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# Longer counts are run only if sums and searches give no answer.
+# Time above which a count is run only if sums and searches give no answer.
 QUICK_S = 0.25
 # Number of data sets drawn if there are too many to list.
 DRAWN = 2000
@@ -36,8 +37,8 @@ class ColumnRows:
     solutions : Solutions
         Solutions of the column.
     sums_first : bool
-        Take the sums and sums of squares from the printed numbers without counting data sets; some
-        may not belong to any data set.
+        Whether to take sums and sums of squares from the printed numbers without counting data
+        sets. Some of them may not occur in any data set.
     """
 
     solutions: Solutions
@@ -45,7 +46,7 @@ class ColumnRows:
 
     @classmethod
     def quickest(cls, solutions: Solutions) -> ColumnRows:
-        """Return the counted data sets if counting is quick; otherwise use sums and searches."""
+        """Return rows based on a count if counting is quick, and otherwise on sums and searches."""
         return cls(
             solutions,
             sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,
@@ -65,7 +66,7 @@ class ColumnRows:
 
     @cached_property
     def listed(self) -> Array | None:
-        """All data sets, one per row, sorted; None if there are too many or none are counted."""
+        """All data sets, one per row, sorted; None if they are too many or not counted."""
         found = self.solutions
         if self.sums_first or found.not_drawn or found.multisets > LISTED:
             return None
@@ -87,11 +88,11 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets with the moments at an index; all of these if listed."""
+        """Return the known data sets with the moments at an index."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets with the moments at an index; empty if none is known or found."""
+        """Return data sets with the moments at an index, known or found by a search."""
         rows = self.rows(place)
         if len(rows) or self.listed is not None:
             return rows

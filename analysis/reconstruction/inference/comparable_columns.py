@@ -44,7 +44,7 @@ def labels(columns: Sequence[Solutions]) -> list[str]:
 
 
 def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
-    """Return the log amplitude of every column that enters a power law, keyed by index."""
+    """Return the log amplitudes of the columns for a power law, keyed by column index."""
     return {
         place: log(solutions.column.amplitude_um_pp)
         for place, solutions in enumerate(columns)

@@ -1,7 +1,7 @@
-"""State what a table implies: conclusions that hold in every data set or only in some.
+"""Determine which conclusions hold in every data set consistent with a table.
 
-Each record contains its own wording: the question, the range of answers over all data sets and
-pairings, and whether the conclusion holds in all of them.
+Each conclusion contains a question, the range of answers over all data sets and pairings, and
+whether the answer is the same in all of them.
 """
 
 from __future__ import annotations
@@ -42,13 +42,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.bounds import Table
 
-# One row per column, participants in the same order.
+# One row of ratings per column, with the same order of participants.
 Ratings = tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The answer to one question over every data set.
+    """Answer to one question over all data sets.
 
     Parameters
     ----------
@@ -67,8 +67,8 @@ class Conclusion:
     labels : tuple of str
         The columns concerned.
     at_low, at_high : tuple of tuple of float
-        A table that attains each end: ratings, one row for each of these columns, participants in
-        the same order; empty if none is known.
+        Tables that attain the ends of the range: one row of ratings per column, with the same order
+        of participants; empty if none is known.
     """
 
     name: str
@@ -84,12 +84,12 @@ class Conclusion:
     at_high: Ratings = ()
 
 
-# Measured on Table III on an ordinary processor: paired t over all pairs of data sets.
+# Time per pair of data sets in the search for the extreme paired t, measured on Table III.
 SECONDS_A_PAIR = 0.6e-9
 
 
 def seconds_to_conclude(sizes: Sequence[int]) -> float:
-    """Return the approximate time for columns of these sizes; the search for t dominates."""
+    """Estimate the time for columns with these numbers of data sets, in seconds."""
     compared = sum(min(a * b, COMPARED) for a, b in combinations(sizes, 2))
     return 4.0 + SECONDS_A_PAIR * compared
 
@@ -97,7 +97,7 @@ def seconds_to_conclude(sizes: Sequence[int]) -> float:
 def conclusions(
     columns: list[Sampler], tell: Callable[[str], None] = lambda _: None
 ) -> list[Conclusion]:
-    """Return every bound that can be computed over all data sets and pairings.
+    """Return all conclusions that can be computed over all data sets and pairings.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def conclusions(
 
 
 def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) -> list[Conclusion]:
-    """Return the sign test and the paired t test for each pair of columns, over all pairings."""
+    """Return the conclusions of the sign test and the paired t test for each pair of columns."""
     found = []
     every = list(combinations(columns, 2))
     for place, (a, b) in enumerate(every, start=1):
@@ -130,7 +130,7 @@ def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) 
 
 
 def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
-    """Return the sign test for two columns, given how many participants may have rated higher."""
+    """Return the conclusion of the sign test, given the range of the count."""
     from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
 
     n, (one, other) = columns[0].column.n, labels(columns)
@@ -140,11 +140,11 @@ def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
 
 
 def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
-    """Return the paired t test for two columns, given the range of t."""
+    """Return the conclusion of the paired t test, given the range of t."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees, (one, other) = columns[0].column.n - 1, labels(columns)
-    # Within the range, t is closest to 0 at one end or at 0 itself.
+    # The value closest to 0 in the range is an end of the range or 0.
     nearest = 0.0 if t.low < 0 < t.high else min(abs(t.low), abs(t.high))
     ps = [float(2 * student.sf(edge, degrees)) for edge in (max(abs(t.low), abs(t.high)), nearest)]
     words = f"paired t({degrees}) of {other} minus {one}"
@@ -152,7 +152,7 @@ def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
 
 
 def f_test(columns: Sequence[Solutions], f: Range) -> Conclusion:
-    """Return the repeated-measures F test, given the range of F."""
+    """Return the conclusion of the repeated-measures F test, given the range of F."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(columns), columns[0].column.n
@@ -169,7 +169,7 @@ def _concluded(
     found: Range,
     p: tuple[float, float] | None,
 ) -> Conclusion:
-    """Build a conclusion from a range; it is decided if p lies on one side of the level."""
+    """Build a conclusion, which is decided if all p are on one side of the significance level."""
     ps = p or (None, None)
     return Conclusion(
         ".".join([name, *labels(columns)]),
@@ -187,7 +187,7 @@ def _concluded(
 
 
 def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
-    """Convert a table in steps to ratings; an empty table stays empty."""
+    """Convert a table in steps to ratings."""
     return tuple(
         tuple(float(v) for v in values_of(column, np.array(row)))
         for column, row in zip(columns, table, strict=False)
@@ -195,7 +195,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return the ranges of the repeated-measures F and, given amplitudes, of the exponents."""
+    """Return the conclusions on the repeated-measures F and, if amplitudes are given, exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
@@ -204,7 +204,7 @@ def together(columns: list[Sampler]) -> list[Conclusion]:
 
 
 def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
-    """Return bounds on t and F from sums and sums of squares alone, for columns of any size.
+    """Return conclusions on t and F from sums and sums of squares alone.
 
     Raises
     ------
@@ -226,7 +226,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
-    """Return the exponents of the group means; none if a mean of zero is possible."""
+    """Return the ranges of the exponents of group means; none if a mean may be zero."""
     logs = log_amplitudes([column.solutions for column in columns])
     if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
         return []

@@ -1,7 +1,7 @@
-"""Verify every verdict of "impossible" by searching for ratings that reproduce the printed test.
+"""Check every verdict of "impossible" by searching for ratings that reproduce the printed test.
 
-The search uses only the definitions of the statistics, so it does not share errors with the sums
-and products that led to the verdict.
+The search uses only the definitions of the statistics, so it is independent of the derivation that
+led to the verdict.
 """
 
 from __future__ import annotations
@@ -27,8 +27,7 @@ if TYPE_CHECKING:
     )
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Number of tables per kind of pairing that are searched for a counterexample, and number of moment
-# choices per column.
+# Number of tables to search per kind of pairing, and number of choices of moments per column.
 ATTACKED = 500
 SHOWN_FOR = 60
 
@@ -40,7 +39,7 @@ def impossible(
     extent: tuple[float, float],
     pairs: tuple[int, int] | None = None,
 ) -> PrintedTestAnswer:
-    """Return "impossible" unless a search based on the definitions finds a counterexample."""
+    """Return the verdict "impossible", unless a search finds a counterexample."""
     shown = _counterexample(case.test, rows)
     if shown:
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
@@ -48,14 +47,14 @@ def impossible(
 
 
 def why_not(extent: tuple[float, float]) -> str:
-    """Return why a test is impossible if its statistic lies in an interval (NaN: undefined)."""
+    """Explain why a test is impossible, given the bounds on its statistic (NaN if undefined)."""
     if isnan(extent[0]):
         return "it is undefined for every data set: its denominator does not vary"
     return "no sums, sums of squares and products of whole ratings give the printed value"
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Return ratings that reproduce a test by its definition; empty if none were found."""
+    """Search for ratings that reproduce a printed test; return an empty tuple if none are found."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:
@@ -83,7 +82,7 @@ def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Arra
 def _prints_by_definition(
     test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
 ) -> Array:
-    """Return whether statistics of tables would be printed as given; NaN never would."""
+    """Return which statistics match the printed test; NaN never matches."""
     defined = ~np.isnan(values)
     if test.kind in PAIRED:
         size = values if test.kind == "correlation" else np.abs(values)

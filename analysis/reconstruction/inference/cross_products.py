@@ -1,11 +1,11 @@
-"""Bound the sum of cross products, the one number that a paired table's columns leave open.
+"""Bound the sum of cross products, which is unknown if the pairing of ratings is unknown.
 
-For k columns of the same n participants, C is the sum over all pairs of columns of their sums of
-products, in steps. Together with sums and sums of squares, it determines the paired t, Pearson's r
-and the repeated-measures F. For each pair of columns the sum of products is largest if both are
-sorted in the same order and smallest in opposite order (rearrangement inequality). Without the
-data sets, the Cauchy-Schwarz inequality bounds it. Whether an intermediate value occurs is decided
-by exchanging ratings and, with few participants, by trying every pairing.
+For k columns of the same n participants, C is the sum of the products of all pairs of columns, in
+steps. C, sums and sums of squares together determine the paired t, Pearson's r and the
+repeated-measures F. For each pair of columns the sum of products is largest if both are sorted in
+the same order and smallest in opposite order (rearrangement inequality). If the data sets are not
+listed, the Cauchy-Schwarz inequality gives bounds on C. To decide whether an intermediate value
+occurs, ratings are exchanged between participants and, for small n, all pairings are tried.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 
-# Up to `CHOICES` choices of a sum and a sum of squares per column are examined exhaustively; if
-# there are more, `SOME` random choices are.
+# Up to `CHOICES` choices of a sum and a sum of squares per column are all examined. If there are
+# more, `SOME` random choices are examined.
 CHOICES = 3_000_000
 SOME = 300_000
-# Number of choices searched for an example (most promising, and random), and number of tables per
+# Numbers of choices searched for an example (most promising, and random), and number of tables per
 # choice.
 SOUGHT = 40
 TABLES = 12
-# Maximum number of pairings tried exhaustively; with more, a test may remain undecided.
+# Maximum number of pairings for an exhaustive search. With more, a test may remain undecided.
 PAIRINGS = 2_000_000
-# Largest number of participants for which every order of a column is listed.
+# Maximum number of participants for which all orders of a column are listed.
 ORDERED = 8
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Every choice of one sum and sum of squares per column, with the extreme C of each.
+    """Choices of one sum and one sum of squares per column, with bounds on C for each choice.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Choices:
     least, most : ndarray of int, shape (choices,)
         Bounds on C over all pairings.
     complete : bool
-        Whether every choice is included; if not, the choices are a random selection.
+        Whether all choices are included; otherwise, they are a random selection.
     n : int
         Number of participants.
     """
@@ -67,7 +67,7 @@ class Choices:
     n: int
 
     def error(self, cross: Array) -> Array:
-        """Return n k times the error sum of squares for a given C."""
+        """Return the error sum of squares for a given C, multiplied by n k."""
         k = self.sums.shape[1]
         squares = self.squares.sum(axis=1)
         found: Array = self.n * (k - 1) * squares - self.between - 2 * self.n * cross
@@ -82,7 +82,7 @@ class Choices:
 
 
 def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
-    """Return every choice of one index per column, or a random selection, and which one it is."""
+    """Return all choices of one index per column, or a random selection; and whether it is all."""
     if prod(sizes) <= CHOICES:
         return np.stack([m.ravel() for m in np.indices(sizes)], axis=1), True
     generator = np.random.default_rng(3)
@@ -90,7 +90,7 @@ def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
 
 
 def choices(columns: Sequence[ColumnRows]) -> Choices:
-    """Return every choice with its bounds on C, or a random selection if there are too many."""
+    """Return all choices with bounds on C, or a random selection if there are too many."""
     n, k = columns[0].n, len(columns)
     places, complete = every_place([len(column.moments) for column in columns])
     moments = [np.array(column.moments, dtype=np.int64).reshape(-1, 2) for column in columns]
@@ -102,7 +102,7 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
         low, high = _products(columns[i], columns[j], places[:, [i, j]])
         least += low
         most += high
-    # Participants' totals cannot be more equal than whole numbers allow.
+    # Participants' totals are whole numbers, which limits how similar they can be.
     grand = sums.sum(axis=1)
     low, rest = np.divmod(grand, n)
     equal = (n - rest) * low**2 + rest * (low + 1) ** 2
@@ -111,13 +111,13 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
 
 
 def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array]:
-    """Return the extreme sums of products of two columns for each choice of moments."""
+    """Return bounds on two columns' sum of products, for each choice of moments."""
     if a.listed is not None and b.listed is not None and len(a.listed) * len(b.listed) <= SEARCHED:
         pairs, at = np.unique(places, axis=0, return_inverse=True)
         low, high = np.empty(len(pairs), np.int64), np.empty(len(pairs), np.int64)
         for pair, (i, j) in enumerate(pairs.tolist()):
             x, y = (rows.astype(np.float64) for rows in (a.rows(i), b.rows(j)))
-            # Whole numbers below 2^53: exact in floating point.
+            # Whole numbers below 2^53 are exact in floating point.
             high[pair] = int((x @ y.T).max())
             low[pair] = int((x @ y[:, ::-1].T).min())
         at = at.reshape(-1)  # only NumPy 2.0 gives it the shape of its input
@@ -142,23 +142,23 @@ def example(
     wanted: tuple[Array, Array],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Return columns paired so that C lies between `wanted`; empty if a search finds none.
+    """Search for a pairing with C in an interval; return () if none is found.
 
     Parameters
     ----------
     columns : sequence of ColumnRows
         Sources of the data sets.
     found : Choices
-        Every choice of moments.
+        Choices of moments.
     wanted : tuple of ndarray of int
-        Smallest and largest C for each choice; choices for which the first exceeds the second are
-        excluded.
+        Smallest and largest C for each choice. Choices for which the smallest exceeds the largest
+        are excluded.
     generator : numpy.random.Generator
-        Draws the data sets and starting pairings.
+        Random generator for data sets and starting pairings.
     """
     width = wanted[1] - wanted[0]
     usable = np.flatnonzero(width >= 0)
-    # Far from the extremes, most values of C occur.
+    # Values of C far from the extremes are most likely to occur.
     margin = np.minimum(wanted[1] - found.least, found.most - wanted[0])[usable]
     by_margin = usable[np.argsort(-margin, kind="stable")]
     some = generator.permutation(usable)[:SOUGHT]
@@ -183,10 +183,9 @@ def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Arra
 
 
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
-    """Return a table rearranged so that C lies in an interval, or None.
+    """Rearrange a table so that C lies in an interval; return None if this fails.
 
-    Repeats the exchange of two ratings in a column that brings C closest to the interval, as long
-    as it improves.
+    In each step, exchanges the two ratings in a column that bring C closest to the interval.
     """
     k, n = table.shape
     for _ in range(n * n * k):
@@ -198,7 +197,7 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
         best: tuple[int, int, int, int] | None = None
         for j in range(k):
             others = totals - table[j]
-            # Exchanging ratings i and h adds (others_i - others_h) (x_h - x_i).
+            # Exchanging ratings i and h changes C by (others_i - others_h) (x_h - x_i).
             change = -np.subtract.outer(others, others) * np.subtract.outer(table[j], table[j])
             left = np.abs(missing - change)
             place = int(left.argmin())
@@ -214,7 +213,7 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
 def every(
     columns: Sequence[ColumnRows], found: Choices, wanted: tuple[Array, Array]
 ) -> tuple[Array, ...] | None:
-    """Try every pairing of every data set, and return one with C between `wanted`; empty if none.
+    """Try all pairings of all data sets for C in an interval; return an empty tuple if none exists.
 
     Returns None if there are too many to try.
     """
@@ -248,5 +247,5 @@ def every(
 
 @lru_cache(maxsize=512)
 def _orders(row: tuple[int, ...]) -> Array:
-    """Return every distinct order of a row."""
+    """Return all distinct orders of a row."""
     return np.array(sorted(set(permutations(row))), dtype=np.int64)

@@ -1,7 +1,7 @@
-"""Compute test statistics for tables of ratings directly from their definitions.
+"""Compute test statistics of ratings directly from their definitions.
 
-Deductions elsewhere use sums, sums of squares and sums of products. This module does not, so
-example tables and counterexamples to "impossible" do not share their errors.
+Verdicts are derived from sums, sums of squares and sums of products. This module uses none of
+these, so it provides an independent check of examples and counterexamples.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ STATISTICS: dict[str, Callable[[Groups], Array]] = {
 
 
 def _ratio(top: Array, bottom: Array) -> Array:
-    # Sums of squares that are 0 in whole numbers are around 1e-31 in floating point.
+    # Sums of squares that are exactly 0 may be around 1e-31 in floating point.
     defined = bottom > 1e-12 * (1 + np.abs(top))
     found: Array = np.divide(top, bottom, out=np.full_like(bottom, np.nan), where=defined)
     return found

@@ -1,8 +1,7 @@
-"""Sample the distributions of statistics that no bound covers, for three kinds of pairing.
+"""Estimate distributions of test statistics over all data sets, for three kinds of pairing.
 
-Each sample is one exactly uniform data set per column. The columns are paired in three ways: at
-random, and with the least and the most favourable pairing for the statistic that the search can
-find.
+Each sample contains one data set per column, drawn uniformly. The columns are paired at random, and
+also with the least and the most favourable pairing that a search finds for the statistic.
 """
 
 from __future__ import annotations
@@ -54,14 +53,14 @@ class Distribution:
     question : str
         The question as text.
     pairing : {"random", "least favourable", "most favourable"}
-        How the columns of every sample were paired; least favourable means the smallest value
-        of the statistic.
+        How ratings are paired. The least favourable pairing gives the smallest statistic.
     method : {"drawn", "exact", "heuristic"}
-        Whether the pairing is drawn at random, proven extreme, or the best one found.
+        Whether the pairing is random, exactly extreme, or the most extreme one found.
     quantiles : tuple of (float, float)
-        Probability and value; 0 and 1 are the smallest and largest value drawn.
+        Pairs of probability and value. Probabilities 0 and 1 are the smallest and largest value
+        drawn.
     significant : float or None
-        Proportion of samples with p below 0.05; None if there is no test.
+        Proportion of samples with p < 0.05; None if there is no test.
     samples, seed, measure : int, int, str
         Settings that reproduce the numbers.
     """
@@ -79,7 +78,7 @@ class Distribution:
 
 @dataclass(frozen=True)
 class _Question:
-    """A statistic, its test, and its extreme pairings with their methods."""
+    """A statistic with its test, and functions that return its extreme pairings."""
 
     name: str
     words: str
@@ -93,14 +92,14 @@ class _Question:
 def distributions(
     columns: list[Sampler], seed: int = 1, samples: int = SAMPLES
 ) -> list[Distribution]:
-    """Return the distributions of F, Friedman's chi-square, t and the exponents.
+    """Estimate the distributions of F, Friedman's chi-square, t and the exponents.
 
     Parameters
     ----------
     columns : list of Sampler
-        Two or more columns from the same participants; their measure defines what is uniform.
+        Two or more columns from the same participants.
     seed, samples : int
-        Random seed, and number of samples and pairings; the same seed gives the same numbers.
+        Random seed, and number of samples.
 
     Raises
     ------
@@ -138,13 +137,13 @@ def distributions(
 
 
 def _quantiles(values: Array) -> tuple[tuple[float, float], ...]:
-    # Quantiles are drawn values: there is no midpoint between a finite and an infinite value.
+    # Quantiles are not interpolated, because values may be infinite.
     at = np.quantile(values, PROBABILITIES, method="inverted_cdf")
     return tuple(zip(PROBABILITIES, map(float, at), strict=True))
 
 
 def _questions(columns: list[Sampler]) -> list[_Question]:
-    """Return the questions for these columns."""
+    """Return the statistics that can be computed for these columns."""
     n, k = columns[0].solutions.column.n, len(columns)
     names = labels([column.solutions for column in columns])
     everything = tuple(range(k))
@@ -197,7 +196,7 @@ def _by_search(
     statistic: Statistic,
     test: Test | None = None,
 ) -> _Question:
-    """Return a question whose extreme pairings are found by a search."""
+    """Return a question with extreme pairings found by a search."""
     least, most = (
         ("heuristic", partial(_search, statistic=statistic, sign=sign)) for sign in (-1, 1)
     )
@@ -213,15 +212,14 @@ def _search(
 def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> Array:
     """Return the pairing of two columns with the smallest or the largest t.
 
-    Differences vary least if the columns are in the same order, which increases |t|: t is then
-    largest if the mean increases and smallest if it decreases.
+    If both columns have the same order, differences vary least and |t| is largest.
     """
     rises = sign * (tables[:, :, 1] - tables[:, :, 0]).mean(axis=1) >= 0
     return np.where(rises[:, None, None], most_alike(tables), least_alike(tables))
 
 
 def _fixed(arrange: Callable[[Array], Array]) -> Arrange:
-    """Return a pairing that uses no random numbers."""
+    """Adapt a pairing function that uses no random numbers."""
     return lambda tables, _generator: arrange(tables)
 
 

@@ -1,10 +1,10 @@
-"""Find the extreme paired t over all data sets and pairings, and the table that attains it.
+"""Find the smallest and largest paired t over all data sets and pairings.
 
-With fixed sums and sums of squares, only the sum of products varies. For sorted columns it is
-largest in the same order and smallest in the opposite order. Over two lists of columns, it is
-largest for the two standardised columns that are closest to each other, which a nearest-neighbour
-search finds. Sums and sums of squares alone also bound t, by Cauchy-Schwarz, for columns of any
-size.
+For fixed sums and sums of squares, t depends only on the sum of products. This sum is largest if
+both columns are sorted in the same order, and smallest in opposite orders. Among many data sets, it
+is largest for the two standardised columns that are closest to each other, which a
+nearest-neighbour search finds. Without data sets, sums and sums of squares give bounds on t by the
+Cauchy-Schwarz inequality.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Up to this many pairs of data sets, a nearest-neighbour search finds the extreme one. The largest
-# case in Table III has 4e10 pairs, which takes seconds.
+# Maximum number of pairs of data sets for a nearest-neighbour search. The largest case in Table III
+# has 4e10 pairs and takes seconds.
 COMPARED = 100_000_000_000
 BLOCK = 2048
 
 
 @dataclass(frozen=True)
 class _Rows:
-    """Rows with the same sum and sum of squares."""
+    """Data sets with the same sum and sum of squares."""
 
     rows: Array
     total: int
@@ -39,16 +39,16 @@ class _Rows:
 
     @property
     def root(self) -> float:
-        """Square root of (n times the sum of squared deviations)."""
+        """Square root of n times the sum of squared deviations."""
         return sqrt(self.rows.shape[1] * self.squares - self.total**2)
 
 
 def paired_t(x: Array, y: Array) -> Range:
-    """Return the range of the paired t of y - x, from the least to the most favourable pairing.
+    """Return the range of the paired t of y - x over all data sets and pairings.
 
-    Every pair of sums and of sums of squares is examined, except those that cannot widen the range
-    by Cauchy-Schwarz. Lists too long for a nearest-neighbour search are bounded by Cauchy-Schwarz
-    alone; that end is then not attained by a table.
+    All combinations of sums and sums of squares are examined, except those that cannot widen the
+    range by Cauchy-Schwarz. If lists are too long for a nearest-neighbour search, t is only bounded
+    by Cauchy-Schwarz, and no table that attains the bound is returned.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def paired_t(x: Array, y: Array) -> Range:
 
 
 def _by_moments(rows: Array) -> list[_Rows]:
-    """Return the rows of each sum and sum of squares."""
+    """Group rows by sum and sum of squares."""
     moments = np.stack([rows.sum(axis=1), (rows.astype(np.int64) ** 2).sum(axis=1)], axis=1)
     found, which = np.unique(moments, axis=0, return_inverse=True)
     return [
@@ -94,14 +94,13 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
     Parameters
     ----------
     x, y : iterable of (int, int)
-        Possible sums and sums of squares of the two columns.
+        Possible pairs of sum and sum of squares of each column.
     n : int
         Number of participants.
     """
     low, high = inf, -inf
     for (a, roots_a), (b, roots_b) in product(_roots(x, n), _roots(y, n)):
-        # The roots may lie anywhere between the roots for the smallest and the largest sum of
-        # squares.
+        # The roots lie between the roots for the smallest and the largest sum of squares.
         apart = max(roots_a[0] - roots_b[1], roots_b[0] - roots_a[1], 0.0)
         found = _t_of_roots(b - a, n, (apart, roots_a[1] + roots_b[1]))
         low, high = min(low, found.low), max(high, found.high)
@@ -109,7 +108,7 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
 
 
 def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
-    """Return for each sum the smallest and largest root of n times the squared deviations."""
+    """Return the range of the root of n times the squared deviations, for each sum."""
     ends: dict[int, tuple[float, float]] = {}
     for total, squares in moments:
         root = sqrt(n * squares - total**2)
@@ -119,36 +118,37 @@ def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[
 
 
 def _t_of_roots(difference: int, n: int, roots: tuple[float, float]) -> Range:
-    # Widened so that rounding the roots excludes nothing.
+    # The interval is widened so that rounding errors exclude nothing.
     ends = (roots[0] * (1 - 1e-12), roots[1] * (1 + 1e-12))
     ts = [_t_of_scatter(difference, n, scatter**2) for scatter in ends]
     return Range(min(ts), max(ts))
 
 
 def _t_of_scatter(difference: int, n: int, scatter: float) -> float:
-    """Return t from the sum of n differences and n times their squared deviations."""
+    """Compute t from the sum of n differences and n times their squared deviations."""
     if not difference:
         return 0.0
     return difference * sqrt((n - 1) / scatter) if scatter > 0 else copysign(inf, difference)
 
 
 def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
-    """Return the extreme t of rows with one sum and sum of squares each, in one order."""
+    """Return the extreme t of two groups of rows, sorted in the same or in opposite orders."""
     difference, n = b.total - a.total, a.rows.shape[1]
     y = b.rows if same else b.rows[:, ::-1]
-    # If the sums are equal, t is 0 for every row.
+    # If the sums are equal, t is 0 for all rows.
     rows = most_alike_rows(a.rows, y, same=same) if difference else (a.rows[0], y[0])
     squared = sum((int(v) - int(u)) ** 2 for u, v in zip(*rows, strict=True))
     return _t_of_scatter(difference, n, n * squared - difference**2), as_table(*rows)
 
 
 def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
-    """Return a row of `x` and one of `y` with the largest (smallest) sum of products.
+    """Return the row of `x` and the row of `y` with the extreme sum of products.
 
-    Within either list, all rows share their sum and sum of squares.
+    The sum is largest if `same` is True, otherwise smallest. All rows of a list must have the same
+    sum and sum of squares.
     """
     if len(x) * len(y) <= SEARCHED:
-        # Whole numbers below 2^53: exact in floating point.
+        # Whole numbers below 2^53 are exact in floating point.
         a, b = x.astype(np.float64), y.astype(np.float64).T * (1 if same else -1)
         best, at = -inf, (0, 0)
         for first in range(0, len(a), BLOCK):
@@ -173,12 +173,12 @@ def _standardised(rows: Array) -> Array:
 
 
 def _nearest(few: Array, many: Array) -> tuple[int, int]:
-    """Return the indices of the two nearest points, one in `few` and one in `many`."""
+    """Return the indices of the nearest pair of points from `few` and `many`."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
 
     tree, best, at = cKDTree(many), inf, (0, 0)
     for first in range(0, len(few), BLOCK):
-        # Runs on all cores, because a point's neighbour does not depend on the other points.
+        # Using all cores does not change the result, because points are independent.
         distances, places = tree.query(
             few[first : first + BLOCK], distance_upper_bound=best, workers=-1
         )

@@ -1,4 +1,4 @@
-"""Compute statistics for independent groups from means and variances; compare printed tests."""
+"""Compute test statistics of independent groups, and compare them with printed tests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
-    """Return the statistic and its two-sided (for F, upper-tail) p for every choice of moments."""
+    """Return statistic and p for each choice of moments; p is two-sided, or upper-tail for F."""
     from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
     from scipy.stats import t as student  # noqa: PLC0415
 
@@ -44,7 +44,7 @@ def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tu
 
 
 def prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
-    """Return whether each statistic and its p would be printed as given."""
+    """Return which statistics and p-values match the printed test."""
     low, high = p_between(test)
     left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
     if test.p_below is not None:

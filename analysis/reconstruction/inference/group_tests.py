@@ -1,4 +1,4 @@
-"""Check printed tests on independent groups from n, sums and sums of squares, without counting."""
+"""Check printed tests on independent groups, using n, sums and sums of squares."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Number of choices of moments for which examples are searched.
+# Maximum number of choices of moments for which examples are searched.
 SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Check a test on groups: first from sums, which need no count of data sets."""
+    """Check a test on independent groups, first without counting data sets."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -56,7 +56,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
         return impossible(case, rows, why_not(extent), extent, pairs)
     if shown := _shown(rows, places[left]):
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
-    # Some of these sums may not belong to any data set, so count.
+    # Some of these sums may not occur in any data set, so data sets are counted.
     if any(solutions.not_drawn for solutions in case.columns):
         return case.said("not decided", UNFOUND, extent, pairs=pairs)
     counted = [ColumnRows(solutions) for solutions in case.columns]
@@ -75,7 +75,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
 
 
 def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
-    """Answer from the extremes of each sum if there are too many choices to examine."""
+    """Check a test using only extreme sums, if there are too many choices to examine."""
     groups = [group_of(solutions) for solutions in case.columns]
     if case.test.kind == "one_way_f":
         extent = range_of_f(groups)
@@ -94,7 +94,7 @@ def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
 
 
 def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
-    """Return one data set per group for a choice of moments, if a search finds them."""
+    """Search for one data set per group with the chosen moments."""
     generator = np.random.default_rng(1)
     known: dict[tuple[int, int], Array] = {}
     for place in generator.permutation(places)[:SHOWN_FOR].tolist():

@@ -1,7 +1,7 @@
-"""Compare columns from different participants: t, Welch's t and F over all data sets.
+"""Compute t, Welch's t and F for columns from different participants, over all data sets.
 
-Independent groups have no pairing, so n, sums and sums of squares determine the statistics. The
-ranges here therefore cover the pairs of sum and sum of squares that occur in some data set.
+Statistics of independent groups depend only on n, sums and sums of squares. The ranges therefore
+cover all pairs of sum and sum of squares that occur in a data set.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# Up to this many pairs of sum and sum of squares are all compared with those of another column; if
-# there are more, only the extremes for each sum are compared.
+# Maximum number of pairs of sum and sum of squares per column that are all compared. If there are
+# more, only the extreme sums of squares for each sum are compared.
 ALL_OF = 1000
 
 
 @dataclass(frozen=True)
 class Group:
-    """The possible means and variances (n - 1) of one column, pair by pair."""
+    """Possible pairs of mean and variance (n - 1) of one column."""
 
     label: str
     n: int
     mean: Array
     variance: Array
-    sharp: bool  # each pair belongs to some data set
-    complete: bool  # all pairs are included, not only the extremes
+    sharp: bool  # whether each pair occurs in a data set
+    complete: bool  # whether all pairs are included
 
 
 def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
-    """Return the conclusions for independent groups, whether decided or not.
+    """Return all conclusions about independent groups.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return a column's possible means and variances; from its sums if counting takes too long."""
+    """Return a column's possible means and variances."""
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
     complete = len(pairs) <= ALL_OF
@@ -80,7 +80,7 @@ def group_of(solutions: Solutions) -> Group:
 
 
 def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, Array, Array]:
-    """Return means and variances (n - 1), shape (choices, groups), and the n of each group.
+    """Return means and variances (n - 1), shape (choices, groups), and each group's n.
 
     Parameters
     ----------
@@ -98,16 +98,16 @@ def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array,
 
 
 def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Array:
-    """Return means and variances (n - 1) of pairs of sum and sum of squares, shape (2, pairs)."""
+    """Convert pairs of sum and sum of squares to means and variances (n - 1), shape (2, pairs)."""
     n, step, low = column.n, float(column.scale.step), float(column.scale.minimum)
-    # Whole numbers, before any rounding.
+    # Computed in whole numbers, to avoid rounding errors.
     scatter = np.array([n * q - s * s for s, q in pairs], dtype=np.float64) / n
     sums = np.array([s for s, _ in pairs], dtype=np.float64)
     return np.array([low + step * sums / n, step**2 * scatter / (n - 1)])
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Student's t for b minus a, and its degrees of freedom, for all combinations."""
+    """Return Student's t of b minus a, and degrees of freedom, for all combinations."""
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
@@ -115,11 +115,11 @@ def students_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Welch's t for b minus a, and its degrees of freedom, for all combinations."""
+    """Return Welch's t of b minus a, and degrees of freedom, for all combinations."""
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
-    # Without variation, t is infinite for any degrees of freedom.
+    # Without variation, t is infinite, whatever the degrees of freedom.
     return t, np.divide((of_a + of_b) ** 2, bottom, out=np.ones_like(t), where=bottom > 0)
 
 
@@ -169,7 +169,7 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
-    """Return the range of the one-way F; sharp if every column has only one sum."""
+    """Return the range of the one-way F, which is sharp if each column has only one sum."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(groups), sum(group.n for group in groups)
@@ -184,11 +184,11 @@ def _one_way_f(groups: Sequence[Group]) -> Conclusion:
 
 
 def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
-    """Return the means with the smallest and largest weighted sum of squares about their centre.
+    """Return the means with the smallest and largest weighted variance.
 
-    The sum of squares is a sum of squared distances to a common centre and convex in the means. It
-    is largest at ends of their ranges, and smallest if every mean is as close as possible to the
-    best centre.
+    The weighted sum of squared distances from the centre is convex in the means. It is largest if
+    all means are at ends of their ranges, and smallest if each mean is as close as possible to a
+    common centre.
 
     Parameters
     ----------
@@ -200,7 +200,7 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
     Returns
     -------
     tuple of (ndarray, float)
-        The means and their sum of squares, at either extreme.
+        The means and their sum of squares, for the smallest and the largest sum.
     """
     corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(len(ends), -1)
     centres = weights @ corners / weights.sum()
@@ -222,7 +222,7 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
 
 
 def _ratio(top: Array, bottom: Array) -> Array:
-    """Divide; without variation, return infinity, or 0 if `top` is 0."""
+    """Divide; if `bottom` is 0, return infinity, or 0 if `top` is also 0."""
     top, bottom = np.broadcast_arrays(top, bottom)
     out = np.where(top == 0, 0.0, np.copysign(inf, top))
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)

@@ -1,10 +1,10 @@
-"""Check printed tests on columns of continuous values, using intervals and an example.
+"""Check printed tests on columns of continuous values.
 
-Each statistic is continuous in means, SDs and, for pairs, correlations. It therefore takes every
-value between its extremes over the intervals, and a test outside them is impossible. An example is
-searched for on a path from values with the smallest statistic to values with the largest, and is
-checked against the definition. If no example is found, a test within the extremes is left
-undecided.
+Each statistic is a continuous function of means, SDs and, for paired columns, correlations. It
+takes every value between its extremes over the printed intervals, and no other value. A test
+outside the extremes is impossible. For a test within the extremes, an example is searched for on a
+path from values with the smallest statistic to values with the largest, and is checked against the
+definition. If no example is found, the test remains undecided.
 """
 
 from __future__ import annotations
@@ -36,19 +36,19 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Number of points on a path, of bisections between two points, and of paths.
+# Numbers of points on a path, of bisections between two points, and of paths.
 PLACES = 60
 HALVINGS = 60
 PATHS = 10
 
 
 def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestAnswer:
-    """Return whether continuous values can reproduce a printed test.
+    """Check whether continuous values can reproduce a printed test.
 
     Raises
     ------
     UserError
-        If the test compares two columns but there are more, or paired columns differ in n.
+        If a test of two columns does not specify which, or if paired columns differ in n.
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
@@ -96,7 +96,7 @@ def _said(
 
 
 def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float, float]:
-    """Return bounds on |t|, F or r over all means, SDs and correlations."""
+    """Return bounds on |t|, F or r over all possible means, SDs and correlations."""
     if test.kind == "correlation":
         return -1.0, 1.0
     n = np.array([c.n for c in columns], dtype=float)
@@ -105,16 +105,16 @@ def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float
     (_, least), (_, most) = extreme_between(means, n)
     low, high = np.array([c.sd for c in columns]).T
     if test.kind in PAIRED:
-        # The error divided by n - 1: for columns as similar as their SDs allow, and as opposite.
+        # Error divided by n - 1, for correlations of 1 and -1.
         (_, small), _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
         rest = high.sum() - high.max()
         large = float((high**2).sum()) - max(0.0, float(high.max() - rest)) ** 2 / k
     elif test.kind == "welch_t":
-        # n1 n2 / (n1 + n2) of the squared difference lies between the groups.
+        # The sum of squares between groups is n1 n2 / (n1 + n2) times the squared difference.
         share = n.prod() / n.sum()
         small, large = (float((sd**2 / n).sum() * share) for sd in (low, high))
     else:
-        # The error, multiplied by the degrees of freedom between groups.
+        # Error, multiplied by the degrees of freedom between groups.
         share = (k - 1) / (n.sum() - k)
         small, large = (float(((n - 1) * sd**2).sum() * share) for sd in (low, high))
     ends = [
@@ -130,7 +130,7 @@ def _example(
     window: tuple[float, float],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Return values that reproduce a printed test, on a path between the statistic's extremes."""
+    """Search a path between the statistic's extremes for values that reproduce a printed test."""
     path = _Path(test, columns, generator)
     grid = np.linspace(0, 1, PLACES)
     values = np.array([path.value(at) for at in grid])
@@ -155,7 +155,7 @@ def _example(
 
 
 class _Path:
-    """Columns that change from the smallest to the largest statistic as `at` goes from 0 to 1."""
+    """Columns along a path from the smallest statistic (`at` = 0) to the largest (`at` = 1)."""
 
     def __init__(
         self, test: PrintedTest, columns: Sequence[IntervalColumn], generator: np.random.Generator
@@ -172,13 +172,13 @@ class _Path:
         self.sds = high, alike[0] if paired else low
         shapes = [_unit(generator.normal(size=(k + 1, n))) for n in self.n]
         simplex = np.eye(k) - 1 / k
-        # Opposite at the start and equal at the end; this is irrelevant for independent groups.
+        # Correlations go from -1 to 1; they do not affect independent groups.
         first = [simplex[j] @ shapes[0 if paired else j][1:] for j in range(k)]
         last = [shapes[0 if paired else j][0] for j in range(k)]
         self.shapes = first, last
 
     def rows(self, at: float) -> list[Array]:
-        """Return the columns at a point of the path."""
+        """Return the columns at a point on the path."""
         means = self.means[0] + at * (self.means[1] - self.means[0])
         sds = self.sds[0] + at * (self.sds[1] - self.sds[0])
         found = []
@@ -189,14 +189,14 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a point; infinite if undefined."""
+        """Return |t|, F or r at a point on the path; infinite if undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf
         return float(value if self.test.kind == "correlation" else abs(value))
 
     def prints(self, at: float, value: float) -> bool:
-        """Whether the columns at a point reproduce the printed test."""
+        """Return whether the columns at a point on the path reproduce the printed test."""
         if not np.isfinite(value):
             return False
         if self.test.kind in PAIRED:
@@ -212,7 +212,7 @@ class _Path:
 
 
 def _unit(rows: Array) -> Array:
-    """Return orthogonal rows with mean 0, as many as the dimensions allow."""
+    """Return orthonormal rows with mean 0, as many as the dimensions allow."""
     centred = rows - rows.mean(axis=1, keepdims=True)
     if rows.shape[1] > rows.shape[0]:
         centred = np.linalg.qr(centred.T)[0].T

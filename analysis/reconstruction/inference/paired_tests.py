@@ -1,4 +1,4 @@
-"""Check printed tests on the same participants, which also depend on the cross products."""
+"""Check printed tests on columns from the same participants."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def of_pairs(case: Case) -> PrintedTestAnswer:
-    """Answer from the sum of cross products that each choice of moments leaves open."""
+    """Check a printed test on paired columns, using the possible sums of cross products."""
     rows = [ColumnRows.quickest(solutions) for solutions in case.columns]
     empty = next((row for row in rows if not row.moments), None)
     if empty is not None:
@@ -66,7 +66,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 
 
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
-    """Return, for each choice of moments, the extreme values of C that reproduce the test."""
+    """Return the range of C that reproduces the printed test, for each choice of moments."""
     n, k = found.n, found.sums.shape[1]
     allowed = windows(test, [n] * k)
     if test.kind == "correlation":
@@ -83,11 +83,11 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
         ]
     if not allowed:
         return []
-    # t² is the F of two columns.
+    # For two columns, F is t².
     power = 2 if test.kind == "paired_t" else 1
     low, high = (value**power for value in allowed[0])
     top = (n - 1) * found.between.astype(float)
-    # Without error the statistic is undefined, so n k times the error is at least 1.
+    # Statistics are undefined if the error is 0, so n k times the error must be at least 1.
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(top > 0, top / low if low > 0 else inf, inf if low <= SLACK else -inf)
         least = top / high if high > 0 else np.where(top > 0, inf, 0.0)
@@ -97,7 +97,7 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
 
 
 def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
-    """Return the whole numbers in an interval that are possible values of C."""
+    """Return the range of possible C in an interval."""
     least, most = found.least.astype(float), found.most.astype(float)
     low, high = np.maximum(np.ceil(low - 1e-9), least), np.minimum(np.floor(high + 1e-9), most)
     none = low > high
@@ -106,14 +106,14 @@ def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
 
 
 def _reach(found: Choices) -> Array:
-    """Return n times the largest sum of products about the means, by Cauchy-Schwarz."""
+    """Return the Cauchy-Schwarz bound on n times the sum of products about the means."""
     spread = np.maximum(found.n * found.squares - found.sums**2, 0).astype(float)
     found_reach: Array = np.sqrt(spread.prod(axis=1))
     return found_reach
 
 
 def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
-    """Return bounds on the statistic over every choice and pairing; NaN if it is never defined."""
+    """Return bounds on the statistic over all choices and pairings; NaN if always undefined."""
     if test.kind == "correlation":
         reach = _reach(found)
         defined = reach > 0
@@ -129,7 +129,7 @@ def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
         return nan, nan
     top, largest, smallest = top[defined], largest[defined], smallest[defined]
     low = top / largest
-    # F is undefined for an error of 0; the next possible error is 1.
+    # F is undefined if the error is 0; the next possible value is 1.
     high = top / np.maximum(smallest, 1)
     if test.kind == "rm_f":
         return float(low.min()), float(high.max())

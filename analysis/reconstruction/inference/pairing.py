@@ -1,14 +1,13 @@
-"""Arrange columns into tables of participants, because the pairing of ratings is unknown.
+"""Arrange columns of ratings into tables of participants, in random or extreme pairings.
 
-`most_alike` is the most favourable pairing for a test between columns, and is exact. With every
-column in the same order, the participants' totals vary the most (rearrangement inequality, pair by
-pair), so as much variation as possible is removed from the error. `least_alike` is the opposite.
-For two
-columns it is exact: one ascending and one descending. For more columns, making the totals as equal
-as possible is a hard partition problem. The rearrangement algorithm (Puccetti and Rüschendorf,
-2012) is used as a heuristic. It puts each column in turn in the opposite order to the sum of the
-others until nothing changes. Statistics that are not a function of the totals are optimised by
-exchanges.
+`most_alike` returns the most favourable pairing for a test between columns, which is exact. If all
+columns have the same order, participants' totals vary most (rearrangement inequality for each
+pair), so most variation is removed from the error. `least_alike` returns the least favourable
+pairing. For two columns, this pairing is exact: one column ascending and one descending. For more
+columns, making totals as equal as possible is a hard partition problem. The rearrangement algorithm
+(Puccetti and Rüschendorf, 2012) is used as a heuristic: each column in turn is sorted opposite to
+the sum of the other columns until nothing changes. `searched` optimises statistics that are not
+functions of the totals, by exchanging ratings.
 """
 
 from __future__ import annotations
@@ -26,24 +25,24 @@ if TYPE_CHECKING:
     Statistic = Callable[[Array], Array]
 
 ROUNDS = 50
-# Number of exchanges tried per column and sweep; with up to 17 participants, this covers all of
-# them.
+# Number of exchanges to try per column and sweep. All exchanges are tried for up to 17
+# participants.
 EXCHANGES = 136
 SWEEPS = 20
 
 
 def at_random(tables: Array, generator: np.random.Generator) -> Array:
-    """Return tables whose columns are shuffled, each independently of the others."""
+    """Shuffle the columns of each table independently."""
     return generator.permuted(tables, axis=1)
 
 
 def most_alike(tables: Array) -> Array:
-    """Return tables with every column ascending: participants' totals vary most."""
+    """Sort all columns in ascending order, so that participants' totals vary most."""
     return np.sort(tables, axis=1)
 
 
 def least_alike(tables: Array) -> Array:
-    """Return tables with nearly equal participants' totals; heuristic above two columns."""
+    """Make participants' totals as equal as possible; heuristic for more than two columns."""
     found = np.sort(tables, axis=1)
     ascending = found.copy()
     totals = found.sum(axis=2)
@@ -62,23 +61,24 @@ def least_alike(tables: Array) -> Array:
 def searched(
     tables: Array, statistic: Statistic, sign: int, generator: np.random.Generator
 ) -> Array:
-    """Return tables that no exchange of two ratings in a column improves: a heuristic.
+    """Optimise a statistic by exchanging ratings within columns; a heuristic.
 
     Parameters
     ----------
     tables : ndarray, shape (tables, participants, columns)
-        Tables whose columns may be rearranged.
+        Tables with columns to rearrange.
     statistic : callable
-        Maps tables to values.
+        Function from tables to values.
     sign : {+1, -1}
         +1 searches for large values, -1 for small ones.
     generator : numpy.random.Generator
-        Draws one of the three starting points and, for more than 17 participants, the exchanges.
+        Random generator for one of the three starting points and, for more than 17 participants,
+        for exchanges.
 
     Notes
     -----
-    The best of a random pairing, `most_alike` and `least_alike` is improved further, for at most
-    `SWEEPS` sweeps.
+    The search starts from the best of a random pairing, `most_alike` and `least_alike`, and
+    ends when no exchange improves the statistic, or after `SWEEPS` sweeps.
     """
     starts = [at_random(tables, generator), most_alike(tables), least_alike(tables)]
     values = np.stack([sign * statistic(start) for start in starts])
@@ -90,7 +90,7 @@ def searched(
     moving = rows
     for _ in range(SWEEPS):
         improved = np.zeros(len(tables), dtype=bool)
-        # The first column stays fixed: only the order of the others relative to it matters.
+        # The first column is not changed, because only relative order matters.
         for j in range(1, tables.shape[2]):
             for a, b in _some(pairs, generator):
                 trial = found[moving]

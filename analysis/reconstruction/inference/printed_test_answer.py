@@ -1,4 +1,4 @@
-"""Represent the answer about a printed test, and the test with its columns."""
+"""Represent a printed test with its columns, and the verdict on the test."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ PAIRED = ("paired_t", "correlation", "rm_f")
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedTestAnswer:
-    """The answer about a printed test.
+    """Verdict on a printed test, with evidence.
 
     Parameters
     ----------
@@ -41,20 +41,19 @@ class PrintedTestAnswer:
     labels : tuple of str
         Labels of the columns that the test compares.
     printed : str
-        Description of everything printed about the test.
+        Description of all printed numbers of the test.
     verdict : {"possible", "impossible", "not decided"}
-        Whether some data set and pairing reproduces the printed test.
+        Whether any data set and pairing reproduce the printed test.
     reason : str
         Reason for the verdict, in one sentence.
     low, high : float
-        Bounds on the statistic over all data sets and pairings; not every value between them
-        occurs. `high` is infinite if it is unbounded; both are NaN if the statistic is never
-        defined.
+        Bounds on the statistic over all data sets and pairings. Some values between the bounds may
+        not occur. `high` may be infinite. Both are NaN if the statistic is always undefined.
     pairs, pairs_left : int or None
         Number of choices of a sum and a sum of squares per column, and number of choices that can
-        give the printed test; None if they are not examined individually.
+        give the printed test; None if choices are not examined individually.
     correlation_low, correlation_high : float or None
-        Correlations compatible with the printed test; None for independent groups.
+        Range of correlations compatible with the printed test; None for independent groups.
     example : tuple of tuple of float
         Ratings that reproduce the printed test, one row per column; empty if none are known.
     """
@@ -80,7 +79,7 @@ class PrintedTestAnswer:
 
 @dataclass(frozen=True)
 class Case:
-    """A test and the columns that it compares."""
+    """A printed test with the columns that it compares."""
 
     test: PrintedTest
     columns: tuple[Solutions, ...]
@@ -95,7 +94,7 @@ class Case:
         correlation: tuple[float, float] | None = None,
         example: Sequence[Array] = (),
     ) -> PrintedTestAnswer:
-        """Return an answer; an example is given in steps, one row per column."""
+        """Return the answer with this verdict; `example` contains steps, one row per column."""
         return PrintedTestAnswer(
             kind=self.test.kind,
             labels=tuple(s.column.label for s in self.columns),
@@ -121,12 +120,12 @@ UNFOUND = "its bounds allow it, but no ratings that give the printed value were 
 
 
 def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[T]:
-    """Return the columns that a test compares, in the order of the test.
+    """Return the columns that a test compares, in the order given by the test.
 
     Raises
     ------
     UserError
-        If the test compares two columns, but there are more.
+        If a test of two columns does not specify which.
     """
     chosen = [column for _, column in columns]
     if test.columns:
@@ -137,7 +136,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
 
 
 def in_words(test: PrintedTest) -> str:
-    """Describe everything printed about a test.
+    """Describe all printed numbers of a test.
 
     >>> from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     >>> in_words(PrintedTest(kind="paired_t", statistic="2.31", p_below=".05", sides=1))

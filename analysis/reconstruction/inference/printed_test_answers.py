@@ -1,19 +1,19 @@
 """Check whether printed tests can come from data sets consistent with their table.
 
-For independent groups, n, sums and sums of squares determine the answer. For the same
-participants, the answer also depends on the sum of cross products, which the unknown pairing
-leaves open (`cross_products`).
+For independent groups, the answer depends on n, sums and sums of squares. For columns from the same
+participants, it also depends on the sum of cross products, which is unknown because the pairing is
+unknown (see `cross_products`).
 
-Rules:
+Verdicts:
 
 - *Impossible* means that no choice of sums, sums of squares and, for pairs, cross products gives
   the printed test, and that a search based on the definitions (`definitions`) finds no
   counterexample.
-- *Possible* means that an example table reproduces the printed test. It was found by a search, and
-  its statistic was computed from the definition.
-- Anything else is *not decided*.
+- *Possible* means that a search found an example table that reproduces the printed test. Its
+  statistic was computed from the definition.
+- All other tests are *not decided*.
 - An undefined statistic (t of equal differences, F or t without variation within groups, r of a
-  constant column) never counts as printed.
+  constant column) never matches a printed test.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ if TYPE_CHECKING:
 
 
 def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer:
-    """Return the answer about a printed test.
+    """Check a printed test.
 
     Raises
     ------
     UserError
-        If the test compares two columns but there are more, or the columns cannot be compared.
+        If a test of two columns does not specify which, or if the columns cannot be compared.
     """
     chosen = chosen_columns(test, [(s.column.label, s) for s in columns])
     if test.kind in PAIRED:

@@ -1,9 +1,9 @@
-"""Convert a printed test to intervals of its statistic: the |t|, F or r that match the print.
+"""Convert a printed test to the intervals of |t|, F or r that match all its numbers.
 
-The statistic, p and effect size of a test all constrain the same number. Each is converted to an
-interval of that number, and the intervals are intersected. With fixed degrees of freedom, p
-decreases in |t| and in F, and Cohen's d and partial η² increase in them. The degrees of freedom of
-Welch's t depend on the data; `fits` compares its p directly.
+Statistic, p and effect size are converted to intervals of the statistic, which are intersected.
+With fixed degrees of freedom, p decreases in |t| and in F, and Cohen's d and partial η² increase in
+them. Because the degrees of freedom of Welch's t depend on the data, `fits` compares its p
+directly.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Floating-point tolerance when comparing with a printed number.
+# Floating-point tolerance for comparisons with a printed number.
 SLACK = 1e-9
 Window = tuple[float, float]
 
 
 def between(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of values that round to the printed number; all values if None."""
+    """Return the interval of values that round to a printed number; all values for None."""
     if printed is None:
         return -inf, inf
     values = printed.values(rule)
@@ -34,13 +34,13 @@ def between(printed: Printed | None, rule: str) -> Window:
 
 
 def size_of(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of absolute values that round to the printed number."""
+    """Return the interval of absolute values that round to a printed number."""
     low, high = between(printed and type(printed)(printed.text.lstrip("+-")), rule)
     return max(low, 0.0), high
 
 
 def p_between(test: PrintedTest) -> Window:
-    """Return the interval of the printed p, from both `p` and `p_below`."""
+    """Return the interval of p that matches both `p` and `p_below`."""
     low, high = between(test.p, test.rounding)
     if test.p_below is not None:
         high = min(high, float(test.p_below.value))
@@ -48,7 +48,7 @@ def p_between(test: PrintedTest) -> Window:
 
 
 def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
-    """Return the interval of |t|.
+    """Return the interval of |t| that matches a printed t test.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
     degrees : float
         Degrees of freedom of the test.
     t_of_d : float
-        t for Cohen's d of 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for groups.
+        Value of t if Cohen's d is 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for groups.
     """
     from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
 
@@ -71,7 +71,7 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
 
 
 def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
-    """Return the interval of F."""
+    """Return the interval of F that matches a printed F test."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     least_p, most_p = p_between(test)
@@ -88,12 +88,12 @@ def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
 
 
 def r_windows(test: PrintedTest, n: int) -> list[Window]:
-    """Return the intervals of r; the sign counts if r is printed."""
+    """Return the intervals of r that match a printed test; a printed r has a sign."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees = n - 2
     if not degrees:
-        # With two points, r is 1 or -1 and has no p.
+        # For n = 2, r is 1 or -1 and has no p.
         return [] if test.p or test.p_below else [between(test.statistic, test.rounding)]
     least_p, most_p = (p / test.sides for p in p_between(test))
     t_near = float(student.isf(min(most_p, 0.5), degrees))
@@ -108,10 +108,10 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 
 
 def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
-    """Return the intervals of |t|, F or r that match the printed test for columns of these sizes.
+    """Return the intervals of |t|, F or r that match a printed test, given the columns' n.
 
-    Empty if no value does. For Welch's t, whose degrees of freedom depend on the data, only the
-    printed size is used.
+    The list is empty if no value matches. For Welch's t, whose degrees of freedom depend on the
+    data, only the printed t and d are used.
     """
     k, first = len(n), int(n[0])
     if test.kind == "correlation":
@@ -129,7 +129,7 @@ def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
 
 
 def fits(values: Array, window: Window) -> Array:
-    """Return whether values lie in an interval, within floating-point error."""
+    """Return which values lie in an interval, within floating-point error."""
     slack = SLACK * (1 + np.abs(values))
     found: Array = (values >= window[0] - slack) & (values <= window[1] + slack)
     return found

@@ -1,10 +1,10 @@
-"""Find the extreme repeated-measures F over all data sets and pairings, with examples.
+"""Find the smallest and largest repeated-measures F over all data sets and pairings.
 
-The table determines the sums of squares between columns and in total; differences between
-participants are removed from the error. These are smallest if participants' totals are as equal as
-whole numbers allow: F is then smallest. They are largest if every column has the same order: F is
-then largest (`cross_products` bounds it). Both hold for columns of any size. A search decides
-whether some table attains a bound.
+The table determines the total sum of squares and the sum of squares between columns. The sum of
+squares between participants, which is removed from the error, depends on the pairing. It is
+smallest, and so is F, if participants' totals are as equal as whole numbers allow. It is largest,
+and so is F, if all columns have the same order (see `cross_products`). Both bounds hold for columns
+of any size. A search decides whether a table attains a bound.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
     Moments = tuple[tuple[int, int], ...]
 
-# Maximum number of combinations of sums examined; if there are more, F is not bounded.
+# Maximum number of combinations of sums. If there are more, no bound on F is computed.
 COMBINATIONS = 100_000
-# For the search: data sets drawn per column, tables per round, rounds, and seed.
+# Settings of the search: data sets per column, tables per round, rounds, and seed.
 DRAWN = 2000
 TABLES = 2000
 ROUNDS = 20
@@ -40,19 +40,19 @@ SEED = 1
 
 @dataclass(frozen=True)
 class _Case:
-    """One sum and sum of squares per column, with the smallest F for them."""
+    """One sum and sum of squares per column, with the smallest F that they allow."""
 
     f: float
     moments: Moments
 
 
 def least_f(moments: Sequence[Moments], n: int) -> float | None:
-    """Return a lower bound on F from sums and sums of squares; None for too many combinations.
+    """Return a lower bound on F from sums and sums of squares; None if there are too many.
 
     Parameters
     ----------
     moments : sequence of tuple of (int, int)
-        Possible sums and sums of squares of each column.
+        Possible pairs of sum and sum of squares of each column.
     n : int
         Number of participants.
     """
@@ -61,7 +61,7 @@ def least_f(moments: Sequence[Moments], n: int) -> float | None:
 
 
 def attained_f(columns: Sequence[Sampler]) -> Range | None:
-    """Return the range of F, with tables that attain its ends if searches find some."""
+    """Return the range of F, with tables that attain its ends if a search finds them."""
     moments = [column.solutions.attained[0] for column in columns]
     case = _least(moments, columns[0].solutions.column.n)
     if case is None:
@@ -73,8 +73,7 @@ def attained_f(columns: Sequence[Sampler]) -> Range | None:
 def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
     """Return an upper bound on F, and a table that attains it if a search finds one.
 
-    The bound is infinite if the error may be zero, or if there are too many sums and sums of
-    squares.
+    The bound is infinite if the error may be zero or if there are too many sums.
     """
     found = choices(columns)
     if not found.complete:
@@ -87,9 +86,9 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
 
 
 def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
-    """Return data sets in the same order with this sum of cross products; empty if none are found.
+    """Search for data sets, all sorted, with this sum of cross products.
 
-    For each column in turn, chooses the data set that correlates best with the sum of the others.
+    For each column in turn, the data set is chosen that correlates best with the sum of the others.
     """
     rows = [
         column.some(int(at)).astype(np.int64) for column, at in zip(columns, place, strict=True)
@@ -107,7 +106,7 @@ def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:
-    """Return the case with the smallest F, over all sums that a rounded mean leaves open."""
+    """Return the sums and sums of squares with the smallest F."""
     most = [_most_squares(column) for column in moments]
     if prod(map(len, most)) > COMBINATIONS:
         return None
@@ -116,7 +115,7 @@ def _least(moments: Sequence[Moments], n: int) -> _Case | None:
 
 
 def _most_squares(moments: Moments) -> dict[int, int]:
-    """Return the largest sum of squares for each sum, which gives the largest error."""
+    """Return the largest sum of squares for each sum, which leads to the largest error."""
     return {total: max(q for s, q in moments if s == total) for total, _ in moments}
 
 
@@ -125,7 +124,7 @@ def _f_of(moments: Moments, n: int) -> float:
     sums, squares = [s for s, _ in moments], sum(q for _, q in moments)
     grand = sum(sums)
     low, rest = divmod(grand, n)
-    # Multiplied by n k, in whole numbers, to stay exact if the error is small.
+    # Multiplied by n k: whole numbers are exact even if the error is small.
     between = k * sum(s * s for s in sums) - grand**2
     participants = n * ((n - rest) * low**2 + rest * (low + 1) ** 2) - grand**2
     error = n * k * squares - grand**2 - between - participants
@@ -133,7 +132,7 @@ def _f_of(moments: Moments, n: int) -> float:
 
 
 def _table(columns: Sequence[Sampler], case: _Case) -> Table:
-    """Return a table with participants' totals as equal as possible; empty if none is found."""
+    """Search for a table in which participants' totals are as equal as possible."""
     generator = np.random.default_rng(SEED)
     drawn = []
     for column, (total, squares) in zip(columns, case.moments, strict=True):

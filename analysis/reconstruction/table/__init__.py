@@ -1,1 +1,1 @@
-"""Represent a published table: columns as printed and as read, and contradictions."""
+"""Read and represent published tables."""

@@ -1,4 +1,4 @@
-"""Find printed numbers that no ratings on the scale can have, and known rating counts."""
+"""Find printed numbers that are impossible on the scale or contradict each other."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Pairs of printed numbers; the first must not exceed the second.
+# Pairs of printed numbers of which the first must not exceed the second.
 ORDERED = (
     ("ci_low", "mean"),
     ("mean", "ci_high"),
@@ -40,7 +40,7 @@ INSIDE = (
 
 
 def impossible(column: Column) -> str:
-    """Return the printed numbers that are impossible under any rounding; empty if none are."""
+    """Explain which printed numbers are impossible under any rounding, if any are."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
     for name in INSIDE:
@@ -64,14 +64,14 @@ def impossible(column: Column) -> str:
 
 
 def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
-    """Yield the ratings known to occur, with their minimum counts."""
+    """Yield the ratings that must occur, with their minimum counts."""
     yield from ((value, 1) for value in column.present)
     yield from column.frequencies
     yield from ((v, _occurrences(column, share).start) for v, share in column.percentages)
 
 
 def _impossible_shares(column: Column) -> Iterator[str]:
-    """Yield percentages that no count can give, and counts whose sum exceeds n."""
+    """Yield errors for percentages that no count can give, and for frequencies that exceed n."""
     for value, printed in column.percentages:
         if not _occurrences(column, printed):
             yield f"GRIM: no count out of {column.n} is {printed.text} % (rating {value})"
@@ -81,13 +81,13 @@ def _impossible_shares(column: Column) -> Iterator[str]:
 
 
 def _occurrences(column: Column, printed: Printed) -> range:
-    """Return the possible numbers of participants who gave a rating, from its percentage."""
+    """Return the possible frequencies of a rating, given its percentage."""
     found = printed.values(column.rounding).scaled(Fraction(column.n, 100)).integers()
     return range(max(found.start, 0), min(found.stop, column.n + 1))
 
 
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
-    """Return the ratings with known occurrence, in steps, with minimum and maximum counts.
+    """Return the ratings with known frequencies, in steps, with minimum and maximum counts.
 
     Ratings outside the scale are omitted.
     """

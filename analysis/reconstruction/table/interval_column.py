@@ -1,9 +1,9 @@
-"""Represent a printed column of continuous values by the intervals of its mean and SD.
+"""Represent a printed column of continuous values by intervals of its mean and SD.
 
-Continuous values have infinitely many data sets, so nothing is counted. Every mean and SD in the
-intervals belongs to some data set, unless the scale has ends: the SD then has a maximum (Bhatia
-and Davis, 2000). A geometric mean and the SD of logarithms are treated as the mean and SD of
-natural logarithms.
+Infinitely many data sets of continuous values are consistent with a column, so data sets are not
+counted. Without a scale, every mean and SD in the intervals is possible. On a scale with ends, the
+SD has a maximum (Bhatia and Davis, 2000). A geometric mean and the SD of logarithms are treated as
+the mean and SD of natural logarithms.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import OpenScale, Summary
 
 Ends = tuple[float, float]
-# Entries that a summary of continuous values may contain.
+# Entries that are allowed for a column of continuous values.
 KNOWN = {
     "label", "n", "mean", "sum", "sd", "se", "ci_low", "ci_high", "ci_percent", "ci_quantile",
     "geometric_mean", "log_sd", "log_base", "sd_convention", "rounding", "amplitude_um_pp",
@@ -37,15 +37,16 @@ class IntervalColumn:
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
-        Intervals consistent with the printed numbers; for natural logarithms if `logarithms`.
+        Intervals consistent with the printed numbers. If `logarithms`, they refer to natural
+        logarithms.
     scale : tuple of (float, float)
         Ends of the scale in the same unit; infinite if the scale has no ends.
     logarithms : bool
         Whether the mean and SD are of logarithms.
     printed : str
-        Description of everything printed.
+        Description of all printed numbers.
     reason : str
-        Reason why no values have this mean and SD; empty if some do.
+        Reason why no values can have this mean and SD; empty if they are possible.
     """
 
     label: str
@@ -58,7 +59,7 @@ class IntervalColumn:
     reason: str = ""
 
     def assumptions(self) -> Iterator[str]:
-        """Yield the assumptions behind every answer on the column."""
+        """Yield descriptions of the assumptions about the column."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
         yield f"{kind}, any number between two others is possible"
         yield f"n = {self.n}, with no missing values"
@@ -70,8 +71,7 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
     Raises
     ------
     ValueError
-        If the column has entries that require whole ratings, or has no SD, SE or confidence
-        interval.
+        If the column has entries for whole ratings only, or has no SD, SE or confidence interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
         raise ValueError(f"omit {', '.join(more)}: continuous values have only a mean and SD")

@@ -26,7 +26,7 @@ def exact(value: object) -> Fraction:
 
 
 def _text(value: object) -> str:
-    """Return a number as text; lists, tables and dates are rejected."""
+    """Convert a number to text; reject lists, tables and dates."""
     return str(value) if isinstance(value, str | int) else ""
 
 
@@ -36,7 +36,7 @@ def _words(value: object) -> object:
 
 
 def _by_value(value: object) -> object:
-    """Return pairs from a table, or from a CSV cell such as "0:3 7:1"."""
+    """Convert a table, or a CSV cell such as "0:3 7:1", to pairs."""
     if isinstance(value, str):
         return [tuple(part.rpartition(":")[::2]) for part in value.split()]
     return list(value.items()) if isinstance(value, dict) else value

@@ -1,4 +1,4 @@
-"""Represent tests printed with a table: t, F, r and p between columns."""
+"""Represent tests that are printed with a table."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ OF_F = ("one_way_f", "rm_f")
 
 
 class PrintedTest(FrozenTable):
-    """A test between columns, as printed.
+    """A printed test that compares columns.
 
     Parameters
     ----------
     kind : str
-        Kind of test; correlations are Pearson's.
+        Kind of test; "correlation" is Pearson's r.
     columns : tuple of str
         Labels of the columns compared; if empty, all columns.
     statistic : Printed, optional
-        t (its sign is ignored), F or r (its sign counts).
+        Printed t, F or r. The sign of t is ignored; the sign of r is not.
     p : Printed, optional
-        The p-value; for F, always the upper tail.
+        Printed p-value. For F, p is always the upper tail.
     p_below : Printed, optional
         Upper limit of p, as in "p < .001".
     sides : {2, 1}
-        Whether p of a t or r is two-sided, or one-sided in the direction of the difference.
+        Whether the p of t or r is two-sided, or one-sided in the direction of the difference.
     d : Printed, optional
-        Cohen's d for a t test (its sign is ignored): the mean difference divided by the SD of the
-        differences (paired), or by the pooled SD (independent).
+        Cohen's d of a t test: the mean difference divided by the SD of the differences (paired) or
+        by the pooled SD (independent). The sign is ignored.
     partial_eta_squared : Printed, optional
-        Partial η² for an F test.
+        Partial η² of an F test.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        How the printed numbers were rounded.
+        Rule by which the printed numbers were rounded.
     """
 
     kind: Kind

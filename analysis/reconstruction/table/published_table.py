@@ -1,7 +1,7 @@
-"""Represent and validate a published table: scale and columns. `table_files` reads it.
+"""Represent and validate the scale and columns of a published table.
 
-Only input that cannot be understood is rejected here. A number that no ratings can have, such as a
-mean outside the scale, is a finding rather than a user error; `constraints.targets` reports it.
+Only input that cannot be parsed is an error. Impossible numbers, such as a mean outside the scale,
+are findings, which `constraints.targets` reports.
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ if TYPE_CHECKING:
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
-# Whether the columns come from the same participants or from different participants.
+# Designs: columns from the same participants, or from different participants.
 Design = Literal["paired", "independent"]
-# Maximum distance, in steps, between two ratings if no scale is printed.
+# Maximum range of ratings in steps, if no scale is printed.
 WIDEST_OPEN = 1_000_000_000
-# With more ratings, sums of squares in steps would exceed machine integers.
+# Maximum n. For more ratings, sums of squares in steps would exceed machine integers.
 LARGEST_SQUARES = 2**63 - 1
 
 
 class OpenScale(FrozenTable):
-    """A scale as printed: it may be absent, or lack one or both ends.
+    """Rating scale as printed, perhaps without one or both ends.
 
-    With ``items``, a rating is the mean of this many answers; ``step`` is given for a single
-    answer and stored for a rating. With ``continuous``, any value between the ends is possible,
-    and nothing is counted.
+    If ``items`` is given, each rating is the mean of this number of answers; ``step`` is given per
+    answer and stored per rating. If ``continuous``, any value between the ends is possible, and
+    data sets are not counted.
 
     Raises
     ------
     ValueError
-        If the step does not divide the scale, or the scale is empty.
+        If the step does not divide the scale, or if the scale is empty.
     """
 
     minimum: Exact | None = None
@@ -62,7 +62,7 @@ class OpenScale(FrozenTable):
     def _mean_of_items(cls, given: object) -> object:
         """Divide the answer step by the number of items, because a rating is their mean."""
         items = given.get("items") if isinstance(given, dict) else None
-        # Anything other than a number above 0 is rejected by the validation of the field.
+        # The field's validation rejects anything other than a number above 0.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
             return given
         return given | {"step": exact(given.get("step", 1)) / int(str(items))}
@@ -87,7 +87,7 @@ class OpenScale(FrozenTable):
 
 
 class Scale(OpenScale):
-    """The values that a rating can take: from `minimum` to `maximum` in steps of `step`."""
+    """Possible ratings: from `minimum` to `maximum` in steps of `step`."""
 
     minimum: Exact = Fraction(0)
     maximum: Exact
@@ -98,7 +98,7 @@ class Scale(OpenScale):
         return int((self.maximum - self.minimum) / self.step)
 
     def too_fine(self, n: int) -> bool:
-        """Whether sums of squares of n ratings, in steps, are too large to compute with."""
+        """Return whether sums of squares of n ratings in steps would be too large."""
         return n * self.steps**2 > LARGEST_SQUARES
 
     def value(self, steps: int) -> Fraction:
@@ -106,14 +106,14 @@ class Scale(OpenScale):
         return self.minimum + steps * self.step
 
     def steps_to(self, value: Fraction) -> int | None:
-        """Return the steps from the minimum to a rating; None if it is not on the scale."""
+        """Convert a rating to steps above the minimum; return None if it is not on the scale."""
         steps = (value - self.minimum) / self.step
         inside = steps.denominator == 1 and 0 <= steps <= self.steps
         return int(steps) if inside else None
 
 
 class Summary(FrozenTable):
-    """The printed numbers of one column, without the scale.
+    """Printed numbers of one column, without the scale.
 
     Parameters
     ----------
@@ -122,14 +122,14 @@ class Summary(FrozenTable):
     n : int
         Number of ratings, 2 or more.
     mean, mean_percent, sum : Printed, optional
-        The mean, the mean of ratings from 0 to 1 in percent, or the sum; at least one of them.
-        The number of decimals matters.
+        Mean, mean of ratings from 0 to 1 in per cent, or sum; at least one is required. The number
+        of decimals matters.
     sd, se : Printed, optional
         Standard deviation, and standard error of the mean (SD divided by the square root of n).
     geometric_mean, log_sd : Printed, optional
-        The geometric mean and the SD of logarithms, instead of the mean and SD.
+        Geometric mean and SD of logarithms, instead of mean and SD.
     log_base : {"10", "2", "e"}
-        Base of these logarithms.
+        Base of the logarithms.
     ci_low, ci_high : Printed, optional
         Ends of the confidence interval of the mean.
     ci_percent : float
@@ -139,23 +139,23 @@ class Summary(FrozenTable):
     sd_convention : {"sample", "population"}
         Whether SD and SE divide by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        How every number of the column was rounded.
+        Rule by which all numbers of the column were rounded.
     maximum_deviation : Printed, optional
-        The largest distance of a rating from the (unrounded) mean.
+        Largest distance of a rating from the unrounded mean.
     observed_minimum, observed_maximum : Printed, optional
-        The smallest and the largest rating; both are present.
+        Smallest and largest rating that participants gave.
     median : Printed, optional
-        The middle rating, or the mean of the two middle ones.
+        Middle rating, or mean of the two middle ratings.
     lower_quartile, upper_quartile : Printed, optional
         Quartiles by any of the usual definitions; see `quartiles`.
     present, absent : tuple of Fraction
         Ratings that at least one participant gave, and ratings that nobody gave.
     frequencies : tuple of (Fraction, int)
-        Ratings, and exactly how many participants gave each.
+        Ratings, each with the number of participants who gave it.
     percentages : tuple of (Fraction, Printed)
-        Ratings, and the percentage of n that gave each.
+        Ratings, each with the percentage of participants who gave it.
     amplitude_um_pp : float, optional
-        Vibration amplitude, µm peak to peak; used for exponents.
+        Vibration amplitude in µm peak to peak, for exponents.
     """
 
     label: str = ""
@@ -219,7 +219,7 @@ class Summary(FrozenTable):
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield every printed form of the mean, with its factor relative to the mean."""
+        """Yield each printed form of the mean, with its factor relative to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),
@@ -230,10 +230,11 @@ class Summary(FrozenTable):
 
 
 class Column(Summary):
-    """One column of a published table: its numbers, and ``scale``, the possible ratings.
+    """One column of a published table: its printed numbers and its scale.
 
-    ``assumed`` names what the table does not state: ``step`` (assumed to be 1), ``minimum`` and
-    ``maximum`` (as far as the SD allows), ``sd_convention`` (assumed to be the sample's).
+    ``assumed`` lists properties that the table does not state: ``step`` (assumed to be 1),
+    ``minimum`` and ``maximum`` (as far as the SD allows), ``sd_convention`` (assumed to be
+    "sample").
     """
 
     scale: Scale
@@ -241,7 +242,7 @@ class Column(Summary):
 
     @property
     def scale_is_printed(self) -> bool:
-        """Whether an end of the scale is printed."""
+        """Whether the table states at least one end of the scale."""
         return not {"minimum", "maximum"} <= set(self.assumed)
 
     @model_validator(mode="after")
@@ -263,7 +264,7 @@ class Column(Summary):
 
 
 def close(summary: Summary, scale: OpenScale) -> Column:
-    """Return the column on its scale, or on the widest scale that its SD allows.
+    """Return the column with its scale, or with the widest scale that its SD allows.
 
     Ratings are bounded even without a printed scale. According to Samuelson (1968), the squared
     distance of any rating from the mean is at most (n - 1) / n of the sum of squared deviations.
@@ -271,7 +272,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
     Raises
     ------
     ValueError
-        If ratings are bounded neither by the scale nor by an SD, or values are not on the scale.
+        If neither the scale nor an SD bounds the ratings, or if values are not on the scale.
     """
     given = {name: getattr(summary, name) for name in summary.model_fields_set}
     low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum
@@ -303,7 +304,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Return columns without a printed scale on a common scale, to make them comparable."""
+    """Give columns without a printed scale a common scale, so that they can be compared."""
     grids = [column.scale for column in columns]
     if len({grid.step for grid in grids}) != 1:
         return tuple(columns)
@@ -315,13 +316,13 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
 
 
 def _farthest(summary: Summary) -> Fraction | None:
-    """Return the largest distance of a rating from the mean, given an SD or SE; otherwise None."""
+    """Return the largest distance of a rating from the mean; None without SD and SE."""
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:
-        # A root, rounded up.
+        # The root is rounded up.
         sd = summary.se.values(summary.rounding).high * Fraction(sqrt(summary.n) + 1e-6)
     else:
         return None
-    # (n - 1) / √n of a sample SD is more than √(n - 1) of a population SD.
+    # The factor (n - 1) / √n for a sample SD exceeds √(n - 1) for a population SD.
     return sd * Fraction(sqrt(summary.n) + 1e-6)

@@ -1,15 +1,14 @@
-"""Check quartiles under all common definitions, because papers do not state which they used.
+"""Check quartiles under all common definitions, because papers rarely state which they used.
 
-Each definition gives a position among the sorted ratings x_1 to x_n, possibly between two
-neighbours:
+Definitions differ in the position of the quartile among the sorted ratings x_1 to x_n, which may
+lie between two ratings:
 
 - linear at position (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
 - linear at position (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
 - median of the lower half, with or without the middle rating if n is odd: Tukey's hinges, and
   school textbooks.
 
-A printed quartile is matched if any definition gives it; both quartiles must use the same
-definition.
+Printed quartiles match if one definition gives both quartiles.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def lower_places(n: int) -> dict[str, Fraction]:
-    """Return the position of the lower quartile under each definition, from 1 to n.
+    """Return the position, from 1 to n, of the lower quartile under each definition.
 
     >>> {name: float(place) for name, place in lower_places(9).items()}
     {'linear': 3.0, 'weibull': 2.5, 'hinges': 3.0, 'halves': 2.5}
@@ -62,7 +61,7 @@ def are_met(column: Column, rows: Array) -> Array:
         for at, allowed in _printed(column, place):
             below = int(at)
             share = at - below
-            # Multiplied by the denominator of the fraction, to stay with whole numbers.
+            # Multiplied by the denominator of the fraction, so that numbers are whole.
             top, bottom = share.numerator, share.denominator
             values = (bottom - top) * rows[:, below - 1].astype(np.int64)
             if top:
@@ -74,7 +73,7 @@ def are_met(column: Column, rows: Array) -> Array:
 
 
 def _printed(column: Column, lower: Fraction) -> Iterator[tuple[Fraction, Interval]]:
-    """Yield the positions of the printed quartiles and the allowed values there, in steps."""
+    """Yield the positions of the printed quartiles with their allowed values, in steps."""
     scale = column.scale
     ends = ((column.lower_quartile, lower), (column.upper_quartile, column.n + 1 - lower))
     for printed, place in ends:

@@ -1,7 +1,7 @@
-"""Represent rounding rules as intervals: which exact values are printed as a given decimal.
+"""Represent rounding rules as intervals of exact values that round to a printed decimal.
 
-All arithmetic uses exact fractions, so the rule, and never a floating-point error, decides how a
-value half-way between two printed decimals is rounded.
+All arithmetic uses exact fractions, so floating-point errors cannot affect how a value half-way
+between two decimals is rounded.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from math import ceil, floor
 
 @dataclass(frozen=True)
 class Interval:
-    """Values between two fractions; each end is included or excluded."""
+    """Interval between two fractions, with or without each end."""
 
     low: Fraction
     high: Fraction
@@ -33,7 +33,7 @@ class Interval:
         )
 
     def meet(self, other: Interval) -> Interval:
-        """Return the intersection; if it is empty, the ends are in the wrong order."""
+        """Return the intersection. If it is empty, `low` exceeds `high`."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return Interval(
             low,
@@ -63,7 +63,7 @@ def _nearest(value: Fraction, unit: Fraction) -> Interval:
 
 
 def _half_up(value: Fraction, unit: Fraction) -> Interval:
-    # "Up" is away from zero, as in calculators and spreadsheets.
+    # "half_up" rounds away from zero, as in calculators and spreadsheets.
     low, high = value - unit / 2, value + unit / 2
     return Interval(low, high, low_closed=value >= unit, high_closed=value < 0)
 
@@ -81,21 +81,21 @@ def _truncated(value: Fraction, unit: Fraction) -> Interval:
     return Interval(value, value + unit, high_closed=False)
 
 
-# name: the exact values that the rule prints as `value`, in units of `unit`
+# Name of a rule -> exact values that it rounds to `value`, in units of `unit`.
 RULES = {
-    "nearest": _nearest,  # both ends included: covers every way of rounding a half
+    "nearest": _nearest,  # both ends included, for all ways of rounding a half
     "half_up": _half_up,
     "half_even": _half_even,
     "truncated": _truncated,
 }
 
 
-# Longer numbers are not measurements, and their fractions are impractical for computation.
+# Longer numbers are not measurements, and would make computations with fractions slow.
 DECIMAL = re.compile(r"[+-]?(\d{1,15}(\.\d{0,15})?|\.\d{1,15})", re.ASCII)
 
 
 def plain_decimal(text: str) -> str:
-    """Return a decimal number with an ASCII hyphen and a decimal point, whatever the paper prints.
+    """Convert a decimal number to ASCII, with a hyphen and a decimal point.
 
     >>> plain_decimal(" −0,50 ")
     '-0.50'
@@ -103,7 +103,7 @@ def plain_decimal(text: str) -> str:
     Raises
     ------
     ValueError
-        If it is not a decimal number, or has more than 15 digits on one side of the point.
+        If the text is not a decimal number, or has more than 15 digits on one side of the point.
     """
     found = text.strip().replace("\N{MINUS SIGN}", "-")
     if found.count(",") == 1 and "." not in found:
@@ -115,7 +115,7 @@ def plain_decimal(text: str) -> str:
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as printed, including its number of decimals.
+    """A printed number with its decimals.
 
     Examples
     --------
@@ -132,7 +132,7 @@ class Printed:
 
     @property
     def value(self) -> Fraction:
-        """The printed number itself, exact."""
+        """The printed number as an exact fraction."""
         return Fraction(self.text)
 
     @property

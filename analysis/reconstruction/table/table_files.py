@@ -1,4 +1,4 @@
-"""Read published tables from TOML or CSV files, and report every error at once, with its line."""
+"""Read published tables from TOML or CSV files, and report all errors with their lines."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 SHIPPED = Path(__file__).parents[2] / "published"
-# CSV header names with this prefix are keys of the scale.
+# Prefix of the CSV columns that contain keys of the scale.
 SCALE = "scale_"
 
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A published table: title, columns, the participants they come from, and printed tests.
+    """A published table with its columns, design and printed tests.
 
-    A table has either `columns` of whole ratings or `intervals` (columns of continuous values).
+    A table has either `columns` (whole ratings) or `intervals` (continuous values).
     """
 
     title: str
@@ -55,7 +55,7 @@ class PublishedTable:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a CSV file: its cells, and a column or the errors found.
+    """A row of a CSV file, with the parsed column or the errors.
 
     Parameters
     ----------
@@ -64,9 +64,9 @@ class Row:
     cells : tuple of str
         Cells as in the file.
     column : Column or None
-        The parsed column; None if it cannot be understood.
+        The parsed column; None if there are errors.
     told : tuple of (int, str)
-        Errors, each as a line and a message.
+        Errors, each with line number and message.
     """
 
     line: int
@@ -76,7 +76,7 @@ class Row:
 
 
 class _File(FrozenTable):
-    """Model of a table in a TOML file."""
+    """Model of a TOML file with a published table."""
 
     title: str = ""
     design: Design | None = None
@@ -90,7 +90,7 @@ class _File(FrozenTable):
         return self
 
     def _faults(self) -> Iterator[Fault]:
-        """Yield inconsistencies between parts that are valid on their own."""
+        """Yield inconsistencies between entries that are individually valid."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
             words = "whole ratings and continuous values (or logarithms) need separate files"
@@ -146,23 +146,23 @@ class _Line(Summary):
 
 
 def said(error: ValueError) -> str:
-    """Return the messages of one error, or of all errors that pydantic found."""
+    """Return the message of an error, or the messages of all errors that pydantic found."""
     if isinstance(error, ValidationError):
         return in_words(error)
     return str(error)
 
 
 def read(path: Path) -> PublishedTable:
-    """Read a table from a TOML or CSV file, or a shipped table by its name.
+    """Read a table from a TOML or CSV file, or a shipped table by name.
 
     Raises
     ------
     UserError
-        If the table does not exist or cannot be read, or entries are invalid; the message lists
-        every error with its line.
+        If the table does not exist, cannot be read or is invalid. The message lists all errors with
+        their lines.
     """
     if not path.exists() and path.name == str(path):
-        # A study's name also refers to its only table: biet2007 is biet2007_table3.
+        # The name of a study also refers to its only table: biet2007 is biet2007_table3.
         named = [*SHIPPED.glob(f"{path}.toml")] or [*SHIPPED.glob(f"{path}_*.toml")]
         path = named[0] if len(named) == 1 else path
     text = _text_of(path)
@@ -172,7 +172,7 @@ def read(path: Path) -> PublishedTable:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a CSV file; rows that cannot be parsed contain the reason.
+    """Read the rows of a CSV file; rows that cannot be parsed contain their errors.
 
     Raises
     ------
@@ -195,8 +195,8 @@ def _text_of(path: Path) -> str:
 
 
 def from_toml(text: str, source: str = "the table") -> PublishedTable:
-    """Read a table from TOML text: ``[scale]``, one ``[[column]]`` each, and ``[[test]]``."""
-    # A bare number keeps its printed decimals: 12.50 becomes "12.50".
+    """Parse a table from TOML text with ``[scale]``, ``[[column]]`` and ``[[test]]``."""
+    # Numbers keep their decimals: 12.50 is read as "12.50".
     file = parse_toml(text, source, _File, parse_float=str)
     return PublishedTable(
         file.title, file.columns(), file.design, file.test, intervals=file.intervals()
@@ -204,11 +204,11 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
 
 
 def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
-    """Read a table from CSV text, with one row per column of the published table.
+    """Parse a table from CSV text, with one row per column of the published table.
 
-    The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum``
-    and any other key of a TOML column; empty cells are ignored. Cells are separated by commas, or
-    by semicolons or tabs if the header uses these.
+    The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum`` and
+    any other key of a TOML column; empty cells are ignored. The separator is a comma, semicolon or
+    tab, as in the header.
     """
     rows = _csv_rows(text, source)
     if told := [fault for row in rows for fault in row.told]:
@@ -219,7 +219,7 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
 
 
 def _csv_rows(text: str, source: str) -> list[Row]:
-    """Return the rows under the header.
+    """Parse all rows below the header.
 
     Raises
     ------
@@ -255,9 +255,9 @@ def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the non-empty rows, each with the line on which it ends."""
+    """Yield the non-empty rows, each with the number of its last line."""
     header = text.partition("\n")[0]
-    # If decimals use commas, cells are separated by another character.
+    # Decimal commas are possible if cells are separated by another character.
     delimiter = next((sign for sign in ";\t" if sign in header), ",")
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
     for cells in reader:
@@ -266,7 +266,7 @@ def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _line(line: int, _place: Place) -> int:
-    """Return the line of a row, which contains all of its cells."""
+    """Return the line of a row; all of its cells are on this line."""
     return line
 
 
@@ -296,7 +296,7 @@ def _from_row(entry: Mapping[str, str], place: int) -> Column:
 
 
 def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
-    """Yield the errors of a row, including missing columns, with the names in the header."""
+    """Yield the errors in a row, including missing columns, with names as in the header."""
     for place, fault in faults_in(error):
         of_scale = len(place) > 1 and place[0] == "scale"
         name = f"{SCALE}{place[1]}" if of_scale else str(place[0]) if place else ""

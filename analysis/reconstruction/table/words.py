@@ -1,4 +1,4 @@
-"""Describe a column in words: everything printed, and assumptions about the rest."""
+"""Describe the printed numbers of a column, and assumptions about the column, in words."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# Printed entries of a column, in order.
+# Printed entries of a column, in the order of the description.
 NAMES = {
     "mean": "mean",
     "mean_percent": "mean in percent",
@@ -28,7 +28,7 @@ NAMES = {
 
 
 def in_words(column: Column) -> str:
-    """Return everything printed about a column."""
+    """Describe all printed numbers of a column."""
     said = [f"n {column.n}"]
     for name, words in NAMES.items():
         printed = getattr(column, name)
@@ -50,7 +50,7 @@ def in_words(column: Column) -> str:
 
 
 def assumptions(column: Column) -> Iterator[str]:
-    """Yield the assumptions behind a verdict; if one is wrong, the verdict may be wrong."""
+    """Yield descriptions of the assumptions on which a verdict depends."""
     scale = column.scale
     stated = " (no step is stated)" if "step" in column.assumed else ""
     yield f"ratings are whole steps of {scale.step}{stated}"
