@@ -101,7 +101,7 @@ def condition_power(
     people = people_for(parsed, population)
     found: list[tuple[Array, bool]] = Parallel(n_jobs=jobs)(
         delayed(_axis_values)(
-            study, parsed.factors, max(sizes), seed_of(seed, study.name, number), people
+            study, parsed.factors, max(sizes), seed_of(seed, study.own_name, number), people
         )
         for number in range(studies)
     )

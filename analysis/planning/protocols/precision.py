@@ -104,7 +104,7 @@ def protocol_precision(
         from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
 
         answered: list[StudyAnswers] = Parallel(n_jobs=jobs)(
-            delayed(answers_of)(study, largest, seed_of(seed, study.name, number), population)
+            delayed(answers_of)(study, largest, seed_of(seed, study.own_name, number), population)
             for number in range(studies)
         )
         everybody = [person for one in answered for person in one.people]
@@ -171,7 +171,7 @@ def _exponents(
         participants=participants,
         studies=studies,
         population=population,
-        rng=np.random.default_rng(seed_of(seed, study.name)),
+        rng=np.random.default_rng(seed_of(seed, study.own_name)),
     )
     if design.choices.exclusions:
         ratings = excluded(design, ratings)

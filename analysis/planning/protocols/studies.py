@@ -50,6 +50,9 @@ class ProtocolStudy:
     ----------
     name : str
         Path of the file, or name of the shipped study.
+    own_name : str
+        The study's name in its file. Seeds depend on this name, so that results do not depend on
+        the file's location.
     text : str
         Text of the study file, with the number of trials set.
     place : int
@@ -67,6 +70,7 @@ class ProtocolStudy:
     """
 
     name: str
+    own_name: str
     text: str
     place: int
     task: str
@@ -95,7 +99,7 @@ class ProtocolStudy:
     def minutes(self, population: Population) -> float:
         """Return the median time of a participant in minutes, over all runs."""
         people: dict[str, float] = {}
-        for plan in self.plans(TIMED, seed_of(self.name, 0), population):
+        for plan in self.plans(TIMED, seed_of(self.own_name, 0), population):
             taken = minutes_of(bare_run(plan, population))
             people[plan.participant] = people.get(plan.participant, 0.0) + taken
         return float(np.median(list(people.values())))
@@ -117,6 +121,7 @@ def protocol_study(name: str) -> ProtocolStudy:
         if quantity and amount:
             return ProtocolStudy(
                 name=name,
+                own_name=study.name,
                 text=text,
                 place=place,
                 task=protocol.task,

@@ -216,6 +216,15 @@ def test_thresholds_by_condition_have_a_power(tmp_path, capsys):
     assert "--repetitions cannot be combined with the thresholds" in capsys.readouterr().err
 
 
+def test_results_do_not_depend_on_the_folder_of_the_study_file(tmp_path):
+    minutes = []
+    for folder in (tmp_path, tmp_path / "elsewhere"):
+        folder.mkdir(exist_ok=True)
+        (folder / "hands.toml").write_text(BY_CONDITION)
+        minutes.append(protocol_study(str(folder / "hands.toml")).minutes(Population()))
+    assert minutes[0] == minutes[1]
+
+
 def test_conditions_are_compared_by_paired_t_tests_averaged_over_other_factors():
     values = np.random.default_rng(3).normal(size=(300, 6, 2, 3))
     values[..., 1] += 1
