@@ -12,11 +12,13 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import Finger
 
 # Called on every frame while a participant reads, explores or answers. It checks the plate and the
-# operator and may raise (a plate fault, a pause, a stop). Participant classes must let the
-# exception propagate, and must be able to start the same step again afterwards.
+# operator's commands, and may raise an exception (for a plate fault, a pause or a stop).
+# Participant classes must let the exception propagate, and must be able to start the same step
+# again afterwards.
 Watch = Callable[[], None]
 
-# Turns the surface up or down by a number of notches. Its exceptions also propagate.
+# Increases or decreases the surface's level by a number of notches. Its exceptions must also
+# propagate.
 Turn = Callable[[int], None]
 
 Kind = Literal["person", "simulated", "scripted"]
@@ -31,7 +33,7 @@ class Unfinished:
     entry : str
         The contents of the answer field.
     rejected : tuple of str
-        Earlier entries that were rejected.
+        The entries that were rejected before.
     """
 
     entry: str = ""
@@ -43,18 +45,18 @@ class StopRequested(Exception):
 
 
 class Participant(Protocol):
-    """A person at a screen, or a substitute; as a context manager, opens the window."""
+    """A real, simulated or scripted participant; a context manager that opens the window."""
 
     kind: ClassVar[Kind]
-    # Set before a question: the entry to start with. If `perform` raises an exception, it contains
-    # the entry up to then.
+    # Before a question: the initial contents of the answer field. If `perform` raises an exception:
+    # the contents at that time.
     unfinished: Unfinished
-    # The finger's position as measured by a sensor, for screens that show it; set by the session.
+    # The finger's measured position, for screens that show it; set by the session.
     cursor_mm: tuple[float, float] | None
 
     @property
     def finger(self) -> Finger | None:
-        """The source of the finger position, if any: window pointer or simulated finger."""
+        """The source of the finger's position, if any: window pointer or simulated finger."""
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
@@ -62,21 +64,21 @@ class Participant(Protocol):
         Parameters
         ----------
         step : Instruct, Explore, Ask, Rest or Feedback
-            It never contains an amplitude.
+            The step to carry out. It never contains an amplitude.
         watch : callable
-            Must be called on every frame; its exceptions must propagate.
+            Must be called on every frame. Its exceptions must propagate.
 
         Raises
         ------
         StopRequested
-            If the participant requested to stop, and confirmed.
+            If the participant requested to stop and confirmed the request.
         """
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
         """Let the participant adjust the surface as the step instructs; see `perform`.
 
         If the participant requests the reference, the reply's value is `FEEL_AGAIN`. The session
-        then presents it and calls this method again; ``again`` counts these repetitions.
+        then presents the reference and calls this method again; ``again`` counts these repetitions.
         """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:

@@ -1,9 +1,9 @@
-"""A person at a PsychoPy window.
+"""The participant's window, which uses PsychoPy.
 
-There is one file per concept. The contents of a screen (`scene`) and the behaviour of each step
-(`screens`) are independent of PsychoPy. The window that draws (`display`), the keyboard
-(`keyboard`) and `window`, which combines them into a participant, use PsychoPy. PsychoPy is
-imported when the window opens, not before.
+The contents of a screen (`scene`) and the behaviour of each step (`screens`) are independent of
+PsychoPy. PsychoPy is used by the window that draws (`display`), by the keyboard (`keyboard`), and
+by `window`, which combines them into a participant. It is imported when the window opens, not
+before.
 """
 
 from slipscale.experiments.participants.psychopy_window.display import check_screen, screens

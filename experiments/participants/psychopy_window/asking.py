@@ -1,4 +1,4 @@
-"""The screen for a question: answer field, and the reason why the last entry was rejected."""
+"""The screen for a question, with an answer field and the reason for a rejected entry."""
 
 from __future__ import annotations
 
@@ -95,7 +95,7 @@ class Asking(Unmoved):
         return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Process a character; return the outcome if the entry is an answer given in time."""
+        """Process a character; return the outcome if it completes an answer in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)
@@ -127,7 +127,7 @@ class Asking(Unmoved):
         return self._entry.content
 
     def offer(self, typed: str) -> None:
-        """Restore an earlier entry, character by character, as if typed."""
+        """Restore an earlier entry character by character, as if it were typed."""
         for character in typed:
             self._entry.press(character)
 
@@ -176,7 +176,7 @@ class Asking(Unmoved):
 
 
 class Stopping(Asking):
-    """The question whether the participant pressed Escape on purpose."""
+    """The screen that asks whether the participant pressed Escape on purpose."""
 
     def __init__(self, texts: Texts) -> None:
         question = YesNoQuestion(prompt=texts["window.stop"])
@@ -191,6 +191,6 @@ class Stopping(Asking):
 
 
 def number_size(content: str) -> float:
-    """Return a digit size at which the longest entry fits its field."""
+    """Return the digit size at which the longest entry fits the field."""
     roomy = 11
     return scene.DIGITS * min(1.0, roomy / max(len(content), 1))

@@ -1,9 +1,9 @@
-"""The connection to an X server, which can break before the session ends.
+"""Detect a broken connection to the X server, and end the session cleanly.
 
-When a connection breaks, Xlib calls ``exit(1)`` within any call and in any thread, without running
-``finally`` blocks. To avoid that, Xlib's handler here only records the loss. The next frame raises
-`WindowLost`, which ends the session like any other fault of the rig. X must not be called after
-that, so the window is not closed, and the process ends before libraries close it at exit.
+When the connection breaks, Xlib calls ``exit(1)`` during any call and in any thread, without
+running ``finally`` blocks. The handler installed here only records the loss instead. The next frame
+raises `WindowLost`, which ends the session like any other fault of the rig. X must not be called
+after that, so the window stays open, and the process ends before libraries can close it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _EXIT_HANDLER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class WindowLost(RigError):
-    """The participant's window was lost with its display."""
+    """The participant's window was lost, because the display server is gone."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -52,7 +52,7 @@ class Connection:
         self._poll: Any = None
 
     def guard(self) -> None:
-        """Install handlers, so that Xlib calls them instead of ending the process."""
+        """Install handlers that Xlib calls instead of ending the process."""
         if sys.platform == "linux":
             self._xlib = ctypes.CDLL(LIBRARY)
             self._poll = select.poll()
@@ -77,7 +77,7 @@ class Connection:
 
     @contextmanager
     def used(self) -> Iterator[None]:
-        """Raise `WindowLost` for exceptions in the block due to a broken connection."""
+        """Replace exceptions caused by a broken connection with `WindowLost`."""
         self.check()
         try:
             yield
@@ -88,13 +88,13 @@ class Connection:
     def _lose(self) -> None:
         if not self.lost:
             self.lost = True
-            atexit.register(_end)  # runs before handlers registered earlier, by libraries
+            atexit.register(_end)  # runs before the handlers that libraries registered earlier
 
     def _broken(self, _display: int) -> int:
         """Record a broken connection; Xlib calls this in the thread that made the failing call."""
         self._lose()
         if threading.current_thread() is not threading.main_thread():
-            threading.Event().wait()  # a library thread has nothing left to do
+            threading.Event().wait()  # a library's thread can end here
         return 0
 
 

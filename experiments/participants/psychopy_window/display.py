@@ -35,13 +35,13 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-SMALLEST = 0.6  # fraction of a text's own size, if it must shrink
+SMALLEST = 0.6  # relative size of a text that must shrink to fit
 FRAME_S = 0.010  # minimum frame duration; without vertical sync the loop would occupy a whole core
 
 
 @contextmanager
 def bare_argv() -> Iterator[None]:
-    """Hide the command line, because PsychoPy parses it on import and reacts to --help."""
+    """Hide the command line, because PsychoPy parses it on import and responds to --help."""
     whole = sys.argv
     sys.argv = whole[:1]
     try:
@@ -59,13 +59,13 @@ def import_visual() -> Any:
         If the display or a system library for windows is missing, or PsychoPy's settings cannot be
         written.
     """
-    # A second import after a failed one would seem to succeed, so the display is checked first.
+    # After a failed import, a second one would appear to succeed, so the display is checked first.
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise UserError(
             "no display: DISPLAY is not set. Log in at the machine's own screen, or use a "
             "virtual one: xvfb-run slipscale run ..."
         )
-    # Programs started by us must not see PsychoPy's own package folder.
+    # Programs that we start must not see PsychoPy's own package folder.
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
     try:
         with bare_argv():
@@ -86,7 +86,7 @@ def import_visual() -> Any:
             f"no display responds at DISPLAY={os.environ.get('DISPLAY')}. Check that the X "
             "server is running and that this user may use it"
         ) from None
-    logging.console.setLevel(logging.CRITICAL)  # the terminal belongs to the operator
+    logging.console.setLevel(logging.CRITICAL)  # the operator uses the terminal
     return visual
 
 
@@ -123,18 +123,18 @@ class Pointer:
         self._mouse = event.Mouse(visible=window.mouseVisible, win=window)
 
     def at(self, time_s: float) -> Touch | None:  # noqa: ARG002 - only the current position is known
-        """Return the position in pixels from the centre (right, up); None outside the window."""
+        """Return the position in pixels right of and above the centre; None outside the window."""
         if self._mouse is None:
             return None
         x, y = (float(each) for each in self._mouse.getPos())
         width, height = self._window.size
-        # Until it moves, the pointer is reported in the lower left corner.
+        # Before its first movement, the pointer is reported in the lower left corner.
         inside = -width / 2 < x <= width / 2 and -height / 2 < y <= height / 2
         return Touch(x, y) if inside else None
 
 
 class Display:
-    """A window that draws `Scene`.
+    """A window that draws scenes.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ class Display:
         return (x_px - width / 2) / self._unit, (y_px - height / 2) / self._unit
 
     def draw(self, scene: Scene) -> None:
-        """Draw a scene, invisible until the flip; unchanged items are reused."""
+        """Draw a scene, which becomes visible at the next flip; unchanged items are reused."""
         with self.connection.used():
             self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
             for item in scene:
@@ -221,7 +221,7 @@ class Display:
                     stimulus.draw()
 
     def flip(self) -> float:
-        """Show the drawn scene; return the time at which it appeared, on the session's clock."""
+        """Show the drawn scene; return the time of its appearance on the session's clock."""
         with self.connection.used():
             self._window.flip()
         shown_s = self._clock.now()
@@ -230,7 +230,7 @@ class Display:
         return shown_s
 
     def save(self, path: Path) -> None:
-        """Write the drawn scene, which is not shown yet, to an image file."""
+        """Write the drawn scene, which is not yet visible, to an image file."""
         self._window.getMovieFrame(buffer="back")
         self._window.saveMovieFrames(str(path))
 
@@ -315,7 +315,7 @@ class Display:
         return (*((letters,) if letters else ()), *self._build_box(caret))
 
     def _fit(self, text: Text) -> Any:
-        """Return the letters, reduced in size if they would exceed the text's height."""
+        """Return the drawn text, reduced in size if it would exceed the given height."""
         size = text.size
         letters = self._letters(text, size)
         limit = float("inf") if text.height is None else text.height * self._unit
@@ -327,8 +327,8 @@ class Display:
     def _letters(self, text: Text, size: float) -> Any:
         unit = self._unit
         left = text.align == "left"
-        # Capitals and digits sit low in their line; without this, the letter on a key is off
-        # centre.
+        # Capitals and digits are drawn low in their line; this correction centres the letter on a
+        # key.
         lift = 0.08 * size if text.anchor == "center" else 0.0
         return self._visual.TextStim(
             self._window,

@@ -1,7 +1,7 @@
 """Draw a scene as SVG: the participant's screen without a window.
 
-`slipscale.experiments.participants.psychopy_window.layout` positions the letters. Each line is as
-wide as in the window font, even if the browser uses another font.
+`slipscale.experiments.participants.psychopy_window.layout` positions the text. Each line is as wide
+as in the window font, even if the browser uses another font.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.participants.psychopy_window.scene import Colour, Item, Scene
 
-BASELINE = 1.069  # of the size, below the top of its line: Noto Sans
+BASELINE = 1.069  # baseline below the top of a line, relative to the size: Noto Sans
 
 
 def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:

@@ -1,7 +1,7 @@
-"""Answer fields, which collect characters and judge whether they form a valid answer.
+"""Answer fields, which collect characters and check whether they form a valid answer.
 
-The rule for this module: **nothing is clipped, guessed or dropped silently.** An invalid
-entry is rejected with the key of the text that explains why, and the caller records it.
+Nothing is clipped, guessed or dropped silently. An invalid entry is rejected with the key of the
+text that explains the reason, and the caller records the entry.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.steps.trial import Value
 
-# Codes sent by on-screen keys, in addition to characters.
+# Codes that on-screen keys send in addition to characters.
 ENTER, ERASE, CLEAR = "\r", "\b", "\x18"
 NUMBER_LENGTH = 20
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
-# "1,000" means one in some countries and one thousand in others.
+# Depending on the country, "1,000" means one or one thousand.
 THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
-# The unshifted digit row of a French keyboard: the key marked 2 means 2.
+# Characters of the unshifted digit row of a French keyboard; the key marked 2 enters 2.
 AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 
@@ -58,9 +58,9 @@ class Refused:
     entry : str
         The entry exactly as typed.
     reason : str
-        The key of the text that explains the refusal ("window.not_a_number").
+        The key of the text that explains the refusal, for example "window.not_a_number".
     blanks : Mapping
-        Values for that text's {braces}.
+        Values for the {placeholders} in this text.
     """
 
     entry: str
@@ -72,7 +72,7 @@ Verdict = Accepted | Refused | None
 
 
 def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
-    """Parse a number as people type it: decimal point or comma, no exponent, finite.
+    """Parse a finite number as people type it: decimal point or comma, no exponent.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     refusals = {
         "window.too_large": not math.isfinite(value),
         "window.too_small": value < 0,
-        # The stored number must equal the typed one; a float has about 16 digits.
+        # The stored number must equal the typed number, and a float has about 16 digits.
         "window.too_many_digits": math.isfinite(value)
         and Decimal(repr(value)) != Decimal(text.replace(",", ".")),
         "window.not_positive": positive and value == 0,
@@ -113,7 +113,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
 
 
 def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | Refused:
-    """Parse a whole number between two bounds, both included.
+    """Parse a whole number between two inclusive bounds.
 
     >>> judge_whole_number(" 34 ", minimum=18, maximum=99)
     Accepted(value=34.0)
@@ -123,7 +123,7 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
     text = entry.strip()
     if not text:
         return Refused(entry, "window.empty")
-    # ASCII digits only; a number with more digits than the maximum is too large.
+    # Only ASCII digits are allowed; a number with more digits than the maximum is too large.
     whole = bool(re.fullmatch("[0-9]+", text)) and len(text.lstrip("0")) <= len(str(maximum))
     if whole and minimum <= int(text) <= maximum:
         return Accepted(float(text))
@@ -132,7 +132,7 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
 
 
 class Entry(Protocol):
-    """An answer field: takes characters one by one and decides when they form an answer."""
+    """An answer field, which receives characters until they form an answer."""
 
     content: str
 
@@ -140,14 +140,14 @@ class Entry(Protocol):
         """Move up or down a list; does nothing without a list."""
 
     def press(self, character: str) -> Verdict:
-        """Process one character; Enter is ``ENTER``."""
+        """Process one character; the Enter key sends ``ENTER``."""
 
     def erase(self) -> None:
         """Delete the last character."""
 
 
 class TypedEntry:
-    """A line of characters that Enter submits; characters beyond its length are refused.
+    """A line of text that Enter submits; characters beyond the maximum length are refused.
 
     Parameters
     ----------
@@ -163,14 +163,14 @@ class TypedEntry:
         )
 
     def press(self, character: str) -> Verdict:
-        """Process one character; on Enter, judge the line and clear it if it is refused."""
+        """Process one character; on Enter, check the line and clear it if it is refused."""
         if character in (ENTER, "\n"):
             verdict = self._judge()
             if isinstance(verdict, Refused):
                 self.content = ""
             return verdict
         if not (character.isprintable() or unicodedata.category(character) == "Zs"):
-            return None  # Tab and similar keys write nothing; a no-break space is a space
+            return None  # Tab and similar keys are ignored; a no-break space becomes a space
         if len(self.content) >= self._max_length:
             return Refused("", "window.full")
         self.content += character
@@ -181,7 +181,7 @@ class TypedEntry:
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """Do nothing, because a line has no list."""
+        """Do nothing, because there is no list."""
 
     def _judge(self) -> Accepted | Refused:
         if isinstance(self._question, NumberQuestion):
@@ -209,7 +209,7 @@ class KeyEntry:
         self._answers = answers
 
     def press(self, character: str) -> Verdict:
-        """Process one key: it is the answer, or is refused."""
+        """Process one key, which is either a valid answer or refused."""
         key = character.casefold()
         if key not in self._answers:
             key = AZERTY.get(key, key)
@@ -222,11 +222,11 @@ class KeyEntry:
         """Do nothing, because nothing is typed."""
 
     def turn(self, notches: int) -> None:
-        """Do nothing, because single keys have no list."""
+        """Do nothing, because there is no list."""
 
 
 class ListEntry:
-    """A choice from a list, by number or by moving through the list; Enter submits it.
+    """A choice from a list, by number or by moving the selection; Enter submits the choice.
 
     Parameters
     ----------
@@ -252,7 +252,7 @@ class ListEntry:
             return self._judge()
         else:
             digit = AZERTY.get(character, character)
-            # ASCII digits only, and no more than in the longest number.
+            # Only ASCII digits are allowed, and no more than in the longest number.
             if digit not in "0123456789" or len(self.content) >= len(str(len(self._values))):
                 return self._refused(self.content + character)
             self.content += digit
@@ -263,7 +263,7 @@ class ListEntry:
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """Move up or down the list, without wrapping around at its ends."""
+        """Move the selection up or down; it stops at the ends of the list."""
         last = len(self._values) - 1
         here = self.place
         if here is None:
@@ -291,7 +291,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     question : Question
         The question to answer.
     texts : Mapping
-        The texts in the language; they define the keys for yes and no.
+        The texts in the participant's language; they define the keys for yes and no.
 
     Raises
     ------
@@ -312,7 +312,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
 
 
 def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:
-    """Return whether a question has more options than number keys, and needs a scrolling list."""
+    """Return whether a question has more options than number keys and needs a scrolling list."""
     return isinstance(question, ChoiceQuestion) and len(question.options) > NUMBER_KEYS
 
 

@@ -1,7 +1,8 @@
-"""Check that a scene is readable: measure and lay out its letters without a window.
+"""Check that a scene is readable, by measuring and laying out its texts without a window.
 
 Scenes scale with the screen (`display`), so one layout is valid for every window size. Letters are
-measured in the window's font if PsychoPy is installed, otherwise in matplotlib's, which is wider.
+measured in the window's font if PsychoPy is installed, otherwise in matplotlib's font, which is
+wider.
 """
 
 from __future__ import annotations
@@ -28,15 +29,15 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.psychopy_window.scene import Scene
 
 FILE = "NotoSans-Regular.ttf"
-SMALLEST = 0.6  # of a text's own size, if it must shrink
+SMALLEST = 0.6  # relative size of a text that must shrink to fit
 SHRINK = 0.94
-LINE = 1.362  # of the size, from line to line: Noto Sans
+LINE = 1.362  # line spacing, relative to the size: Noto Sans
 HALF_WIDTH, HALF_HEIGHT = 0.67, 0.5  # of a scene
 MEASURED_AT = 100.0  # points
 WIDER = 1.12  # width of letters in DejaVu Sans, relative to Noto Sans
-# How much a text may exceed its area, and two texts may overlap: measurements are accurate to 1 %.
+# Tolerated excess over an area, and tolerated overlap: measurements are accurate to 1 %.
 SLACK, SHARED = 0.012, 0.003
-LEAST_CONTRAST = 4.5  # between letters and background: WCAG 2.2, 1.4.3
+LEAST_CONTRAST = 4.5  # contrast between letters and background: WCAG 2.2, 1.4.3
 MOST_NAMED = 50  # maximum length of a text quoted in a message
 
 
@@ -81,7 +82,7 @@ def faults(scene: Scene) -> Iterator[str]:
 
 
 def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
-    """Yield each text with the colour behind its centre, taken from the last box drawn there."""
+    """Yield each text with the colour of the topmost box behind its centre."""
     boxes: list[Box] = []
     for item in scene:
         if isinstance(item, Box):
@@ -96,7 +97,7 @@ def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
 
 
 def contrast(one: Colour, other: Colour) -> float:
-    """Return the contrast of two colours, from 1 to 21, as defined by WCAG 2.2.
+    """Return the contrast between two colours, from 1 to 21, as defined by WCAG 2.2.
 
     >>> round(contrast("text", "ground"), 1)
     12.0
@@ -155,7 +156,7 @@ def _lines(text: Text, size: float) -> list[tuple[str, float]]:
 
 @cache
 def _em(word: str) -> float:
-    """Return the width of a word, in multiples of its size."""
+    """Return the width of a word in multiples of its font size."""
     font, share = _font()
     font.set_text(word, 0.0)
     return float(font.get_width_height()[0] / 64 / MEASURED_AT * share) if word.strip() else 0.26

@@ -1,4 +1,4 @@
-"""The screen of a pointing task: a start and a target, selected by click, touch or key."""
+"""The screen of a pointing task: a start and a target, selected by mouse, touch or key."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ BAR_HEIGHT, CURSOR = 0.4, 0.012
 class Pointing(Waiting):
     """A movement that begins with the selection of the start and ends with the next selection.
 
-    A click or touch selects its own position. If a sensor measures the finger, the screen shows
-    the finger's position, and the key to continue selects it.
+    A click or touch selects the position where it occurs. If a sensor measures the finger, the
+    screen shows the finger's position, and the key to continue selects this position.
     """
 
     pointed = True
@@ -42,7 +42,7 @@ class Pointing(Waiting):
         self._cursor_mm: tuple[float, float] | None = None
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the instruction, start, target and cursor; what to select next is coloured."""
+        """Return the instruction, start, target and cursor; the next item to select is coloured."""
         question, moving = self._question, self._began_s is not None
         start = self._mark(question.start_mm, "quiet" if moving else "accent")
         target = self._mark(question.target_mm, "accent" if moving else "quiet")
@@ -61,7 +61,7 @@ class Pointing(Waiting):
         self._cursor_mm = x_mm, y_mm
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Select the cursor's position on the key to continue."""
+        """Select the cursor's position if the character is the key to continue."""
         if self._cursor_mm is None or super().press(character, elapsed_s) is None:
             return None
         return self._select(*self._cursor_mm, elapsed_s)

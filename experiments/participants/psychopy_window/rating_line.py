@@ -1,4 +1,4 @@
-"""The screen of a visual analogue scale: a mark on a line, set with mouse, touch or keys."""
+"""The screen of a visual analogue scale: a mark on a line, set by mouse, touch or keys."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Ask
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
-#: Maximum distance of a click from the line, vertically and beyond its ends.
+#: Maximum distance between a click and the line, vertically and beyond the line's ends.
 NEAR_Y, NEAR_X = 0.09, 0.05
 DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 
@@ -29,8 +29,8 @@ DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 class Marking:
     """A line between two words, with a mark on it, and a countdown if there is a time limit.
 
-    The answer can be submitted only after the mark has been set: its start position is not an
-    answer.
+    The answer can be submitted only after the mark has been set, because the start position is not
+    an answer.
     """
 
     single_key = True
@@ -71,7 +71,7 @@ class Marking:
         )
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Submit on the `go_on` key or Enter, if the mark was set in time."""
+        """Submit the answer on the `go_on` key or Enter, if the mark was set in time."""
         if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
             return None
         return self._hand_in(elapsed_s)
@@ -84,7 +84,7 @@ class Marking:
         self._put = question.nearest(place + notches * question.key_step)
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Set the mark where it was clicked; a click on the confirmation below submits it."""
+        """Set the mark at the clicked position, or submit the answer on the confirmation below."""
         if abs(y - LINE_Y) <= NEAR_Y and abs(x) <= LINE_LENGTH / 2 + NEAR_X:
             self._notice = ""
             self._put = self._question.nearest(100 * (x / LINE_LENGTH + 0.5))
@@ -97,7 +97,7 @@ class Marking:
 
     @property
     def typed(self) -> str:
-        """The position of the mark; empty if it was not set."""
+        """The position of the mark as text; empty if the mark was not set."""
         return "" if self._put is None else f"{self._put:g}"
 
     def offer(self, typed: str) -> None:
@@ -120,7 +120,7 @@ class Marking:
         return ScreenResult(value=self._put)
 
     def _mark(self) -> Scene:
-        """Return the mark; nothing before it is set, unless its start position is shown."""
+        """Return the mark; empty before the mark is set, unless its start position is shown."""
         question = self._question
         if self._put is None and not question.start_shown:
             return ()

@@ -1,9 +1,9 @@
-"""The contents of a screen as plain data: texts, key caps and bars, for reading at 1 m.
+"""The contents of a screen as plain data: texts, key caps and bars, readable from 1 m.
 
 Lengths are fractions of the screen height, the origin is at the centre, and y points up. On a 24
-inch monitor (0.30 m high), the smallest letters that must be readable, at 0.036, have an x-height
-of 5.8 mm (0.54 of their size in Noto Sans). At 1 m that is 20 minutes of arc, four times the size
-that normal vision needs to distinguish letters.
+inch monitor (0.30 m high), the smallest text that participants must read has a size of 0.036 and an
+x-height of 5.8 mm (0.54 of the size in Noto Sans). At 1 m, this is 20 minutes of arc, four times
+the size that normal vision requires to distinguish letters.
 """
 
 from __future__ import annotations
@@ -14,7 +14,8 @@ from typing import Literal
 
 Colour = Literal["ground", "field", "text", "quiet", "accent"]
 
-# Dark grey and one accent (Okabe and Ito's sky blue, safe for every colour vision).
+# Dark grey and one accent colour (Okabe and Ito's sky blue, suitable for all types of colour
+# vision).
 COLOURS: dict[Colour, tuple[int, int, int]] = {
     "ground": (38, 40, 43),
     "field": (56, 59, 63),
@@ -33,7 +34,7 @@ WIDTH = 1.3  # line width of a text; the narrowest monitors (5:4) are 1.25 wide,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """Letters of ``size`` (em) in lines of ``width``, centred at ``x``, with ``anchor`` at ``y``.
+    """A text of ``size`` (em) in lines of ``width``, centred at ``x``, with ``anchor`` at ``y``.
 
     ``caret`` draws a caret after the last letter of a one-line text.
     """
@@ -47,7 +48,7 @@ class Text:
     anchor: Literal["top", "center", "bottom"] = "center"
     align: Literal["left", "center"] = "center"
     width: float = WIDTH
-    height: float | None = None  # the text shrinks until it is no higher than this
+    height: float | None = None  # maximum height; a higher text is shrunk to fit
     caret: bool = False
 
 
@@ -74,7 +75,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrow:
-    """An arrow up or down of height ``size``, centred at ``x``, ``y``; the font has no arrows."""
+    """An arrow up or down, drawn as a shape because the font has no arrows."""
 
     x: float
     y: float
@@ -85,9 +86,9 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """An invisible area that acts like the key drawn there when touched or clicked.
+    """An invisible area that sends the key drawn there when it is touched or clicked.
 
-    ``presses`` contains the characters that it sends, or `UP` or `DOWN`.
+    ``presses`` contains the characters to send, or `UP` or `DOWN`.
     """
 
     x: float
@@ -106,7 +107,7 @@ Scene = tuple[Item, ...]
 
 
 def unbroken(text: str) -> str:
-    """Keep French punctuation on the same line as its word, using no-break spaces.
+    """Keep French punctuation on the same line as the adjacent word, using no-break spaces.
 
     >>> unbroken("Est-ce glissant ?") == "Est-ce glissant\N{NO-BREAK SPACE}?"
     True
@@ -125,7 +126,7 @@ def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018)
 
 
 def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
-    """Return a key as on a keyboard; `UP` and `DOWN` are the arrow keys."""
+    """Return the drawing of a keyboard key; `UP` and `DOWN` are the arrow keys."""
     rim = 0.01 * size / 0.14
     arrow = Arrow(x=x, y=y, size=0.45 * size, up=label == UP)
     letter = Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size)
@@ -167,7 +168,7 @@ def _touched(touch: bool, area: Area) -> Scene:
 
 
 def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: bool = False) -> Scene:
-    """Return the number keys 1, 2, ... in a column, each with its meaning."""
+    """Return a column of the number keys 1, 2, ..., each with its meaning."""
     pitch = min(height / len(meanings), 0.1)
     left, cap = -0.32, 0.72 * pitch
     rows = [(str(n), words, top - pitch * (n - 0.5)) for n, words in enumerate(meanings, start=1)]
@@ -204,7 +205,7 @@ def notice(content: str) -> Text:
 
 
 def pilot_banner(content: str) -> Scene:
-    """Return the strip at the top of every screen of a pilot run."""
+    """Return the banner that appears at the top of every screen of a pilot run."""
     height = 0.055
     y = 0.5 - height / 2
     return (

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     Texts = Mapping[str, str]
 
-# Keys to continue that have a name in the texts; any other key is given by its character.
+# Keys that have a name in the texts; any other key is named by its character.
 NAMED_KEYS = {"space": " ", "enter": "\r"}
 
 
@@ -35,7 +35,7 @@ def go_on_key(texts: Texts) -> str:
 
 
 def naming_key(texts: Texts, text: str) -> str:
-    """Return a text that contains the name of the key to continue, as the participant knows it."""
+    """Return a text that names the key to continue in the participant's language."""
     key = texts["window.go_on_key"]
     name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
     return texts[text].format(key=name)

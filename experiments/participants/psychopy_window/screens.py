@@ -1,7 +1,7 @@
-"""Screens: the mapping from steps to screens, without window or clock.
+"""Map each step to its screen, independently of any window or clock.
 
-A screen receives keys and the time since it was shown. It returns what to show and when it is
-over. Time is always an argument, so screens can be tested without waiting.
+A screen receives keys and the time since it appeared. It returns its contents and, at the end, its
+outcome. Time is always an argument, so tests of screens need not wait.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ if TYPE_CHECKING:
 
 
 class Screen(Protocol):
-    """One screen.
+    """The interface of all screens.
 
-    If ``single_key`` is True, a key still held from the previous screen could end it by mistake.
-    If ``pointed`` is True, the screen needs the mouse.
+    If ``single_key`` is True, a single key ends the screen, so keys held since the previous screen
+    must be released first. If ``pointed`` is True, the screen needs the mouse.
     """
 
     single_key: bool
@@ -44,7 +44,7 @@ class Screen(Protocol):
     rejected: list[str]
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return what to show ``elapsed_s`` after the screen appeared."""
+        """Return the contents of the screen ``elapsed_s`` after it appeared."""
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
         """Process a character; return the outcome if it ended the screen."""
@@ -53,20 +53,20 @@ class Screen(Protocol):
         """Delete the last character; return the outcome if that ended the screen."""
 
     def move(self, notches: int) -> None:
-        """Move the mark or the selection right or up by notches of the arrow keys or the wheel."""
+        """Move the mark or the selection right or up by a number of notches."""
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Process a click or touch at a point; return the outcome if it ended the screen."""
+        """Process a click or touch; return the outcome if it ended the screen."""
 
     @property
     def typed(self) -> str:
-        """The entry typed but not submitted."""
+        """The entry that has been typed but not submitted."""
 
     def offer(self, typed: str) -> None:
         """Restore an entry from before an interruption."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the screen is over because its time has run out."""
+        """Return the outcome if the screen's time limit is over."""
 
 
 SCREENS: dict[type, Callable[..., Screen]] = {

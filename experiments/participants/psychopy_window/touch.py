@@ -11,7 +11,7 @@ from slipscale.experiments.participants.psychopy_window.scene import Area, Arrow
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-# As on a keypad: 7 above 4 above 1.
+# Rows in the order of a keypad: 7 above 4 above 1.
 DIGITS = ("789", "456", "123")
 CAP, PITCH = 0.098, 0.108
 ROWS_SHOWN = 8
@@ -68,7 +68,7 @@ def scrolled(
 
 
 def _row(number: int, words: str, y: float, *, chosen: bool) -> Scene:
-    """Return one answer of the list; touching it selects it for Enter."""
+    """Return one answer of the list; touching the answer selects it."""
     left, width = -0.62, 1.0
     ground = (Box(x=left + width / 2, y=y, width=width, height=ROW, colour="accent"),)
     colour: scene.Colour = "ground" if chosen else "text"
@@ -83,7 +83,7 @@ def _row(number: int, words: str, y: float, *, chosen: bool) -> Scene:
 
 
 def _arrow(y: float, *, up: bool) -> Scene:
-    """Return the arrow that shows that the list continues; touching it scrolls the list."""
+    """Return the arrow at the end of an incomplete list; touching the arrow scrolls the list."""
     presses = scene.UP if up else scene.DOWN
     return (
         Arrow(x=0.53, y=y, size=0.05, up=up, colour="accent"),

@@ -1,4 +1,4 @@
-"""Screens that wait for a key press to continue, or for time to pass."""
+"""Screens that wait for a key press or for the end of a time interval."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class Unmoved:
     def point(  # the pointer has no effect
         self, _x: float, _y: float, _elapsed_s: float, *, dragged: bool
     ) -> ScreenResult | None:
-        """Return None."""
+        """Do nothing."""
         del dragged
         return None
 
@@ -76,7 +76,7 @@ class Waiting(Unmoved):
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the whole seconds until the key is active; 0 if it is."""
+        """Return the time until the key becomes active, in whole seconds; 0 if it is active."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
@@ -86,7 +86,7 @@ def by_touch(texts: Texts) -> bool:
 
 
 def going_on(texts: Texts, text: str) -> Scene:
-    """Return the bottom of a screen, which shows how to continue: a line or a touch key."""
+    """Return the line or the touch key at the bottom of a screen that shows how to continue."""
     if not by_touch(texts):
         return (scene.hint(naming_key(texts, text)),)
     label = texts["window.go_on"]
@@ -116,7 +116,7 @@ class Reading(Waiting):
 
 
 class Exploring(Waiting):
-    """The participant explores the plate."""
+    """The screen shown while the participant explores the plate."""
 
     def __init__(self, step: Explore, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s, step.maximum_s)
@@ -124,7 +124,7 @@ class Exploring(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the task, the countdown if there is a limit, and how to continue."""
+        """Return the task, how to continue, and the countdown if there is a time limit."""
         task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
@@ -135,7 +135,7 @@ class Exploring(Waiting):
         return (task, *self._pacer(elapsed_s), *left, *foot)
 
     def _pacer(self, elapsed_s: float) -> Scene:
-        """Return a mark that moves along a line at the speed of the stroke, if requested."""
+        """Return a mark that moves along a line at the requested speed of the stroke, if any."""
         guide = self._step.guide
         share = guide.place_share(elapsed_s) if guide else None
         if share is None:
@@ -148,7 +148,7 @@ class Exploring(Waiting):
 
 
 class Resting(Waiting):
-    """A break that shows the progress."""
+    """The screen of a break, which shows the progress."""
 
     def __init__(self, step: Rest, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s)
@@ -193,7 +193,7 @@ class Telling(Waiting):
 
 
 class Listening(Waiting):
-    """The participant answers aloud and the operator types the number, or the operator decides."""
+    """The screen shown while the operator enters the participant's spoken number or decides."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
@@ -202,7 +202,7 @@ class Listening(Waiting):
         self._prompt = step.question.prompt.strip() if said else ""
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question and a request to answer aloud; a decision is not shown."""
+        """Return the question and a request to answer aloud; operator decisions are not shown."""
         if not self._prompt:
             return scene.message(self._texts["session.hold"])
         return (
@@ -217,7 +217,7 @@ class Listening(Waiting):
 
 
 class Adjusting(Waiting):
-    """The participant adjusts the plate with arrow keys or wheel, or requests the reference."""
+    """The screen on which the participant adjusts the plate or requests the reference."""
 
     def __init__(self, step: Adjust, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
@@ -225,7 +225,7 @@ class Adjusting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the task, the keys, and the countdown if there is a limit."""
+        """Return the task, the keys, and the countdown if there is a time limit."""
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
         texts = self._texts
         labels: tuple[str, ...] = (scene.UP, scene.DOWN)

@@ -1,4 +1,4 @@
-"""The participant at the window: show each step's screen, pass keys to it, and time the answer."""
+"""Show each step's screen in the window, pass keys to it, and time the answer."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Adjust, ParticipantStep
     from slipscale.hardware.clock import Clock
 
-# Notches of the wheel per touch of a drawn arrow key.
+# Number of wheel notches per touch of a drawn arrow key.
 TURNS = {scene.UP: 1, scene.DOWN: -1}
 RELEASE_PATIENCE_S = 0.5  # time allowed for releasing a key that was just pressed
 
@@ -37,7 +37,8 @@ class PsychoPyWindow:
     Parameters
     ----------
     texts : Mapping
-        The texts in the participant's language; the window's texts are under ``window.``.
+        The texts in the participant's language; the keys of the window's texts begin with
+        ``window.``.
     clock : Clock
         The session's clock, for onsets and response times.
     pilot : bool
@@ -49,12 +50,12 @@ class PsychoPyWindow:
     size : tuple of int
         Width and height in pixels, if the window does not fill the screen.
     precise_times : bool
-        Take response times from the device's key timestamps if the system supports it.
+        Whether to take response times from the device's key timestamps if the system supports it.
 
     Raises
     ------
     UserError
-        On entering, if the display or the screen with that number is missing.
+        When the context is entered, if there is no display or no screen with this number.
     """
 
     kind: ClassVar[Kind] = "person"
@@ -151,7 +152,7 @@ class PsychoPyWindow:
         *,
         again: int = 0,  # noqa: ARG002 - the screen is always the same
     ) -> Reply:
-        """Let the participant adjust the surface until they accept it; see `perform`."""
+        """Let the participant adjust the surface until they confirm it; see `perform`."""
         return self._perform(screen_for(step, self._texts), watch, turn)
 
     def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
@@ -168,7 +169,7 @@ class PsychoPyWindow:
                     break
                 notches += key.notches if key.kind == "turn" else 0
                 if notches and turn and key.character:
-                    turn(notches)  # turns before the key are part of the answer
+                    turn(notches)  # turns before the confirming key are part of the answer
                     notches = 0
                 outcome = self._hand_over(key, screen, elapsed_s)
                 if outcome:
@@ -184,7 +185,7 @@ class PsychoPyWindow:
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
     def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-        """Pass a key to a screen, or the scene coordinates of a click."""
+        """Pass a key, or the scene coordinates of a click, to a screen."""
         if key.kind != "point" or elapsed_s < 0:
             return hand_over(key, screen, elapsed_s)
         x, y = self.display.place(key.x, key.y)
@@ -197,7 +198,7 @@ class PsychoPyWindow:
             self._show(scene.message(text))
 
     def _show_first(self, screen: Screen, watch: Watch) -> float:
-        """Show a screen's first frame and return its time; earlier input is discarded."""
+        """Discard earlier input, show a screen's first frame and return its time."""
         if screen.single_key:
             self._await_release(watch)
         self._pointed = screen.pointed
@@ -223,14 +224,14 @@ class PsychoPyWindow:
             if not pressed:
                 yield key
             elif key.repeated:
-                continue  # dragged
+                continue  # the pointer was dragged
             elif pressed in TURNS:
                 yield replace(key, kind="turn", notches=TURNS[pressed])
             else:
                 yield from (replace(key, kind="character", character=each) for each in pressed)
 
     def _await_release(self, watch: Watch) -> None:
-        """Wait until no key is held, because a held key would answer the next screen."""
+        """Wait until all keys are released, because a held key would answer the next screen."""
         began_s = self._clock.now()
         while self._keyboard.held:
             watch()
@@ -239,7 +240,7 @@ class PsychoPyWindow:
             self._show(() if patient else scene.message(self._texts["window.release_keys"]))
 
     def _ask_to_stop(self, watch: Watch) -> float:
-        """Ask whether to stop; if the answer is no, return how long that took.
+        """Ask whether to stop; if the answer is no, return the duration of the question in s.
 
         Raises
         ------

@@ -1,9 +1,9 @@
 """Run a protocol with a simulated person only, without session, plate or journal, for planning.
 
-The protocol, its questions, their order, the person and the answers are the same as in a full
+The protocol, the order of its questions, the person and the answers are the same as in a full
 session on the mock plate, but a run is many times faster. There are two differences. A texture is
-felt as its mean amplitude; in a session it is felt at several points during the stroke. An
-adjustment notch takes only the person's time; on a plate the amplitude also has to settle.
+felt as its mean amplitude; in a session it is felt at several points of the stroke. A notch of an
+adjustment takes only the person's time; on a plate, the amplitude also has to settle.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.surface import Stimulus
 
-# Steps at which a person can drop out.
+# Types of steps at which a person can drop out.
 PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
-    """A step, its answer, and the time the person took; the plate takes no time here."""
+    """A step, its answer, and the time that the person took; the plate takes no time here."""
 
     step: Step
     answer: Answer
@@ -82,12 +82,12 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
 
 
 def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
-    """Return whether the plan's participant gives up in any of their runs."""
+    """Return whether the planned participant gives up in any of their runs."""
     return respondent_of(plan, population).drops_out
 
 
 class _Bare:
-    """The state of the plate and the finger, and the function that answers each kind of step."""
+    """The state of the plate and the finger, and the functions that answer each kind of step."""
 
     def __init__(self, person: Respondent) -> None:
         self.person = person
@@ -176,5 +176,5 @@ def _felt_level(surface: Stimulus | None) -> float:
 
 
 def _felt(level: float, surface: Stimulus | None) -> float:
-    """Return a level as it is felt; amplitudes are rounded to the resolution of a finger."""
+    """Return the level that is felt; amplitudes are rounded to the resolution of a finger."""
     return level if isinstance(surface, Varied) else round(level, FELT_DIGITS)

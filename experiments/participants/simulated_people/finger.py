@@ -1,4 +1,4 @@
-"""The finger of a simulated participant: strokes back and forth with its own speed and force.
+"""The finger of a simulated participant, which strokes the plate at an individual speed and force.
 
 =================  ========================  ==================================================
 what               value                     source
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 SPEED_MM_S, FORCE_N, STROKE_MM, LANDING_S = 60.0, 0.5, 40.0, 0.1
 BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1
-GUIDED = 1 / 3  # exponent of a person's own deviation if the stroke is guided
+GUIDED = 1 / 3  # exponent of a person's individual deviation if the stroke is guided
 LIFTED_S = 0.6
 
 
@@ -51,7 +51,7 @@ class SimulatedFinger:
         self._guide: Guide | None = None
 
     def strokes(self, begun_s: float, chance: Stream, guide: Guide | None = None) -> None:
-        """Start stroking from one end of the stroke, following the guide if there is one."""
+        """Start stroking from one end of the stroke, following the guide if any."""
         self._begun_s = begun_s
         self._guide = guide
         speed_mm_s, force_n = self._own_speed, self._own_force
@@ -67,10 +67,10 @@ class SimulatedFinger:
         self._begun_s = None
 
     def at(self, time_s: float) -> Touch | None:
-        """Return position and force; the finger moves sinusoidally at its own mean speed.
+        """Return the position and the force; the finger moves sinusoidally.
 
-        In one direction, it moves evenly and is lifted for `LIFTED_S` before the next stroke. It
-        rests if a stage strokes.
+        If the guide requires strokes in one direction, the finger moves at a constant speed and is
+        lifted for `LIFTED_S` before the next stroke. The finger rests if a stage moves the plate.
         """
         if self._begun_s is None or time_s < self._begun_s:
             return None

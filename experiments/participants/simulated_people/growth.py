@@ -1,9 +1,8 @@
-"""How sensation grows with the levels of a study: one stated assumption for each quantity.
+"""The growth of sensation with the levels of a study: one stated assumption per quantity.
 
-Data on the paper's participants exist for four amplitudes of one plate (`population`). In another
-quantity, the ends of a study's range are assumed to feel like the ends of the paper's range, and
-sensation between them follows this table. Both the matching ends and the spread between people are
-our assumptions.
+The paper reports sensations for four amplitudes of one plate (`population`). For another quantity,
+we assume that the ends of a study's range feel like the ends of the paper's range, that sensation
+between them follows the table below, and that people differ as much as in the paper.
 """
 
 from __future__ import annotations
@@ -35,18 +34,18 @@ D_AT_75_PERCENT = 0.6745
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """How sensation grows with a level.
+    """The growth of sensation with a level.
 
     Parameters
     ----------
     exponent : float
-        Exponent of the power function of the level relative to the largest level; unused if
+        Exponent of a power function of the level, relative to the largest level; unused if
         ``weber`` is given.
     weber : float or None
         Smallest change, as a fraction of the level, detected in 75 % of forced choices: sensation
         then grows with the logarithm of the level.
     falls : bool
-        Whether sensation decreases instead.
+        Whether sensation decreases with the level.
     """
 
     exponent: float = 1.0
@@ -54,27 +53,28 @@ class Growth:
     falls: bool = False
 
 
-#: Keyed by judged attribute and the level's name or unit; the first match applies, "" matches any.
+#: Keyed by the judged attribute and by the level's name or unit. The first match applies; ""
+#: matches everything.
 GROWTH = {
     # Roughness of square gratings decreases with the period over the range studied, with a Weber
     # fraction of 14 %: Saleem, Yilmaz and Basdogan 2020 (abstract).
     ("roughness", "spatial period"): Growth(weber=0.14, falls=True),
     ("", "spatial period"): Growth(weber=0.14),
-    # Electrovibration: the electrostatic force on the finger, and so friction, grows with the
-    # square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). We found no
-    # published exponent for the sensation.
+    # Electrovibration: the electrostatic force on the finger, and therefore friction, grows with
+    # the square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). We found
+    # no published exponent for the sensation.
     ("", "V"): Growth(exponent=2.0),
-    # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst.
-    # 11; abstract). According to Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract) 1.0 at
-    # 60 Hz, and half of the largest near 250 Hz.
+    # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst. 11;
+    # abstract). According to Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract), the exponent
+    # is 1.0 at 60 Hz and half its maximum near 250 Hz.
     ("", "m/s²"): Growth(exponent=0.89),
 }
-#: Any other quantity: proportional, our assumption.
+#: Any other quantity: sensation is proportional to the level (our assumption).
 OTHER = Growth()
 
 
 def growth_of(quantity: Quantity) -> Growth:
-    """Return how sensation grows with the levels of a quantity."""
+    """Return the growth of sensation with the levels of a quantity."""
     keys = [
         (judged, of) for judged in (quantity.judged, "") for of in (quantity.name, quantity.unit)
     ]
@@ -82,7 +82,7 @@ def growth_of(quantity: Quantity) -> Growth:
 
 
 def _effects(factors: Sequence[Factor]) -> dict[str, object]:
-    """Return a population's keys for the simulated effects of a study's factors."""
+    """Return the population options that describe the simulated effects of a study's factors."""
     return {
         "effects": tuple((f.name, level, by) for f in factors for level, by in f.simulated.items()),
         "growths": tuple(

@@ -1,6 +1,6 @@
-"""Response habits of simulated people, with one number per habit; all are off by default.
+"""Response habits of simulated people, each with one parameter; all are off by default.
 
-Each description names the analysis that should detect the habit, as verified by tests.
+Each description names the analysis that detects the habit; tests verify this.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
 Share = Annotated[float, Field(ge=0, le=1)]
-# A moist contact reaches its final friction in about this time (Dzidek et al. 2017, PLoS ONE 12,
+# A moist contact reaches its final friction after about this time (Dzidek et al. 2017, PLoS ONE 12,
 # e0188000: occlusion moistens the skin within about 20 s).
 SETTLING_S = 20.0
-# Estimates are rounded to a twentieth of the scale: 5 on a scale of 100.
+# Rounded estimates are multiples of a twentieth of the scale, for example 5 on a scale of 100.
 ROUND_TO_PERCENT = 5.0
 LEAST_PERCENT = 0.5  # replaces a sensation of zero when a logarithm is taken
 
 
 class Habits(BaseModel):
-    """Response habits; 0 is off. Each description ends with its source and how it is detected."""
+    """Response habits; 0 turns a habit off."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -134,10 +134,10 @@ class History:
     trials : int
         Number of trials, including this one.
     log_sum, log_least, log_largest : float or array
-        Sum, minimum and maximum of the logarithms of the population's mean sensations at the
-        presented amplitudes.
+        Sum, minimum and maximum of the log mean sensation in the population at the presented
+        amplitudes.
     before_level : float or array
-        The previous surface, µm peak to peak; undefined in the first trial.
+        Level of the previous surface, µm peak to peak; undefined in the first trial.
     contact_s : float or array
         Contact time of the finger with the plate since the last rest.
     """
@@ -167,7 +167,7 @@ class History:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """The reference values of the habits for one population.
+    """Reference values for applying habits to one population.
 
     Parameters
     ----------
@@ -188,9 +188,9 @@ def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> N
     Parameters
     ----------
     percent : float or array
-        The sensations felt.
+        Sensations without habits.
     past : History
-        History of the same shape; its last trial is the current one.
+        History of the same shape, including the current trial.
     """
     log = np.log(np.maximum(percent, LEAST_PERCENT))
     if habits.regression or habits.range_effect:
@@ -211,5 +211,5 @@ def distorts(habits: Habits) -> bool:
 
 
 DISTORTING = ("carry_over", "regression", "range_effect", "fatigue", "settling")
-# Smaller ranges of sensation (5 %) are not stretched.
+# Ranges of sensation below 5 % are not stretched.
 LEAST_LOG_RANGE = 0.05

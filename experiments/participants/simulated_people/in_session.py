@@ -1,4 +1,4 @@
-"""A simulated participant in a session: feels the plate's actual vibration, and answers."""
+"""A simulated participant in a session, who feels the plate's actual vibration."""
 
 from __future__ import annotations
 
@@ -21,32 +21,32 @@ if TYPE_CHECKING:
     from slipscale.hardware.clock import Clock
     from slipscale.stimuli.surface import Stimulus
 
-# The plate's reading varies by a fraction of a micrometre; a finger cannot distinguish 2.298 from
+# The plate's readback varies by a fraction of a micrometre. A finger cannot distinguish 2.298 from
 # 2.302 µm, and answers must not depend on the last digit.
 FELT_DIGITS = 2
-# Number of points during the stroke at which a surface is felt; the mean is rated. Only textures
-# differ between these points.
+# Number of points of the stroke at which a surface is felt; the mean is rated. Only textures differ
+# between these points.
 TOUCHES = 32
-TURN_S = 0.6  # from one notch to the next: turn, feel, decide
-MOST_TURNS = 1000  # more notches than between any bounds; ends an undecided adjustment
+TURN_S = 0.6  # time per notch: turn, feel, decide
+MOST_TURNS = 1000  # more notches than any range has; ends an undecided adjustment
 GAVE_UP = "the simulated participant gave up"
 
 
 class SimulatedParticipant:
-    """A member of the simulated population.
+    """A member of the simulated population, who takes part in a session.
 
     Parameters
     ----------
     respondent : Respondent
         The person who answers.
     feel : callable
-        Returns the plate's current vibration, µm peak to peak. The participant feels the plate
-        itself, not the amplitude that the protocol commanded.
+        Returns the plate's current vibration, µm peak to peak, which may differ from the commanded
+        amplitude.
     clock : Clock
         A virtual clock, so that no real time passes.
     frame_s : float, optional
-        The interval between calls to ``watch`` during an exploration; set if a source measures the
-        finger.
+        The interval between calls to ``watch`` during an exploration; required if the finger is
+        measured.
     """
 
     kind: ClassVar[Kind] = "simulated"
@@ -70,9 +70,9 @@ class SimulatedParticipant:
         self.finger = SimulatedFinger(respondent.constant_stream("finger"))
 
     def attend(self, steps: Steps) -> Steps:
-        """Yield a protocol's steps; the respondent processes each finished one, even if replayed.
+        """Yield a protocol's steps; the respondent processes each finished step, even if replayed.
 
-        A person's memory of a run is therefore the same whether or not it was interrupted.
+        The person's memory is therefore the same whether or not the run was interrupted.
         """
         try:
             step = next(steps)
@@ -86,13 +86,13 @@ class SimulatedParticipant:
             return
 
     def _see(self, step: Step) -> None:
-        """Note the varied stimuli felt in a step, which plate vibration does not identify."""
+        """Store the varied stimuli of a step, which the plate's vibration does not identify."""
         if isinstance(step, Present):
             for part in (*(step.lead_in or ())[:1], step):
                 self._shown[_place(part)] = part.surface
 
     def _felt(self, step: Explore | Adjust) -> float | None:
-        """Return the level of the varied stimulus felt in a step; None for other stimuli."""
+        """Return the level of the varied stimulus in a step; None for other stimuli."""
         shown = self._shown.get(_place(step))
         return shown.level if isinstance(shown, Varied) else None
 
@@ -148,7 +148,7 @@ class SimulatedParticipant:
             raise StopRequested(GAVE_UP)
 
     def _explore(self, step: Explore, watch: Watch) -> Reply:
-        """Stroke the surface for a while and store how it felt."""
+        """Stroke the surface for a while and store the sensation."""
         person = self.respondent
         duration_s = person.exploration_s(step)
         moments = person.stream("touch")
@@ -170,7 +170,7 @@ class SimulatedParticipant:
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
-        """Let time pass; call ``watch`` on every frame if the finger is measured."""
+        """Advance the clock; call ``watch`` on every frame if the finger is measured."""
         while self._frame_s and self._clock.now() + self._frame_s < time_s:
             self._clock.sleep(self._frame_s)
             watch()
@@ -204,7 +204,7 @@ def turned_until_content(
     feel : callable
         Returns the current sensation, in the study's quantity.
     again : int
-        How often the reference was repeated; if above 0, an adjustment continues.
+        Number of times that the reference was repeated; if above 0, an adjustment continues.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s

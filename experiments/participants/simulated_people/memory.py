@@ -1,7 +1,7 @@
-"""What a simulated person has felt and answered: the current trial, and the finished steps.
+"""The memory of a simulated person: the current trial and the finished steps.
 
-Only steps that are over count: their answers are on disk, so a resumed pilot has the same memory
-as an uninterrupted one.
+A step counts only when its answer is on disk, so a resumed pilot has the same memory as an
+uninterrupted one.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ class Memory:
     def __init__(self, curves: Curves) -> None:
         self._curves = curves
         # The step that the protocol is waiting for. Any other step repeats an earlier one (a lost
-        # surface is explored again), and has the same outcome as before.
+        # surface is explored again) and has the same outcome as before.
         self.now: Step | None = None
         # The last two surfaces, for differences.
         self.felt = (0.0, 0.0)
         # The levels felt in one trial, by interval, and the current question.
         self.trial: Trial | None = None
         self.of_trial: dict[int, float] = {}
-        self.standard_level = 0.0  # felt last outside a trial
+        self.standard_level = 0.0  # level felt last outside a trial
         self.turned = 0
         self.felt_again = 0
         self.question = ""
         self.again: tuple[str | int, ...] = ()
-        # Finished steps, from `over`.
+        # Finished steps, counted by `over`.
         self.trials = 0
         self._asked: Counter[tuple[str, int, str]] = Counter()
         self._histories: dict[str, History] = {}
@@ -71,12 +71,12 @@ class Memory:
 
     @property
     def last_level(self) -> float:
-        """The level of the last surface in the trial; outside a trial, of the last surface."""
+        """The level of the trial's last surface; outside a trial, the level of the last surface."""
         return self.of_trial[max(self.of_trial)] if self.of_trial else self.felt[1]
 
     @property
     def reference_level(self) -> float:
-        """The level of the standard: felt first in a trial of several surfaces, or before it."""
+        """The level of the standard: the first of several surfaces, or felt before the trial."""
         several = len(self.of_trial) > 1
         return self.of_trial[min(self.of_trial)] if several else self.standard_level
 
@@ -85,7 +85,7 @@ class Memory:
         if step.trial != self.trial:
             self.trial, self.of_trial = step.trial, {}
             self.turned = self.felt_again = 0
-        # Part of the random number key, so it must be the same in every quantity.
+        # Part of the key of the random numbers, so it must not depend on the quantity.
         self.question = "" if isinstance(step, Explore) else step.name
         if isinstance(step, Adjust):
             self.question = in_um(step.name)
@@ -105,7 +105,7 @@ class Memory:
         self.of_trial[step.interval or 1] = felt_level
 
     def over(self, step: Step, answer: Answer) -> None:
-        """Process a finished step, after its answer was written to disk."""
+        """Process a finished step after its answer was written to disk."""
         trial = step.trial
         if isinstance(step, Ask | Adjust | Explore):
             self._asked[_place(step)] += 1
@@ -130,7 +130,7 @@ class Memory:
 
 
 def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
-    """Return the key under which a step is counted: its trial, and its question or interval."""
+    """Return the key that counts a step: its trial, and its question or interval."""
     name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
     if step.trial:
         return step.trial.task, step.trial.number, name

@@ -1,8 +1,8 @@
-"""Custom simulated people: a laboratory's class that modifies Slipscale's simulated person.
+"""Custom simulated people: a package's class that modifies Slipscale's simulated person.
 
-Another package registers its class as an entry point in the group ``slipscale.participants``. The
-entry point's name is then available as a population of ``slipscale pilot --population``. A
-population file can also refer to it, with other numbers.
+The package registers its class as an entry point in the group ``slipscale.participants``. The entry
+point's name can then be passed to ``slipscale pilot --population``. A population file can also name
+the class and give other parameters.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ T = TypeVar("T")
 
 
 class Behaviour:
-    """A simulated person as defined by a population's numbers; subclass it to change a part.
+    """A simulated person with the behaviour of Slipscale's; subclass it to change parts.
 
-    Methods that are not overridden behave like Slipscale's simulated person. Draw random numbers
-    only from `stream`, so that an interrupted pilot continues with the same answers.
+    Draw random numbers only from `stream`, so that an interrupted pilot continues with the same
+    answers.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Behaviour:
         Slipscale's simulated person.
     """
 
-    #: Keys of a population file that replace those of the shipped population.
+    #: Parameters that replace the shipped population's, with the keys of a population file.
     population: ClassVar[Mapping[str, object]] = {}
 
     def __init__(self, person: SimulatedPerson) -> None:
@@ -54,7 +54,7 @@ class Behaviour:
 
     @property
     def scale_top(self) -> float:
-        """The person's number for the most slippery surface imaginable."""
+        """The number that the person would give to the most slippery surface imaginable."""
         return self.person.scale_top
 
     @property
@@ -79,7 +79,7 @@ class Behaviour:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of these sensations, 0 to 100."""
+        """The noisy strengths of the sensations in this trial, 0 to 100."""
         return self.person.impressions
 
     def usual(self, level: float) -> float:
@@ -119,7 +119,7 @@ class Behaviour:
         return self.person.notices()
 
     def verbal_report(self) -> str:
-        """Return this person's description of what has been removed."""
+        """Return this person's description of the sensation that has disappeared."""
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
@@ -132,7 +132,7 @@ class Behaviour:
 
 
 class InstalledBehaviour(NamedTuple):
-    """A class of simulated people, with its entry point."""
+    """An installed class of simulated people, together with its entry point."""
 
     kind: type[Behaviour]
     point: EntryPoint
@@ -148,7 +148,7 @@ class InstalledBehaviour(NamedTuple):
         return self.ask(lambda: self.kind(person))
 
     def ask(self, action: Callable[[], T]) -> T:
-        """Call the package's code; report its exceptions as a message."""
+        """Call the package's code; report exceptions as a message."""
         return watched(self.point, action, self.named)
 
 
@@ -163,7 +163,7 @@ def load_behaviour(name: str) -> InstalledBehaviour:
     Raises
     ------
     UserError
-        If no package has a behaviour with that name, it cannot be imported, or it is not a
+        If no package provides a behaviour with this name, or if it cannot be imported or is not a
         `Behaviour`.
     """
     point = installed(PARTICIPANTS).get(name)

@@ -6,14 +6,14 @@ distribution on 0-100. A participant's position in it, as a standard normal devi
 
     sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
 
-The intercept and the exponent are constant for each person; the noise differs in each trial. The
-angle grows with log(1 + A / 0.5 µm) from the lowest to the highest amplitude, so each person's
-curve is smooth. Some people find everything slippery (intercept); for some, the sensation grows
-faster (exponent). The distribution in the population at an amplitude does not depend on the number
-of amplitudes in a study.
+The intercept and the exponent are constant for each person; the noise differs in each trial. People
+with a high intercept find everything slippery; for people with a high exponent, the sensation grows
+faster. The angle grows with log(1 + A / 0.5 µm) from the lowest to the highest amplitude, so each
+person's curve is smooth. The distribution of sensations at an amplitude does not depend on the
+number of amplitudes in a study.
 
-Each number is listed with its source. The shipped populations are `POPULATIONS`. A laboratory can
-write its own as a TOML file with the same keys.
+Every parameter has a source. `POPULATIONS` contains the shipped populations. A laboratory can
+define its own population in a TOML file with the same keys.
 """
 
 from __future__ import annotations
@@ -54,9 +54,9 @@ if TYPE_CHECKING:
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
 SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
-# A person's curve turns most where sensation increases most: our assumption.
+# We assume that a person's curve turns most where sensation increases most.
 TURN_UM_PP = 0.5
-# Size of the cache of amplitudes; it is limited because adaptive methods always present new ones.
+# Size of the cache of amplitudes; it is limited because adaptive methods keep presenting new ones.
 MOST_KEPT = 2**12
 OWN = "behaviour"
 IN_UM = "amplitude_um_pp"  # the key of the levels if they are in µm
@@ -69,7 +69,7 @@ Number = TypeVar("Number", float, "NDArray[np.float64]")
 
 
 class Population(BaseModel):
-    """The assumptions, which can all be changed. Each field's description ends with its source."""
+    """The assumptions about a population. Each field's description ends with its source."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
@@ -204,7 +204,7 @@ class Population(BaseModel):
 
     @model_serializer(mode="wrap")
     def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
-        # Omits empty new keys, so that pilots begun before these keys existed can be resumed.
+        # Empty new keys are omitted, so that pilots begun before these keys existed can be resumed.
         told = {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
@@ -242,13 +242,13 @@ class Population(BaseModel):
     def in_condition(
         self, percent: Number, levels: Mapping[str, str], own: Callable[[str], Number]
     ) -> Number:
-        """Return a sensation, 0 to 100, as changed by the trial's condition.
+        """Return a sensation (0 to 100) after applying the effects of the trial's condition.
 
         Parameters
         ----------
         percent : float or array
         levels : Mapping
-            Factor -> level.
+            The level of each factor.
         own : callable
             Returns the person's standard normal deviate for a purpose.
         """
@@ -286,7 +286,7 @@ class Population(BaseModel):
 
 
 class Curves:
-    """Sensation as a function of amplitude in one population; `curves` returns them."""
+    """Sensation as a function of amplitude in one population; created by `curves`."""
 
     def __init__(self, population: Population) -> None:
         from scipy.interpolate import PchipInterpolator  # noqa: PLC0415 - half a second
@@ -302,7 +302,7 @@ class Curves:
         return self._at(level)[0]
 
     def turns(self, level: float) -> tuple[float, float]:
-        """Return the weights of a person's intercept and exponent at an amplitude."""
+        """Return the weights of the intercept and the exponent at an amplitude."""
         return self._at(level)[3:]
 
     def sensation(self, level: float, deviate: float) -> float:
@@ -313,7 +313,7 @@ class Curves:
         level : float
             The level that the finger feels.
         deviate : float
-            The position, as a standard normal deviate.
+            The person's position in the population, as a standard normal deviate.
         """
         from scipy.special import betaincinv  # noqa: PLC0415 - pilots only
 
@@ -352,7 +352,7 @@ PLACE = NormalDist()
 
 @lru_cache(maxsize=64)
 def curves(population: Population) -> Curves:
-    """Return a population's curves, which are cached."""
+    """Return a population's curves from a cache."""
     return Curves(population)
 
 
@@ -363,13 +363,13 @@ POPULATIONS: dict[str, Callable[[], Population]] = {
 
 
 def read_population(name: str) -> Population:
-    """Return a population by name (shipped or from a package), or from a TOML file.
+    """Return a shipped or installed population by name, or read one from a TOML file.
 
     Raises
     ------
     UserError
-        If none of these exists, the file has faults (all are reported at once, each with its
-        line), or a package uses the name of a shipped population.
+        If the population does not exist, the file has errors (all are reported at once, with line
+        numbers), or a package uses the name of a shipped population.
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(
@@ -391,7 +391,7 @@ def read_population(name: str) -> Population:
         ) from None
     found = parse_toml(text, name, Population)
     if found.behaviour:
-        load_behaviour(found.behaviour)  # reports a missing one before anything begins
+        load_behaviour(found.behaviour)  # reports a missing behaviour before anything begins
     return found
 
 

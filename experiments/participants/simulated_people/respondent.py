@@ -1,9 +1,9 @@
-"""The answers of one simulated person, given what was felt; independent of plate, clock and files.
+"""Generate the answers of one simulated person, independently of plate, clock and files.
 
-Every answer depends only on (seed, participant, run, trial, question, number of earlier answers to
-it in that trial) and on what was felt. Only answers on disk count as earlier answers. An
-interrupted and resumed pilot therefore gives the same data as an uninterrupted one, and a question
-that a protocol repeats gets a new answer.
+Every answer depends only on the seed, the participant, the run, the trial, the question, the number
+of earlier answers to this question in the trial, and the sensations. Only answers on disk count as
+earlier answers. An interrupted and resumed pilot therefore gives the same data as an uninterrupted
+one, and a question that a protocol repeats gets a new answer.
 """
 
 from __future__ import annotations
@@ -51,11 +51,11 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 
-LEAST_RATIO = 0.01  # no one types a ratio of 0
+LEAST_RATIO = 0.01  # nobody enters a ratio of 0
 
 
 def unanswered(protocol: str, name: str) -> str:
-    """Return the error message for a question that no simulated participant answers."""
+    """Return the error message for a question that simulated participants cannot answer."""
     return (
         f"{protocol}: no simulated participant can answer '{name}', so the study cannot be "
         "piloted; expected an answer for it in the protocol's 'simulated'"
@@ -72,17 +72,17 @@ class Respondent:
     participant : str
         The participant's label.
     visit : int
-        Index of the participant's run: the person is the same, but the trials differ.
+        Index of the participant's run; the runs of a person have different random numbers.
     planned : int
-        Number of trials in the run; a person who drops out does so at one of them.
+        Number of planned trials in the run, among which a possible dropout is drawn.
     language : str
-        Language of the verbal reports; English if there are none in that language.
+        Language of the verbal reports; English if the language is not available.
     population : Population, optional
     answers : Mapping
-        Functions that answer the questions of the run's tasks, by task and name
+        Functions that answer the questions of the run's tasks, by task and question name
         (`RunPlan.simulated_answers`).
     words : AttributeWords, optional
-        The words for the judged attribute, for verbal reports; default: those for slipperiness.
+        The words for the judged attribute in verbal reports; by default, slipperiness.
     """
 
     def __init__(
@@ -99,7 +99,7 @@ class Respondent:
     ) -> None:
         people = population or Population()
         self._answers = answers or {}
-        # A laboratory's own class, if any; its instance then answers instead of this one.
+        # An instance of a laboratory's own class, if any, which answers instead of this object.
         self._behaviour = load_behaviour(people.behaviour) if people.behaviour else None
         self._person: SimulatedPerson = self
         if self._behaviour is not None:
@@ -134,7 +134,7 @@ class Respondent:
         return self._last_trial is not None and self.memory.trials > self._last_trial
 
     def read(self, step: Instruct | Rest | Feedback) -> Reply:
-        """Return the reply to a text, with its reading time."""
+        """Return the reply to a text, including the reading time."""
         if isinstance(step, Feedback):
             return Reply(response_time_s=step.duration_s)
         people = self._people
@@ -165,14 +165,14 @@ class Respondent:
         time_s = people.answer_s * self.pace * math.exp(people.answer_sigma * deviate)
         value = self._value(step)
         if isinstance(step.question, PointingQuestion) and (moved := Selection.of(value)):
-            time_s += moved.time_s  # the usual time is spent on reaching the start
+            time_s += moved.time_s  # the usual time is the time to reach the start
         time_s = self._own_duration_s(step, time_s)
         if step.time_limit_s is not None and time_s > step.time_limit_s:
             return Reply(response_time_s=step.time_limit_s, timed_out=True)
         return Reply(value=value, response_time_s=time_s)
 
     def told(self, step: Ask | Adjust) -> Value:
-        """Return the answer of the task's own function."""
+        """Return the answer from the task's own function."""
         task = step.trial.task if step.trial else getattr(step, "task", "")
         answer = self._answers.get((task, step.name))
         if answer is None:
@@ -205,7 +205,7 @@ class Respondent:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of these sensations; two of them give the noise of a difference."""
+        """The noisy strengths of the sensations; two of them give the noise of a difference."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
@@ -216,11 +216,11 @@ class Respondent:
         )
 
     def usual(self, level: float) -> float:
-        """Return the usual strength of a level, 0 to 100, as the person has learned it."""
+        """Return the usual strength (0 to 100) of a level, which the person has learned."""
         return float(self._curves.mean(level))
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the largest strength, with lapses and a bias towards the last."""
+        """Return the index of the largest strength, with lapses and a bias to the last interval."""
         if self.lapses():
             return self.stream(self.memory.question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
@@ -245,7 +245,7 @@ class Respondent:
         return round(percent / 100 * self.scale_top, 6)
 
     def rating(self, start: float) -> float:
-        """Return the rating of the last surface on a line from 0 to 100, as the person uses it."""
+        """Return this person's rating of the last surface on a line from 0 to 100."""
         place = self._sensation.place(self._reported())
         return place + self._people.habits.anchoring * (start - place)
 
@@ -258,7 +258,7 @@ class Respondent:
         """Return whether the last surface is at least ``ratio`` times as strong as the standard.
 
         Only the habits regression, learning and misread have an effect. Regression compresses the
-        range of the adjusted variable, so the person adjusts to a ratio closer to 1.
+        range of the adjusted variable, so the person produces a ratio closer to 1.
         """
         meant: float = ratio ** (1 - self._people.habits.regression)
         return self._felt_percent() >= meant * self._of_standard()
@@ -277,7 +277,7 @@ class Respondent:
         return abs(before - after) / self._threshold + noise > self._criterion
 
     def verbal_report(self) -> str:
-        """Return a verbal report of what has been removed."""
+        """Return a verbal report of the sensation that has disappeared."""
         return self.stream(self.memory.question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
@@ -296,13 +296,13 @@ class Respondent:
             span = question.maximum - question.minimum + 1
             return float(question.minimum + int(stream.uniform() * span))
         if step.name == CONSENT:
-            return "yes"  # people who do not consent do not take part
+            return "yes"  # people who do not consent do not participate
         if isinstance(question, ChoiceQuestion):
             return stream.choice(question.options)[0]
         raise TypeError(f"no simulated answer to {type(question).__name__}")
 
     def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
-        """Return the duration of a step for a laboratory's own class; otherwise the usual one."""
+        """Return a step's duration from the laboratory's own class, or the usual duration."""
         person, behaviour = self._person, self._behaviour
         if behaviour is None or not isinstance(person, Behaviour):
             return usual_s
@@ -314,7 +314,7 @@ class Respondent:
         return float(time_s)
 
     def _reported(self) -> float:
-        """Return the sensation of the last surface, 0 to 100, as changed by habits."""
+        """Return the sensation of the last surface (0 to 100) after applying the habits."""
         habits = self._people.habits
         past = self.memory.past if self._distorts or habits.learning else History()
         percent = self._felt_percent()
@@ -325,7 +325,7 @@ class Respondent:
         return percent
 
     def _felt_percent(self) -> float:
-        """Return the sensation of the last surface, 0 to 100, with the trial's noise."""
+        """Return the sensation of the last surface (0 to 100), including the trial's noise."""
         noise = self._sensation.noise * self.stream(self.memory.question, "trial").normal()
         if self._people.habits.learning:
             noise *= max(self.memory.past.trials, 1) ** -self._people.habits.learning
@@ -333,13 +333,13 @@ class Respondent:
         return self._in_condition(self._sensation.percent(felt, noise))
 
     def _in_condition(self, percent: float) -> float:
-        """Return a sensation as changed by the trial's condition."""
+        """Return a sensation after applying the effects of the trial's condition."""
         told = self.memory.trial.factors if self.memory.trial else {}
         levels = {name: factor_level(value) for name, value in told.items()}
         return self._people.in_condition(percent, levels, self._own)
 
     def _of_standard(self) -> float:
-        """Return the sensation for the standard, felt first in this trial or before it."""
+        """Return the sensation of the standard, which was felt first in this trial or before it."""
         return max(self._sensation.percent(self.memory.reference_level), LEAST_PERCENT)
 
     def _any_yes(self) -> bool:
@@ -355,7 +355,7 @@ class Respondent:
 
 
 def respondent_of(plan: RunPlan, population: Population | None = None) -> Respondent:
-    """Return the person of a planned run; a population replaces the default one."""
+    """Return the simulated person of a planned run, from the given or the default population."""
     return Respondent(
         seed=plan.seed,
         participant=plan.participant,

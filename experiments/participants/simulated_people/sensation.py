@@ -1,4 +1,4 @@
-"""The strength of one simulated person's sensations, and their use of a rating line."""
+"""The strength of a simulated person's sensations, and the person's use of a rating line."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LEAST_SHARE = 0.001  # ratings never quite reach the ends of a line
 
 
 class Sensation:
-    """A person's curve, noise and use of a line.
+    """A person's sensation curve, noise and use of a rating line.
 
     Parameters
     ----------
@@ -31,7 +31,8 @@ class Sensation:
         self._curves = curves(people)
         self._intercept = own("shared")
         self._exponent = own("exponent")
-        # Minus the squared sigma, so that the mean variance across people equals the population's.
+        # The squared sigma is subtracted, so that the mean variance across people equals the
+        # population's.
         self.noise = math.sqrt(people.trial_to_trial) * math.exp(
             people.noise_sigma * own("noise") - people.noise_sigma**2
         )
@@ -42,7 +43,7 @@ class Sensation:
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
         """Return the sensation at an amplitude (µm peak to peak), 0 to 100.
 
-        ``noise`` is the trial's normal deviate, with standard deviation `noise`.
+        ``noise`` is the trial's normal deviate; its standard deviation is the attribute `noise`.
         """
         intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise

@@ -1,4 +1,4 @@
-"""What simulated people say about a lower level, by language."""
+"""Verbal reports of simulated people about a lower level, by language."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from slipscale.stimuli.attributes import AttributeWords
 
-# Answers to the question of what has been removed, for slipperiness; the first is from the paper
+# Answers to the question of what has disappeared, for slipperiness; the first is from the paper
 # ("less slippery", Section IV-B).
 VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": (
@@ -30,7 +30,7 @@ VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     ),
 }
 
-# The same for any other attribute.
+# Answers for any other attribute.
 OTHER_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": ("<less> <adjective>", "it is <less> <adjective>", "it got <less> <adjective>"),
     "fr": ("<less> <adjective>", "c'est <less> <masculine>", "elle est <less> <adjective>"),
@@ -38,7 +38,7 @@ OTHER_REPORTS: Mapping[str, tuple[str, ...]] = {
 
 
 def verbal_reports(language: str, words: AttributeWords | None) -> tuple[str, ...]:
-    """Return what people say about a lower level, for the study's attribute."""
+    """Return the verbal reports about a lower level, for the study's attribute."""
     if words is None or words in ATTRIBUTES[SLIPPERINESS].values():
         return VERBAL_REPORTS.get(language, VERBAL_REPORTS["en"])
     return tuple(map(words.fill, OTHER_REPORTS.get(language, OTHER_REPORTS["en"])))
