@@ -1,1 +1,1 @@
-"""Run sessions: perform a protocol's steps with plate, participant and journal."""
+"""Run sessions: carry out a protocol's steps with a plate, a participant and a journal."""

@@ -1,8 +1,9 @@
-"""Textures that follow the finger: compute the plate command for each frame.
+"""Make textures follow the finger, by computing the plate command for each frame.
 
-A texture follows the finger only if a source measures what it depends on and `followed_texture`
-finds that the plate supports it. Otherwise the plate plays the texture without the finger. Before
-a readback is compared with a command, the plate returns to the level at which it first settled.
+A texture follows the finger only if a source measures the property that the texture depends on, and
+if `followed_texture` finds that the plate supports it. Otherwise the plate plays the texture
+independently of the finger. Before a readback is compared with a command, the plate returns to the
+level at which it first settled.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class Following:
-    """Makes textures follow the finger if the plate supports it.
+    """Makes a surface's texture follow the finger if the plate supports it.
 
     Parameters
     ----------
@@ -38,14 +39,14 @@ class Following:
         self._plate = plate
         self._clock = clock
         self._sensors = frozenset(sensors)
-        self._surface: Surface | None = None  # while it is followed
+        self._surface: Surface | None = None  # while the texture follows the finger
         self._followed: Follower | None = None
         self._sensor: Kind | None = None
-        self._triggers = False  # whether the finger starts changes
-        self._moved = False  # the plate is no longer where it settled
+        self._triggers = False  # whether the finger triggers changes
+        self._moved = False  # the plate has left the level at which it settled
 
     def presented_as(self, surface: Surface) -> Surface:
-        """Return the surface to present first: where a followed texture settles, or the surface."""
+        """Return the surface to present first; a followed texture settles at a constant level."""
         self._followed = followed_texture(surface, self._plate, self._sensors)
         self._surface, self._moved = surface if self._followed else None, False
         self._sensor, self._triggers = surface.sensor, surface.change() is not None
@@ -59,13 +60,13 @@ class Following:
         return VirtualSurface(level=surface.settled_level, label=surface.label)
 
     def see(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Command the amplitude that is due for the finger's current state.
+        """Command the amplitude for the finger's current state.
 
         Returns
         -------
         list of float or None
-            Session times at which a change was triggered now; None if this sensor cannot trigger
-            any.
+            Session times of the changes triggered by these samples; None if this sensor cannot
+            trigger changes.
         """
         if self._followed is None or kind != self._sensor:
             return None
@@ -81,6 +82,6 @@ class Following:
         return started if self._triggers else None
 
     def settle(self) -> None:
-        """Present where a followed texture settles again, to compare it with a command."""
+        """Return to the level at which the texture settled, to compare readback and command."""
         if self._surface is not None and self._moved:
             self._plate.present(self.presented_as(self._surface))

@@ -1,7 +1,7 @@
-"""Interruptions of a session's steps: operator requests and rig faults.
+"""Handle interruptions of a session's steps: operator requests and rig faults.
 
-This module does not depend on the protocol or its steps. It only carries out actions, and restarts
-them after a pause or once the rig works again.
+This module does not depend on the protocol or its steps. It carries out actions, and restarts an
+action after a pause or once the rig works again.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class _Paused(Exception):
 
 
 def stop_of(request: Request) -> StopRequested:
-    """Return the exception that ends the session, with the operator's reason, if any."""
+    """Return the exception that ends the session, including the operator's reason, if any."""
     reason = f": {request.reason}" if request.reason else ""
     return StopRequested(f"requested by the operator{reason}")
 
@@ -54,7 +54,7 @@ class Interruptions:
     Parameters
     ----------
     plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        The session's objects with these names.
+        The objects of the session with these names.
     hold_text : str
         Text that asks the participant to wait.
     """
@@ -89,7 +89,7 @@ class Interruptions:
         self._questions = _pending_questions(journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
-        """Carry out an action, and repeat it until no fault or pause interrupts it."""
+        """Carry out an action, and repeat it until it is not interrupted by a fault or a pause."""
         paused = False
         while True:
             try:
@@ -104,7 +104,7 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Check the plate, disk and operator. Called on every frame of a participant's step."""
+        """Check the plate, disk and operator; called on every frame of a participant's step."""
         self._surface.check()
         self._journal.check()
         self.watch_operator()
@@ -130,7 +130,7 @@ class Interruptions:
             raise stop_of(request)
 
     def _poll(self) -> Request | None:
-        """Return the operator's next request, if any; raise if a signal ended the program."""
+        """Return the operator's next request, if any; raise if a signal was received."""
         raise_if_ended()
         return self._operator.poll()
 
@@ -150,7 +150,7 @@ class Interruptions:
         ]
 
     def await_reason(self) -> None:
-        """Hold the participant while the operator types the reason for voiding a trial."""
+        """Keep the participant waiting while the operator types the reason for voiding a trial."""
 
         def typed() -> bool:
             self.watch_operator()
@@ -175,7 +175,7 @@ class Interruptions:
             self.reject(trial, request.reason, repeated=True)
 
     def reject(self, trial: Trial, reason: str, *, repeated: bool) -> None:
-        """Void a trial, unless it is voided already; the protocol repeats it if requested."""
+        """Void a trial unless it is already voided; the protocol repeats it if requested."""
         if (trial.task, trial.number) in self._voided():
             return
         void = {"task": trial.task, "trial": trial.number, "reason": reason}
@@ -203,7 +203,7 @@ class Interruptions:
         self._progress.say("the note was saved in the journal")
 
     def _unblind(self) -> None:
-        """Show the operator the amplitude from now on, and record that."""
+        """Show the operator the amplitude from now on, and record the unblinding."""
         if not self._progress.unblinded:
             self._journal.write("note", text=UNBLINDED)
             self._progress.unblind()
@@ -246,7 +246,7 @@ class Interruptions:
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Hold the participant until the operator makes the expected request or stops."""
+        """Keep the participant waiting until the operator makes the expected request or stops."""
         self._noise.stop()
         self._progress.tell(state, message=message)
 
@@ -269,7 +269,7 @@ class Interruptions:
 
 
 def _pending_questions(records: list[Record]) -> list[dict[str, object]]:
-    """Return the step records of questions that have yet to be repeated."""
+    """Return the step records of the questions that are still to be repeated."""
     waiting: list[dict[str, object]] = []
     for record in records:
         if record.kind == "ask_again":

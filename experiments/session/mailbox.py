@@ -1,10 +1,10 @@
-"""The mailbox of a running session: it publishes a status and receives requests from others.
+"""The mailbox of a running session, which publishes its status and receives requests.
 
-The mailbox is a folder next to the run's journal that only its owner can access. The session
-writes ``status.json`` there and reads the request files that other processes (a second terminal,
-the console) put there. Neither side waits for the other: the session is unaffected if there is no
-console or if it crashes. The folder is deleted with the session; the next session removes what a
-crash left behind.
+The mailbox is a folder next to the run's journal that only its owner can access. The session writes
+``status.json`` there and reads the request files that other processes (a second terminal, the
+console) put there. Neither side waits for the other, so a missing or crashed console does not
+affect the session. The session deletes the folder when it ends; the next session removes the
+remains of a crashed one.
 """
 
 from __future__ import annotations
@@ -29,9 +29,10 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Trial
 
-# Minimum interval between two reads of the folder, which can be slow on a slow disk.
+# Minimum interval between two reads of the folder, because reading can be slow.
 LOOK_S = 0.05
-# While polling, the session touches its requests folder at this interval to show that it is alive.
+# The session updates the modification time of its requests folder at this interval, to show that it
+# is alive.
 BEAT_S = 1.0
 LONGEST_REQUEST = 20_000
 STATUS, REQUESTS = "status.json", "requests"
@@ -40,7 +41,7 @@ Asked = Literal["pause", "go_on", "void", "ask_again", "retry", "stop", "note", 
 
 
 class TrialName(FrozenTable):
-    """Identifies a trial: trials are numbered from 1 within each task."""
+    """The name of a trial; trials are numbered from 1 within each task."""
 
     task: str
     number: int
@@ -79,7 +80,7 @@ class LiveStatus(BaseModel):
 
 
 class LiveRequest(FrozenTable):
-    """A request from another process, carried out only by the session with this ``token``."""
+    """A request from another process; only the session with this ``token`` carries it out."""
 
     token: str
     what: Asked
@@ -94,7 +95,7 @@ def mailbox_of(journal: Path) -> Path:
 
 
 class Mailbox:
-    """The session side of the mailbox: an operator that relays requests from other processes.
+    """The session's end of the mailbox: an operator that relays requests from other processes.
 
     Parameters
     ----------
@@ -119,7 +120,7 @@ class Mailbox:
         """Write the state to the mailbox."""
         self._status = status
         if self._open:
-            # The journal reports a full disk; the status may be lost.
+            # The status may be lost, because the journal reports a full disk.
             with suppress(OSError):
                 _write(self._folder / STATUS, self._told().model_dump_json())
 
@@ -141,11 +142,11 @@ class Mailbox:
         return None
 
     def _request(self, text: bytes) -> Request | None:
-        """Return the request in a file, or None after recording why it was refused."""
+        """Return the request in a file, or None after storing the reason for refusing it."""
         try:
             asked = LiveRequest.model_validate_json(text)
         except ValidationError:
-            return None  # an incomplete file, or not one of ours
+            return None  # an incomplete file, or a file from another program
         if asked.token != self._token:
             return None  # meant for an earlier session
         trial = self._trial(asked.trial)
@@ -168,7 +169,7 @@ class Mailbox:
         return status.answering is not None and wanted == now
 
     def _trial(self, wanted: TrialName | None) -> Trial | None:
-        """Return the named trial, or None if the session has already moved past it."""
+        """Return the named trial, or None if the session has moved past it."""
         known = (self._status.voidable, self._status.answered)
         return next((trial for trial in known if trial and wanted == _name(trial)), None)
 
@@ -216,8 +217,8 @@ class Mailbox:
         self.__enter__()
 
     def __enter__(self) -> Self:
-        # Anyone with write access could stop the session, so only the owner has it. The session
-        # continues even if the mailbox cannot be created.
+        # Only the owner has write access, because anyone with it could stop the session. The
+        # session continues even if the mailbox cannot be created.
         with suppress(OSError):
             if self._folder.is_symlink():
                 self._folder.unlink()
@@ -248,7 +249,7 @@ def read_status(journal: Path) -> LiveStatus | None:
 
 
 def beat_ns(journal: Path) -> int | None:
-    """Return the time of the session's last sign of life; None without a mailbox."""
+    """Return the time of the last update by a living session; None without a mailbox."""
     try:
         return (mailbox_of(journal) / REQUESTS).stat().st_mtime_ns
     except OSError:
@@ -261,18 +262,18 @@ def post(journal: Path, request: LiveRequest) -> None:
     Raises
     ------
     UserError
-        If the mailbox does not exist: the session is over or never had one.
+        If the mailbox does not exist, because the session is over or never had one.
     """
     folder = mailbox_of(journal) / REQUESTS
     try:
-        # Names sort by time; the random part keeps two simultaneous requests apart.
+        # Names sort by time; the random part separates simultaneous requests.
         _write(folder / f"{time.time_ns()}-{secrets.token_hex(4)}.json", request.model_dump_json())
     except OSError:
         raise UserError(f"{journal.name}: no session of this run is accepting requests") from None
 
 
 def _write(path: Path, text: str) -> None:
-    """Write a small file atomically, without flushing it to the disk."""
+    """Write a small file atomically, without flushing it to disk."""
     draft = path.with_name(f".{path.name}.tmp")
     draft.write_text(text, encoding="utf-8")
     os.replace(draft, path)  # noqa: PTH105 - Path.replace is the same call

@@ -1,7 +1,7 @@
-"""Outputs for markers: Lab Streaming Layer, a serial trigger box, a parallel port.
+"""Outputs for markers: Lab Streaming Layer, serial trigger boxes and parallel ports.
 
-Not yet tested with a real trigger box or parallel port; tested with a pseudo-terminal, a simulated
-port and a Lab Streaming Layer receiver.
+Tested with a Lab Streaming Layer receiver, a pseudo-terminal and a simulated port, but not yet with
+a real trigger box or parallel port.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 # A recorder that samples at 500 Hz captures a 5 ms pulse in two samples.
 PULSE_S = 0.005
 STREAM = "Slipscale"
-# liblsl would log its sockets to the operator's terminal; -1 keeps only warnings and errors.
+# By default, liblsl prints its sockets in the operator's terminal. Level -1 shows only warnings and
+# errors.
 QUIET = "[log]\nlevel = -1\n"
 
 
@@ -62,7 +63,7 @@ class LabStream:
 
 
 class SerialTrigger:
-    """A trigger box on a serial line: sends the event code as one byte, then zero.
+    """A trigger box on a serial line, which receives the event code as one byte, then zero.
 
     Parameters
     ----------

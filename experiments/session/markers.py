@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
 
 class Event(IntEnum):
-    """The marked events, with their trigger codes.
+    """The events that are marked, and their trigger codes.
 
-    The codes are powers of two, so that each event has its own wire on an eight-wire port.
+    The codes are powers of two, so that each event uses its own wire of an eight-wire port.
     """
 
     BEGIN = 1  # the run begins or resumes
@@ -31,7 +31,7 @@ class Event(IntEnum):
 
 
 class MarkerOutput(Protocol):
-    """An output for markers."""
+    """The interface of marker outputs."""
 
     name: str
 
@@ -45,13 +45,13 @@ class MarkerOutput(Protocol):
 class Markers:
     """All marker outputs of a session.
 
-    A failing recorder does not end the session: the failure is reported and recorded, and the
-    output is dropped.
+    If an output fails, the session reports and records the failure and continues without this
+    output.
 
     Parameters
     ----------
     outputs : sequence of MarkerOutput
-        The outputs, already open.
+        The opened outputs.
     lost : callable
         Called with the output's name and the reason when an output fails.
     """

@@ -1,6 +1,7 @@
-"""Masking noise in the headphones while the plate may be audible: interface and player.
+"""Play masking noise in the headphones while the plate may be audible.
 
-A session starts and stops a `Noise`. Only `MaskingNoise` opens the sound device, when it starts.
+A session starts and stops a `Noise`. Only `MaskingNoise` opens the sound device, when the noise
+starts.
 """
 
 from __future__ import annotations
@@ -19,26 +20,26 @@ if TYPE_CHECKING:
 REMEDY = "plug in headphones and select them as the system output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0
 CHANNELS = 2
-STALL_S = 1.0  # maximum time a device may take to finish after a fade
+STALL_S = 1.0  # maximum time for a device to finish after a fade
 NoiseState = Literal["absent", "silent", "playing"]
 
 
 class Noise(Protocol):
-    """Masking noise in the headphones."""
+    """The interface for masking noise."""
 
     @property
     def state(self) -> NoiseState:
         """Whether the noise is absent, silent or playing."""
 
     def start(self) -> None:
-        """Fade in unless already playing; return when the noise has reached its level."""
+        """Fade in unless the noise is playing; return when the noise has reached its level."""
 
     def stop(self) -> None:
-        """Fade out, if playing."""
+        """Fade out if the noise is playing."""
 
 
 class NoNoise:
-    """No masking noise."""
+    """A stand-in for sessions without masking noise."""
 
     state: NoiseState = "absent"
 
@@ -50,7 +51,7 @@ class NoNoise:
 
 
 def check_device() -> str | None:
-    """Return the problem with the sound output and its remedy, or None if it works."""
+    """Return what is wrong with the sound output and how to fix it, or None if it works."""
     try:
         import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
     except OSError:
@@ -74,7 +75,7 @@ def device_rate_hz() -> float:
 
 
 class Playback:
-    """Supplies noise to the sound card thread block by block, with fades.
+    """Supplies noise with fades to the sound card's thread, block by block.
 
     Parameters
     ----------
@@ -111,8 +112,8 @@ class MaskingNoise:
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine. The level at the ear depends on the headphones
-        and the system's volume: measure it once with a sound level meter.
+        Root mean square in dB re a full-scale sine. The level at the ear also depends on the
+        headphones and the system's volume, so measure it once with a sound level meter.
     fade_s : float
         Duration of the fades.
     seed : int
@@ -126,7 +127,8 @@ class MaskingNoise:
 
     def __init__(self, level_db: float, fade_s: float, seed: int) -> None:
         self._fade_s = fade_s
-        # Generated now, so that a clipping level is reported before the participant sits down.
+        # The noise is generated now, so that a clipping level is reported before the participant
+        # arrives.
         self._rate_hz = device_rate_hz()
         self._noise = pink_noise(level_db=level_db, seed=seed, sample_rate_hz=self._rate_hz)
         self._stream: Any = None
@@ -138,10 +140,10 @@ class MaskingNoise:
         return "silent" if self._stream is None else "playing"
 
     def start(self) -> None:
-        """Fade the noise in and wait until it reaches its level; do nothing if already playing.
+        """Fade the noise in and wait until it reaches its level; do nothing if it is playing.
 
-        The plate may vibrate only after that, because partly faded-in noise does not mask its
-        sound.
+        The plate may vibrate only afterwards, because noise that is still fading in does not mask
+        the plate's sound.
 
         Raises
         ------
@@ -162,7 +164,8 @@ class MaskingNoise:
             playback.fill(np.frombuffer(memory, np.float32).reshape(-1, CHANNELS))
 
         try:
-            # A raw stream, because NumPy 2.5 warns each time sounddevice creates its own arrays.
+            # A raw stream is used, because NumPy 2.5 warns each time sounddevice creates its own
+            # arrays.
             stream = sounddevice.RawOutputStream(
                 samplerate=self._rate_hz, channels=CHANNELS, dtype="float32", callback=fill
             )

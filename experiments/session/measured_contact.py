@@ -1,4 +1,4 @@
-"""Measure and record finger contact during exploration and answers, and pass on the position.
+"""Measure and record the finger's contact during explorations and answers.
 
 Each step's samples are written to the journal (docs/decisions/one-journal.md) before the step's
 answer. The samples of an interrupted step are kept and marked as such.
@@ -35,8 +35,8 @@ class Contact:
         Connected sources; empty if nothing is measured.
     journal : Journal
     follow : callable
-        Called with each source's kind and new samples on every frame, also if there are none;
-        returns the times at which it triggered a change, or None if it cannot trigger any.
+        Called on every frame with each source's kind and its new samples, if any. Returns the times
+        of the changes that the samples triggered, or None if the source cannot trigger changes.
     """
 
     def __init__(
@@ -52,12 +52,12 @@ class Contact:
 
     @contextmanager
     def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
-        """Yield the function to call on every frame instead of ``watch``; record the samples.
+        """Yield the function to call on every frame instead of ``watch``, and record the samples.
 
         Raises
         ------
         SensorFault
-            If a source was lost. It is reconnected when the step is repeated.
+            If a source was lost. The source is reconnected when the step is repeated.
         """
         if not self._sources or step.trial is None:
             yield watch
@@ -70,7 +70,7 @@ class Contact:
             for trace in traces:
                 trace.take()
         except UserError:
-            raise  # usually the journal itself, so nothing can be written
+            raise  # usually the journal itself failed, so nothing can be recorded
         except BaseException:
             for trace in traces:
                 trace.write(self._journal, ends="broken off")
@@ -80,7 +80,7 @@ class Contact:
         self.last = {trace.kind: trace.whole for trace in traces}
 
     def _look(self, watch: Watch, traces: list[_Trace]) -> None:
-        """Process one frame: call ``watch``, then fetch and record new samples."""
+        """Process one frame: call ``watch``, then fetch new samples and record them."""
         watch()
         for trace in traces:
             new = trace.take()
@@ -108,17 +108,17 @@ class _Trace:
         return new
 
     def note_changes(self, times_s: list[float] | None) -> None:
-        """Add the times at which this source triggered a change; None if it cannot."""
+        """Add the times at which this source triggered a change; None if it has no trigger."""
         if times_s is not None:
             self._changes_s = [*(self._changes_s or ()), *times_s]
 
     def write_full(self, journal: Journal) -> None:
-        """Write a record if there are enough samples for one."""
+        """Write a record if there are enough samples."""
         if len(self._samples) >= A_RECORD:
             self.write(journal, ends="")
 
     def write(self, journal: Journal, *, ends: str) -> None:
-        """Write the samples; ``ends`` describes how the step ended, and is empty while it runs."""
+        """Write the samples; ``ends`` describes how the step ended, and is empty before its end."""
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities

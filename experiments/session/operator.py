@@ -1,4 +1,4 @@
-"""The session operator: the status they see, and the requests they can make."""
+"""The operator of a session: the status that operators see, and the requests they can make."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionStatus:
-    """The state of a session. Contains an amplitude only if the session is unblinded.
+    """The state of a session, including the amplitude only if the session is unblinded.
 
     Parameters
     ----------
@@ -28,36 +28,33 @@ class SessionStatus:
     task : str
         The task label.
     trial, total : int
-        Trial k of n within the task; 0 before the first.
+        Trial k of n within the task; 0 before the first trial.
     voidable : Trial or None
-        The trial that a void request affects by default: the one in progress, or the last.
+        The trial that a void request refers to by default: the trial in progress, or the last one.
     answered : Trial or None
         The trial before the one in progress. It can also be voided, because a slip of the finger
         is often noticed when the next surface has already been presented.
     asked : tuple of Ask
-        The questions about the run and the participant so far. Each can be repeated.
+        The questions about the run and the participant so far, all of which can be repeated.
     answering : Ask or None
-        The question that the operator has to answer: a verbal report, or a decision.
-    done, planned : int
-        Number of finished and planned trials in the whole session.
+        The question that the operator has to answer (a verbal report or a decision). done, planned
+        : int Number of finished and planned trials in the whole session.
     elapsed_s : float
         Time since the session began (or was resumed), excluding faults and pauses.
     time_left_s : float or None
-        Estimated from the pace so far, excluding faults and pauses; None before the first trial
-        ends.
-    faults, voided : int
-        Number of faults and voided trials so far.
+        Estimated from the pace so far, excluding faults and pauses; None before the end of the
+        first trial. faults, voided : int Number of faults and voided trials so far.
     noise : str
         Whether the masking noise is "playing", "silent" or "absent".
     plate : str
-        The plate's state from its readback: "silent", "as commanded", "not measured" (there is no
-        sensor, or it did not answer), "lost".
+        The plate's state according to its readback: "silent", "as commanded", "not measured" (there
+        is no sensor, or it did not respond) or "lost".
     temperature_c : float or None
         The plate's last temperature reading; None if it does not report one.
     message : str
-        The text of a fault or a refusal.
+        A description of the fault, or the reason for refusing a request.
     level : str or None
-        The commanded level with its unit; None unless unblinded.
+        The commanded level with its unit; None unless the session is unblinded.
     unblinded : bool
         Whether the operator sees amplitudes.
     warnings : tuple of str
@@ -94,14 +91,14 @@ class Request:
     Parameters
     ----------
     what : str
-        "note" writes ``reason`` to the journal. "unblind" shows the amplitude from now on, which
-        is recorded in the journal. "answer" passes ``reason`` on as the answer to
+        "note" writes ``reason`` to the journal. "unblind" shows the amplitude from now on; the
+        journal records this. "answer" submits ``reason`` as the answer to
         `SessionStatus.answering`.
     reason : str
         The text that the operator typed.
     trial : Trial or None
-        The trial to void; None for the current `SessionStatus.voidable`. The session may reach the
-        next trial while the operator types a reason.
+        The trial to void; None for the current `SessionStatus.voidable`. Naming the trial is safer,
+        because the session may reach the next trial while the operator types a reason.
     question : Ask or None
         The question to repeat, from `SessionStatus.asked`.
     """
@@ -119,17 +116,17 @@ class Operator(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether the operator is typing a request; a task does not end while this is the case."""
+        """Whether the operator is typing a request; a task does not end during this time."""
 
     def tell(self, status: SessionStatus) -> None:
-        """Show the state."""
+        """Show the session's state."""
 
     def poll(self) -> Request | None:
         """Return the operator's current request, if any. Never waits."""
 
 
 def answer_wanted(ask: Ask) -> str:
-    """Return the text of a question for the operator, with its numbered options if it has any.
+    """Return the text of a question for the operator, with numbered options if there are any.
 
     >>> from slipscale.experiments.steps.questions import ChoiceQuestion
     >>> from slipscale.experiments.steps.steps import Ask
@@ -145,7 +142,7 @@ def answer_wanted(ask: Ask) -> str:
 
 
 class Operators:
-    """Several operators for one session: all see the status, and the first request wins."""
+    """Several operators of one session, who all see the status and can all make requests."""
 
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators
@@ -161,12 +158,12 @@ class Operators:
             operator.tell(status)
 
     def poll(self) -> Request | None:
-        """Return the first request from any operator."""
+        """Return the first operator's request, if any."""
         return next((asked for each in self._operators if (asked := each.poll())), None)
 
 
 class UnattendedOperator:
-    """An operator for unattended runs: retries a few times after faults, then stops."""
+    """An operator for unattended runs, who retries a few times after faults and then stops."""
 
     def __init__(self, retries: int = 3) -> None:
         self._retries = retries
@@ -175,7 +172,7 @@ class UnattendedOperator:
 
     @property
     def busy(self) -> bool:
-        """Always False."""
+        """Return False, because nobody is typing."""
         return False
 
     def tell(self, status: SessionStatus) -> None:

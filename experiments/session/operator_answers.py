@@ -1,7 +1,7 @@
-"""Questions answered by the operator: verbal reports by the participant, or decisions.
+"""Let the operator answer questions: enter the participant's verbal reports, or decide.
 
-Meanwhile, the participant's screen shows the question. The operator's entry is validated like a
-participant's.
+Meanwhile, the participant's screen shows the question. The operator's entries are validated like a
+participant's entries.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class _Given(Exception):
-    """Carries the operator's answer, and closes the participant's screen."""
+    """Raised with the operator's answer to close the participant's screen."""
 
     def __init__(self, value: Value) -> None:
         super().__init__()
@@ -39,7 +39,7 @@ class OperatorAnswers:
     Parameters
     ----------
     progress, clock
-        The session's objects with these names.
+        The objects of the session with these names.
     """
 
     def __init__(self, progress: Progress, clock: Clock) -> None:
@@ -68,11 +68,11 @@ class OperatorAnswers:
             self._progress.asks_operator(None)
 
     def take(self, typed: str) -> None:
-        """Accept the operator's entry as the answer, or show why it is invalid."""
+        """Accept the operator's entry as the answer, or show why the entry is invalid."""
         if self._question is None:
             self._progress.say("no question is currently open")
             return
-        texts = shipped_texts(ENGLISH)  # the operator's language
+        texts = shipped_texts(ENGLISH)  # the operator's language is English
         entry = entry_for(self._question.question, texts)
         for character in (*typed.strip(), ENTER):
             verdict = entry.press(character)

@@ -1,7 +1,7 @@
-"""Explorations in which a stage moves: it strokes while the participant explores, and only then.
+"""Move the stage during passive explorations.
 
-The stage is stopped when the exploration ends, whatever ends it, and then returns to its start. A
-resumed session therefore begins every exploration at the same place as an uninterrupted one.
+The stage moves only while the participant explores. However the exploration ends, the stage stops
+and returns to its start, so every exploration begins at the same position.
 """
 
 from __future__ import annotations
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 
 def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> Stage | None:
-    """Return the stage of a study with passive strokes; None for other studies.
+    """Return the stage for a study with passive strokes; None for other studies.
 
     Raises
     ------
     UserError
-        If the study needs a stage and the position is measured otherwise, or the reverse; or the
-        strokes are beyond the stage's limits.
+        If a study with passive strokes has no stage, another study has one, or the strokes exceed
+        the stage's limits.
     """
     position, passive = sources.get("position"), stroke is not None and stroke.passive
     if passive and not isinstance(position, Stage):
@@ -49,10 +49,10 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
 
 @contextmanager
 def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[Watch]:
-    """Have the stage stroke during an exploration; stop it on every path.
+    """Let the stage stroke during an exploration, and stop it in every case.
 
-    Yields the function to call on every frame. Outside trials, where nothing is measured, it also
-    takes the stage's samples, by which the stage turns.
+    Yields the function to call on every frame. Outside trials, where nothing is recorded, this
+    function also reads the stage's samples, which the stage needs to reverse its direction.
     """
     guide = step.guide
     if stage is None or guide is None or guide.speed_mm_s is None:

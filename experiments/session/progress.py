@@ -1,4 +1,4 @@
-"""Session progress: maintains the counts in the operator's status."""
+"""Keep track of the session's progress for the operator's status."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class Progress:
     operator : Operator
     clock : Clock
     noise, surface
-        The session's noise and surface; the status includes their states.
+        The session's noise and surface, whose states are part of the status.
     planned : int
         Expected number of trials in the whole session.
     voided : int
-        Number of trials voided before the session was resumed; each is repeated.
+        Number of trials voided before the session was resumed, all of which are repeated.
     unblinded : bool
         Whether the operator sees the amplitude from the beginning.
     warnings : tuple of str
@@ -64,7 +64,7 @@ class Progress:
             warnings=warnings,
         )
         self._begun_s = clock.now()
-        self._away_s = 0.0  # faults and pauses
+        self._away_s = 0.0  # duration of faults and pauses
         self._done_before = 0
         self._trial: Trial | None = None  # the last trial whose surface was presented
         self._over = False
@@ -73,7 +73,7 @@ class Progress:
 
     @property
     def voidable(self) -> Trial | None:
-        """The trial that can be voided now: the one in progress or the last, or None."""
+        """The trial that can be voided now: the current trial, the last one, or None."""
         trial = self._trial
         ended = trial and self._over and trial.number >= trial.total and not self._closing
         return None if ended else trial
@@ -96,7 +96,7 @@ class Progress:
 
     @property
     def asked(self) -> tuple[Ask, ...]:
-        """The questions so far that can be repeated."""
+        """The questions asked so far that can be repeated."""
         return self._status.asked
 
     def was_asked(self, question: Ask) -> bool:
@@ -113,7 +113,7 @@ class Progress:
 
     @contextmanager
     def away(self) -> Iterator[None]:
-        """Exclude a fault or a pause from the elapsed time."""
+        """Exclude the duration of a fault or a pause from the elapsed time."""
         began_s = self._clock.now()
         try:
             yield
@@ -125,7 +125,7 @@ class Progress:
         self._done_before = self._status.done
 
     def begins(self, step: Step) -> None:
-        """Store the trial that a step belongs to."""
+        """Store the trial to which a step belongs."""
         self._closing = isinstance(step, EndBlock)
         if step.trial:
             self._status = replace(
@@ -158,7 +158,7 @@ class Progress:
         self._status = replace(status, voided=status.voided + 1, planned=status.planned + 1)
 
     def asks_operator(self, question: Ask | None) -> None:
-        """Show the operator the question that they have to answer; None removes it."""
+        """Show the operator a question to answer; None removes the question."""
         self._status = replace(self._status, answering=question)
         self._operator.tell(self._status)
 
@@ -168,11 +168,11 @@ class Progress:
         self.say(warning)
 
     def say(self, message: str) -> None:
-        """Show the operator a message without changing the state."""
+        """Show the operator a message, without changing the state."""
         self.tell(self._status.state, message=message)
 
     def tell(self, state: State, *, message: str = "", level: float | None = None) -> None:
-        """Show the operator the state, and the amplitude if the session is unblinded."""
+        """Update the operator's status; it includes the amplitude if the session is unblinded."""
         elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)
@@ -197,7 +197,7 @@ class Progress:
 def _is_lasting(step: Ask) -> bool:
     """Return whether a question can be repeated later.
 
-    Questions within a trial, with a sound, or for an operator's decision cannot.
+    Questions within a trial, questions with a sound, and operator decisions cannot be repeated.
     """
     decision = step.by == "operator" and isinstance(step.question, ChoiceQuestion)
     return not (step.trial or step.played or decision)

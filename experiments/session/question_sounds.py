@@ -1,6 +1,6 @@
-"""Sounds that accompany a question: interface and player.
+"""Play the sounds that accompany a question.
 
-A session starts and stops `Sounds`. Only `SoundOutput` opens the sound device, when it starts.
+A session starts and stops `Sounds`. Only `SoundOutput` opens the sound device, when a sound starts.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
 
 
 class Sounds(Protocol):
-    """Plays sounds through the headphones."""
+    """The interface for sounds in the headphones."""
 
     @property
     def missing(self) -> str:
-        """Why nothing can be heard; empty if sound can be played."""
+        """The reason why no sound can be played; empty if sounds can be played."""
 
     def start(self, sound: HeadphoneSound) -> None:
-        """Start playing a sound, after stopping any that is playing."""
+        """Stop any sound that is playing, then start a new one."""
 
     def stop(self) -> None:
         """Stop the sound that is playing."""
@@ -46,14 +46,14 @@ class NoSounds:
 
 
 class ImaginedSounds(NoSounds):
-    """Sounds for simulated participants, who receive the samples directly."""
+    """Sounds for simulated participants, who receive the samples without a sound card."""
 
     def __init__(self) -> None:
         super().__init__("")
 
 
 class Once:
-    """Supplies samples once, then silence, to the sound card thread."""
+    """Supplies samples to the sound card's thread once, followed by silence."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples
@@ -68,7 +68,7 @@ class Once:
 
 
 class SoundOutput:
-    """The system's sound output; use `masking_noise.check_device` to check that there is one."""
+    """The system's sound output; use `masking_noise.check_device` to check that it works."""
 
     missing = ""
 

@@ -1,4 +1,4 @@
-"""Replay finished steps from the journal: check that the protocol repeats them, and answer them."""
+"""Replay finished steps: check that the protocol repeats them, and return recorded answers."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Step
 
-# After these records, a step restarts from the beginning.
+# Records after which a step restarts from the beginning.
 BEGUN_ANEW = ("go_on", "retry")
 
 
 class Past(NamedTuple):
-    """A finished step: its first record, the start of the successful attempt, and its answer."""
+    """A finished step: its first record, the start of its successful attempt, and its answer."""
 
     begun: Record
     began_s: float
@@ -29,7 +29,7 @@ class Past(NamedTuple):
 
 
 def finished(records: list[Record]) -> list[Past]:
-    """Return the finished steps."""
+    """Return the finished steps in the records of a journal."""
     past: list[Past] = []
     for record in records:
         if record.kind == "begin":
@@ -42,7 +42,7 @@ def finished(records: list[Record]) -> list[Past]:
 
 
 def replay(step: Step, past: Past, journal: Journal, surface: SurfaceState) -> Answer:
-    """Return a step's answer from the journal, and note the resulting surface.
+    """Return a step's answer from the journal, and update the surface accordingly.
 
     Raises
     ------

@@ -1,8 +1,7 @@
-"""Resonance tracking between trials, for plates that do not track their resonance themselves.
+"""Track the resonance between trials, for plates that do not track it themselves.
 
-The sweep runs before a trial's surface is presented. It never runs while a surface is felt or
-rated, nor for a standard outside trials. A failed sweep is a rig fault, like a failed
-presentation.
+The sweep runs before a trial's surface is presented, never while a surface is felt or rated, and
+not for a standard outside trials. A failed sweep is a rig fault, like a failed presentation.
 """
 
 from __future__ import annotations
@@ -22,11 +21,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.contact.source import ContactSource
     from slipscale.hardware.driver import PlateDriver
 
-READ_S = 0.1  # duration over which an amplitude is averaged
+READ_S = 0.1  # averaging time for an amplitude
 
 
 class ResonanceTracking:
-    """Sweeps three frequencies before a trial if the last sweep was long enough ago.
+    """Sweeps three frequencies before a trial if the last sweep is too long ago.
 
     Parameters
     ----------
@@ -44,7 +43,7 @@ class ResonanceTracking:
         self._last_s = -math.inf
 
     def before(self, step: Present, journal: Journal, clock: Clock) -> None:
-        """Run a sweep if one is due, and record the result.
+        """Run a sweep if necessary, and record the result.
 
         Raises
         ------

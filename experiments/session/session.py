@@ -1,10 +1,10 @@
-"""The session loop: performs a protocol's steps with a plate, a participant and a journal.
+"""The session loop, which carries out a protocol's steps.
 
-It follows one rule: **a step is over when its answer is in the journal; only then does the
-protocol receive the answer. The next question is asked only after that answer is on disk.** A
-crash therefore loses at most the step in progress, and a power cut at most the last answer.
-Resuming runs the same loop, with the first answers read from the journal. Data are flushed to disk
-while surfaces are presented and explored.
+**A step is over when its answer is in the journal; only then does the protocol receive the answer.
+The next question is asked only after that answer is on disk.** Therefore, a crash loses at most the
+step in progress, and a power cut at most the last answer. Resuming runs the same loop, which reads
+the first answers from the journal. Data are flushed to disk while surfaces are presented and
+explored.
 """
 
 from __future__ import annotations
@@ -61,26 +61,26 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
 RunOutcome = Literal["complete", "stopped"]
-# These steps do not wait for the last answer to reach the disk.
+# These steps do not wait until the last answer is on disk.
 WHILE_THE_DISK_WORKS = (Present, Explore, Silence, Feedback, EndTrial)
 
 
 class Session:
-    """One run of a protocol's steps.
+    """One run of a protocol in the laboratory or in a pilot.
 
     Parameters
     ----------
     steps : generator
         The protocol's steps.
     plate, participant, journal, clock, operator
-        Everything that a session interacts with. A session with a virtual clock, a mock plate and
-        a simulated participant can therefore be replayed byte for byte.
+        All objects with which a session interacts. With a virtual clock, a mock plate and a
+        simulated participant, a session can therefore be replayed byte for byte.
     texts : Mapping
         Texts for the screen that asks the participant to wait.
     planned : int
         Expected number of trials in the whole session.
     noise : Noise, optional
-        Masking noise, played from the first surface of a block to the next text or rest.
+        Masking noise, which plays from the first surface of a block to the next text or rest.
     sounds : Sounds, optional
         Plays the sounds of the headphone test.
     markers : Markers, optional
@@ -88,14 +88,14 @@ class Session:
     unblind : bool
         Whether the operator sees the amplitude.
     sources : Mapping, optional
-        Connected sources of position and force. Their samples are recorded. If the position is
-        measured, textures follow the finger on plates that support it.
+        Connected sources of position and force, whose samples are recorded. If the position is
+        measured, textures follow the finger on plates that support this.
     tracking : ResonanceTracking, optional
         Tracks the resonance between trials.
     warnings : tuple of str, optional
-        Problems found earlier, to show to the operator.
+        Problems that the operator should see from the beginning.
     stroke : Stroke, optional
-        How the participant should stroke; trials outside the windows are rejected.
+        The required strokes; trials with strokes outside the windows are rejected.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class Session:
         self._surface = SurfaceState(plate, clock, self._feel, following)
         self._contact = Contact(sources or {}, journal, self._moved)
         self._stage = stage_of(stroke, sources or {})
-        # The window shows its own pointer.
+        # If the window measures the position, it already shows its pointer.
         position = (sources or {}).get("position")
         self._shows_finger = position is not None and position.name != "mouse"
         self._stroke = StrokeControl(stroke, journal, texts) if stroke else None
@@ -206,14 +206,14 @@ class Session:
         }
 
     def run(self) -> RunOutcome:
-        """Run until the end or until someone stops the session; the plate is silent afterwards.
+        """Run until the protocol ends or someone stops the session; the plate is silent afterwards.
 
         Raises
         ------
         PlateFault
-            If the rig failed and the operator gave up. The run can be resumed.
+            If the rig failed and the operator stopped the session. The run can be resumed.
         UserError
-            If the journal cannot be written, or (on resuming) does not match the protocol.
+            If the journal cannot be written or, when resuming, does not match the protocol.
         """
         self._markers.mark(Event.BEGIN)
         try:
@@ -238,7 +238,7 @@ class Session:
         return "complete"
 
     def _loop(self) -> None:
-        """Carry out the steps: replay the ones in the journal, then continue live."""
+        """Replay the steps in the journal, then carry out the remaining steps."""
         past = finished(self._journal.records)
         answer: Answer = None
         number = 0
@@ -246,7 +246,7 @@ class Session:
             try:
                 step = self._steps.send(answer) if number else next(self._steps)
             except StopIteration:
-                # The session was killed between the last step and the question.
+                # The session was killed between the last step and the repeated question.
                 self._asking.repeat_requested()
                 return
             if number < len(past):
@@ -264,14 +264,14 @@ class Session:
                 self._asking.repeat_requested()
 
     def _take_up(self, step: Step) -> None:
-        """Switch from replayed to live steps: present the interrupted surface again."""
+        """Switch from replayed to live steps, and present the interrupted surface again."""
         self._progress.replayed()
         self._presenting.take_up()
         if not isinstance(step, Silence):
             self._interruptions.attempt(lambda: self._presenting.restore(step))
 
     def _live(self, step: Step, number: int) -> Answer:
-        """Carry out a step, retrying as often as needed, and record its answer."""
+        """Carry out a step, with as many retries as necessary, and record its answer."""
         answers = not isinstance(step, WHILE_THE_DISK_WORKS)
         if answers:
             self._journal.wait_for(self._answered)
@@ -302,7 +302,7 @@ class Session:
         return reply
 
     def _feel(self, step: Explore) -> Reply:
-        """Have the participant explore the plate."""
+        """Let the participant explore the plate."""
         self._wait()
         with (
             moved(self._stage, step, self._interruptions.watch) as moving,
@@ -317,7 +317,7 @@ class Session:
         try:
             self._surface.confirm()
         except PlateFault:
-            # The surface was lost during the answer, which is recorded but never used.
+            # The surface was lost during the answer; this answer is recorded but never used.
             self._journal.write("discarded", name=step.name, answer=answer_record(reply))
             raise
         return reply
@@ -328,7 +328,7 @@ class Session:
         return self._adjusting.adjust(step)
 
     def _marker_lost(self, name: str, reason: str) -> None:
-        """Report and record that an output no longer receives markers."""
+        """Report and record that a marker output has failed."""
         self._progress.warn(f"NO MARKERS on {name} any longer: {reason}")
         self._journal.write("markers", outputs=list(self._markers.names), lost=name, reason=reason)
 
@@ -348,9 +348,9 @@ class Session:
         return self._interruptions.take_voids()
 
     def _moved(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Pass on samples to the surface, and the position to the screen if a sensor measures it.
+        """Pass samples to the surface, and the position from a sensor to the screen.
 
-        Returns the times of changes that they triggered, as `SurfaceState.follow`.
+        Returns the times of the changes that the samples triggered, as `SurfaceState.follow` does.
         """
         if kind == "position" and samples and self._shows_finger:
             x_mm, y_mm = samples[-1].values
@@ -358,5 +358,5 @@ class Session:
         return self._surface.follow(kind, samples)
 
     def _wait(self) -> None:
-        """Indicate to the operator that the session is waiting for the participant."""
+        """Show the operator that the session is waiting for the participant."""
         self._progress.tell("waiting", level=self._surface.level)

@@ -1,8 +1,8 @@
 """Compare explorations with the study's stroke windows, inform participants, and reject trials.
 
-Each outcome is written to the journal before the exploration's answer. At the end of a trial, its
-last outcome per interval decides, so a resumed session makes the same decision as an uninterrupted
-one.
+Each outcome is written to the journal before the exploration's answer. At the end of a trial, the
+last outcome of each interval decides, so a resumed session makes the same decision as an
+uninterrupted one.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class StrokeControl:
     stroke : Stroke
     journal : Journal
     texts : Mapping
-        What the participant reads, by outcome.
+        The text that the participant reads after each outcome.
     """
 
     def __init__(self, stroke: Stroke, journal: Journal, texts: Texts) -> None:
@@ -43,7 +43,7 @@ class StrokeControl:
         self._texts = texts
 
     def judged(self, step: Explore, samples: Mapping[Kind, list[Sample]]) -> Feedback | None:
-        """Record an exploration's outcome; return what to tell the participant, if anything."""
+        """Record an exploration's outcome; return the message to the participant, if any."""
         trial = step.trial
         if step.guide is None or trial is None or not samples:
             return None
@@ -65,19 +65,19 @@ class StrokeControl:
         return Feedback(text=text, duration_s=self._stroke.feedback_s, trial=trial)
 
     def rejects(self, trial: Trial) -> str:
-        """Return why a finished trial is rejected; empty if it is not."""
+        """Return the reason for rejecting a finished trial; empty if the trial is accepted."""
         last: dict[int | None, list[str]] = {}
         for record in reversed(self._journal.records):
             data = record.data
             if record.kind == "done" and (data["answer"] or {}).get("type") == "Voided":
-                break  # an earlier trial's end
+                break  # the end of an earlier trial
             if record.kind == "stroke" and (data["task"], data["trial"]) == _key(trial):
                 last.setdefault(data["interval"], data["outside"])
         outside = dict.fromkeys(each for own in last.values() for each in own)
         return REASON + ", ".join(outside) if outside and self._stroke.reject else ""
 
     def repeats(self, trial: Trial) -> bool:
-        """Return whether a rejected trial is to be repeated again."""
+        """Return whether a rejected trial may be repeated once more."""
         rejected = {
             record.data["trial"]
             for record in self._journal.records
@@ -98,7 +98,7 @@ class StrokeControl:
 
 
 def measured(samples: Mapping[Kind, list[Sample]]) -> Stroked:
-    """Return the measures of an exploration that the windows are compared with."""
+    """Return the measures of an exploration that are compared with the windows."""
     places = samples.get("position", [])
     moved = movement(places)
     return Stroked(

@@ -1,16 +1,16 @@
-"""The surface that should be on the plate or was felt, and whether it was interrupted.
+"""Keep track of the surface on the plate, and restore it after an interruption.
 
-A *script* is what a trial presents: one surface and its exploration, or several intervals with the
-silences between them. After a fault, a pause or a crash, the script is performed again from its
-first step before the participant answers a question or feels the next interval. An answer is never
-recorded for a surface that is not there or that the participant has not just felt.
+A *script* is the sequence of presentations in a trial: one surface and its exploration, or several
+intervals with the silences between them. After a fault, a pause or a crash, the script is repeated
+from its first step before the participant answers a question or feels the next interval. An answer
+is recorded only if the surface is present and the participant has just felt it.
 
-A surface outside a trial remains on the plate until the protocol silences the plate. If a trial
+Outside a trial, a surface remains on the plate until the protocol silences the plate. If a trial
 silences its surface before the question, the surface remains part of the script
 (docs/decisions/interrupted-trials.md).
 
-A surface that was explored and silenced outside a trial is a *standard*: the reference for the
-trials after it. After an interruption the standard is repeated before the next of these trials.
+A surface that was explored and silenced outside a trial is a *standard*, the reference for the
+following trials. After an interruption, the standard is repeated before the next of these trials.
 """
 
 from __future__ import annotations
@@ -41,21 +41,21 @@ MEASURED = ("measured", "applied")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """A step of the script, and the time at which a presentation began."""
+    """A completed step of the script, and the start time if it is a presentation."""
 
     step: Present | Explore | Silence
     began_s: float = 0.0
 
 
 class SurfaceState:
-    """The surface that the participant should feel or has felt, and any interruption.
+    """The surface that the participant should feel or has felt, and whether it was interrupted.
 
     Parameters
     ----------
     plate : PlateDriver
     clock : Clock
     explore : callable
-        Has the participant explore the surface on the plate.
+        Lets the participant explore the surface on the plate.
     following : Following
         Makes textures follow the finger.
     """
@@ -72,9 +72,9 @@ class SurfaceState:
         self._explore = explore
         self._following = following
         self._script: list[Done] = []
-        self._held = True  # no interruption since the script began
-        self._hushed = False  # the plate was silenced on purpose since then
-        self._wanted: Present | None = None  # what should be on the plate now
+        self._held = True  # whether there was no interruption since the script began
+        self._hushed = False  # whether the protocol silenced the plate since then
+        self._wanted: Present | None = None  # the step whose surface should be on the plate now
         self._standard: tuple[Present, Explore] | None = None
         self._standard_due = False
         self._standard_made: Presented | None = None
@@ -84,7 +84,7 @@ class SurfaceState:
 
     @property
     def state(self) -> PlateState:
-        """The plate's state from its last reading; it does not reveal the amplitude."""
+        """The plate's state according to its last reading, without the amplitude."""
         if self._wanted is None or self._hushed:
             return "silent"
         if not self._held:
@@ -103,7 +103,7 @@ class SurfaceState:
 
     @property
     def level(self) -> float | None:
-        """The commanded amplitude (the largest of a texture), or None."""
+        """The commanded amplitude (for a texture, its maximum), or None."""
         return self._wanted.surface.made.level if self._wanted else None
 
     @property
@@ -112,7 +112,7 @@ class SurfaceState:
         return self._wanted.surface if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
-        """Return whether the surface that a step requires was interrupted."""
+        """Return whether a step requires a surface that was interrupted."""
         if self._held or not self._script:
             return False
         if self._wanted is not None:
@@ -127,7 +127,7 @@ class SurfaceState:
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
-        """Present a surface, after its lead-in unless that is already on the plate."""
+        """Present a surface, preceded by its lead-in unless the lead-in is on the plate."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -144,14 +144,14 @@ class SurfaceState:
         return made
 
     def presented(self, step: Present, began_s: float) -> None:
-        """Note a surface presented earlier according to the journal, no longer on the plate."""
+        """Register a surface that was presented before the run was interrupted."""
         if self.begins(step):
             self.forget()
         self._script.append(Done(step=step, began_s=began_s))
         self._wanted, self._held = step, False
 
     def explored(self, step: Explore) -> None:
-        """Note that the participant has explored the surface."""
+        """Register that the participant has explored the surface."""
         if self._wanted is not None:
             self._script.append(Done(step=step))
 
@@ -162,7 +162,7 @@ class SurfaceState:
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:
-        """Note the final level of an adjusted surface, which is what the participant felt."""
+        """Register the final level of an adjusted surface, which the participant felt last."""
         if self._wanted is None:
             return
         self._wanted = turned = replace(self._wanted, surface=surface)
@@ -170,9 +170,10 @@ class SurfaceState:
         self._script[last] = replace(self._script[last], step=turned)
 
     def feel_again(self, before: Present, explore: Explore) -> Presented:
-        """Have another surface explored, restore the current one, and return the presentation.
+        """Present another surface for exploration, then restore the current one.
 
-        If this is interrupted, the current surface counts as lost.
+        Returns the presentation of the other surface. After an interruption, the current surface
+        counts as lost.
         """
         wanted = self._wanted
         if wanted is None:
@@ -189,19 +190,19 @@ class SurfaceState:
         return made
 
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
-        """Perform the script again, from its first step to the point of interruption.
+        """Repeat the script from its first step to the point of interruption.
 
         Call this method when `must_be_felt_again` returns True.
 
         Parameters
         ----------
         at : callable
-            Called with each presentation's original start before it is repeated.
+            Called with the original start time of each presentation before its repetition.
 
         Returns
         -------
         list of tuple
-            Each presentation and its result on the plate.
+            Each repeated presentation and its result.
         """
         wanted = self._wanted
         made: list[tuple[Present, Presented]] = []
@@ -224,14 +225,15 @@ class SurfaceState:
     def confirm(self) -> None:
         """Raise a `PlateFault` unless the commanded surface is still on the plate.
 
-        The tolerance is set by the driver and is the same as at presentation
-        (docs/decisions/one-tolerance.md). For a texture, the command and the readback are means.
+        The driver defines the tolerance, which is the same as at presentation
+        (docs/decisions/one-tolerance.md). For a texture, the mean command and the mean readback are
+        compared.
         """
         if self._wanted is not None:
             self.read_back_level()
 
     def read_back_level(self) -> float | None:
-        """Return the plate's readback; raise a `PlateFault` if it does not match the command."""
+        """Return the plate's readback; raise a `PlateFault` if it differs from the command."""
         self._plate.check()
         self._following.settle()
         told = self._plate.read_back()
@@ -246,20 +248,20 @@ class SurfaceState:
             self._plate.check()
 
     def follow(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Command the amplitude due while a texture follows the finger; see `Following.see`."""
+        """Command the amplitude while a texture follows the finger; see `Following.see`."""
         if self._wanted is None or not self._held:
             return None
         return self._following.see(kind, samples)
 
     def silence(self, step: Silence) -> None:
-        """Silence the plate for the protocol; no surface is expected on it afterwards."""
+        """Silence the plate for the protocol; afterwards, no surface is expected on the plate."""
         self._plate.silence()
         if self._wanted and self._wanted.trial is None and self._held:
-            self._standard_due = False  # unless interrupted while the standard was felt
+            self._standard_due = False  # unless the standard was interrupted while it was felt
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
-        """Note that the protocol silenced the plate; the trial may continue."""
+        """Register that the protocol silenced the plate; the trial may continue."""
         if self._wanted is None:
             return
         if self._wanted.trial is None:
@@ -281,23 +283,23 @@ class SurfaceState:
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return the repetition of the standard since the last call, if any."""
+        """Return the repetition of the standard since the last call, if there was one."""
         made, self._standard_made = self._standard_made, None
         return made
 
     def interrupt(self) -> None:
-        """Note an interruption: surfaces already felt have to be repeated."""
+        """Register an interruption: surfaces already felt have to be repeated."""
         self._held = False
         self._standard_due = True
 
     def hush(self) -> None:
-        """Silence the plate for an interruption: surfaces already felt have to be repeated."""
+        """Silence the plate for an interruption; surfaces already felt have to be repeated."""
         self.interrupt()
         self._plate.silence()
         self._hushed = True
 
     def shut_down(self) -> None:
-        """Silence the plate at the end or after a fault; close the connection if that fails."""
+        """Silence the plate at the end or after a fault; if this fails, close the connection."""
         self.interrupt()
         try:
             self._plate.silence()
@@ -306,12 +308,12 @@ class SurfaceState:
 
     @property
     def _trial(self) -> object:
-        """The trial of the script's surfaces; None outside a trial."""
+        """The trial to which the script belongs; None outside a trial."""
         first = self._script[0].step if self._script else None
         return first.trial if first else None
 
     def _feel_standard(self, step: Present) -> None:
-        """If a trial needs the standard again, present it, have it explored and silence it."""
+        """If a trial requires the standard again, present it for exploration, then silence it."""
         if not (self._standard and self._standard_due and step.trial is not None):
             return
         present, explore = self._standard
@@ -322,7 +324,7 @@ class SurfaceState:
         self._standard_made, self._standard_due = made, False
 
     def _redrive(self, step: Present) -> Presented:
-        """Present a surface of the script again, after the standard and its lead-in."""
+        """Present a surface of the script again, after the standard and the lead-in, if any."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -331,7 +333,7 @@ class SurfaceState:
         return self._drive(step)
 
     def _drive(self, step: Present) -> Presented:
-        """Present a surface, and return once it has settled and the readback matches."""
+        """Present a surface; return when it has settled and the readback matches the command."""
         self._wanted, self._held = None, True
         return self._make(step)
 

@@ -1,7 +1,8 @@
-"""The operator's terminal: live status lines, and keys to pause, void, ask again, retry or stop.
+"""The operator's terminal: live status lines, and keys to pause, void, repeat, retry or stop.
 
-Keys are polled on every frame of the participant's screen without blocking, so the terminal never
-delays the session. A reason for voiding is typed while the session continues.
+The terminal never delays the session, because keys are polled without blocking on every frame of
+the participant's screen. The session continues while the operator types a reason for voiding a
+trial.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.trial import Trial
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
-# A key: the complete escape sequence of an arrow or function key, or one character.
+# A key: one character, or the complete escape sequence of an arrow or function key.
 KEY = re.compile(r"\x1b[\[O][0-9;]*[A-Za-z~]|.", re.DOTALL)
 
 STATES: dict[State, tuple[str, str]] = {
@@ -43,7 +44,7 @@ STATES: dict[State, tuple[str, str]] = {
     "done": ("done", "bold green"),
 }
 
-# Keys that make a request immediately, by state; v, b, a and s open a prompt first.
+# Keys that make a request immediately, by state. The keys v, b, a and s open a prompt first.
 KEYS: dict[State, dict[str, Request]] = {
     "paused": {"p": Request(what="go_on")},
     "fault": {"r": Request(what="retry")},
@@ -69,7 +70,7 @@ class Prompt:
     request : callable
         Converts the entry to a request; returns None if the entry is not valid.
     expected : str
-        Shown after an invalid entry: what to type instead.
+        The expected entry, which is shown after an invalid entry.
     """
 
     label: str
@@ -139,7 +140,7 @@ class PromptKey(NamedTuple):
     open : callable
         Returns the prompt, or None if there is nothing to enter.
     without : Request or None
-        The request to make in that case; the session replies with the reason for refusing it.
+        The request to make if there is nothing to enter; the session refuses it with a reason.
     """
 
     states: tuple[State, ...]
@@ -171,8 +172,7 @@ class TerminalOperator:
     read_key : callable
         Returns the key that was pressed, or "" without waiting.
     retries : int
-        Number of faults that are retried without asking, so that a briefly loose plug needs no
-        action.
+        Number of automatic retries after faults, so that a briefly loose plug requires no action.
     heading : tuple of str
         Describes the session: participant, study, plate; shown above the state.
     """
@@ -195,15 +195,15 @@ class TerminalOperator:
 
     @property
     def busy(self) -> bool:
-        """Whether something is being typed."""
+        """Whether the operator is typing."""
         return self._prompt is not None
 
     def tell(self, status: SessionStatus) -> None:
-        """Show the state; ring the bell once per fault."""
+        """Show the session's state; ring the bell once per fault."""
         if self._console.is_terminal and status.state == "fault" != self._status.state:
             self._console.bell()
         if status.answering is not self._status.answering:
-            # Keep any other prompt that the operator is typing in.
+            # Keep any other prompt in which the operator is typing.
             if self._prompt is self._answer:
                 self._prompt = None
             self._answer = answer_prompt(status.answering) if status.answering else None
@@ -231,7 +231,7 @@ class TerminalOperator:
         return KEYS.get(state, RUNNING).get(key)
 
     def _type(self, prompt: Prompt, key: str) -> Request | None:
-        """Process one key of an entry."""
+        """Process one key of the entry in the open prompt."""
         if not key:
             return None
         prompt.told = ""
@@ -241,7 +241,7 @@ class TerminalOperator:
                 prompt.told = prompt.expected
                 self._draw()
             if prompt is self._answer:
-                prompt.typed = ""  # stays open until the question is over: the entry may be refused
+                prompt.typed = ""  # stays open, because the entry may be refused
             elif request:
                 self._prompt = None
             return request
@@ -298,11 +298,11 @@ class TerminalOperator:
     def __exit__(self, *_error: object) -> None:
         self._live.stop()
         if not self._console.is_terminal:
-            self._console.print()  # when writing to a file, Live ends in the middle of a line
+            self._console.print()  # when writing to a file, Live ends without a line break
 
 
 class Keys:
-    """Reads single keys from a terminal without blocking; returns none if there is no terminal."""
+    """Reads single keys from a terminal without blocking; without a terminal there are no keys."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream: TextIO | None = stream or sys.stdin  # may be None
@@ -310,7 +310,7 @@ class Keys:
         self._read: Callable[[], str] = lambda: ""
 
     def __call__(self) -> str:
-        """Return the next key, or ""."""
+        """Return the next key; empty if there is none."""
         return self._read()
 
     def __enter__(self) -> Self:
@@ -322,13 +322,13 @@ class Keys:
         self._stack.close()
 
     def _posix(self, descriptor: int) -> Callable[[], str]:
-        # Unix only; the next method's msvcrt is Windows only.
+        # Unix only; msvcrt in the next method is Windows only.
         import select  # noqa: PLC0415
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
 
         before = termios.tcgetattr(descriptor)
-        # Registered first, because a signal may arrive in the meantime.
+        # The callback is registered first, because a signal may arrive in the meantime.
         self._stack.callback(termios.tcsetattr, descriptor, termios.TCSADRAIN, before)
         # Ctrl-C still interrupts: cbreak mode leaves the signal keys unchanged.
         tty.setcbreak(descriptor)
@@ -337,7 +337,7 @@ class Keys:
         decoder = codecs.getincrementaldecoder("utf-8")(errors="ignore")
 
         def read() -> str:
-            # Keys are not read while a surface is being presented, so several may be waiting.
+            # Keys are not read while a surface is being presented, so several keys may be waiting.
             ready, _, _ = select.select([descriptor], [], [], 0)
             if ready:
                 waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, 1024))))

@@ -1,1 +1,1 @@
-"""How a session carries out the steps that take several actions."""
+"""Session steps that consist of several actions."""

@@ -31,11 +31,11 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        The session's objects with these names.
+        The objects of the session with these names.
     watch : callable
-        Checks the plate and the operator; called at every frame.
+        Called on every frame to check the plate and the operator.
     wait : callable
-        Tells the operator that the session is waiting for the participant.
+        Shows the operator that the session is waiting for the participant.
     """
 
     surface: SurfaceState
@@ -69,9 +69,10 @@ class Adjusting:
             reply = self._turned(step, turn, lambda: again_s.append(since_s()))
             readback_level = self.surface.read_back_level()
         except UserError:
-            raise  # usually the journal itself, so nothing can be written
+            raise  # usually the journal itself failed, so nothing can be recorded
         except BaseException:
-            # The interrupted adjustment is recorded but never used: it starts again.
+            # The interrupted adjustment is recorded but never used, because the adjustment starts
+            # again.
             self.journal.write("discarded", name=step.name, answer={"trace": trace})
             raise
         self.markers.mark(Event.ANSWER, step)
@@ -90,8 +91,8 @@ class Adjusting:
     def _turned(self, step: Adjust, turn: Turn, asked: Callable[[], None]) -> Reply:
         """Let the participant adjust the surface, and present the reference again on request.
 
-        The time limit covers only the time spent adjusting. The response time runs from the first
-        screen to the last key press.
+        The time limit applies only to the time spent adjusting. The response time is measured from
+        the first screen to the last key press.
         """
         reply = first = self.participant.adjust(step, turn, self.watch)
         left, count = step, 0
@@ -107,7 +108,7 @@ class Adjusting:
         return replace(reply, onset_s=first.onset_s, response_time_s=took_s)
 
     def _feel_again(self, reference: Present, explore: Explore) -> None:
-        """Present the reference again during an adjustment, and record what the plate did."""
+        """Present the reference again during an adjustment, and record the presentation."""
         self.progress.tell("presenting")
         self.markers.mark(Event.ONSET, reference)
         made = self.surface.feel_again(reference, explore)

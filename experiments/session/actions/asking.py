@@ -1,7 +1,7 @@
-"""Ask questions: with a sound, through the operator, again, or after going back to one.
+"""Ask questions of the participant or the operator, and repeat earlier questions on request.
 
-A repeated question is recorded as a new answer, which replaces the old one in the data. The
-protocol does not receive it, so its earlier steps are unchanged. No shipped protocol bases
+The answer to a repeated question is recorded and replaces the old answer in the data. The protocol
+does not receive the new answer, so its earlier steps are unchanged. No shipped protocol bases
 decisions on these answers.
 """
 
@@ -45,9 +45,9 @@ class Asking:
     ----------
     surface, participant, journal, clock, noise, sounds, markers, progress, contact,
     interruptions, operator_answers
-        The session's objects with these names.
+        The objects of the session with these names.
     wait : callable
-        Tells the operator that the session is waiting for the participant.
+        Shows the operator that the session is waiting for the participant.
     """
 
     surface: SurfaceState
@@ -64,10 +64,10 @@ class Asking:
     wait: Callable[[], None]
 
     def answer(self, step: Ask) -> Reply:
-        """Have a question answered, after any previous ones that the participant returns to.
+        """Obtain the answer to a question; the participant may first return to earlier questions.
 
-        An earlier question is repeated as if the operator had requested it: the journal contains
-        both answers, and a session that is killed in between asks it again.
+        An earlier question is repeated as if the operator had requested it. The journal contains
+        both answers, and a session that is killed in between repeats the question.
         """
         before = self.progress.before(step) if step.by == "participant" else None
         while True:
@@ -83,7 +83,7 @@ class Asking:
             self._again(question)
 
     def _again(self, question: Ask) -> None:
-        """Repeat a question; its new answer replaces the old one."""
+        """Repeat a question; the new answer replaces the old one."""
         reply = self.interruptions.attempt(partial(self._ask_apart, question))
         self.journal.write(
             "answered_again", what=step_record(question), answer=answer_record(reply)
@@ -99,7 +99,7 @@ class Asking:
         return self.answer(question)
 
     def _answer_once(self, step: Ask) -> Reply:
-        """Have a question answered; if it is interrupted, record the unfinished entry."""
+        """Obtain the answer to a question; after an interruption, record the unfinished entry."""
         begun = _last_unfinished(self.journal.records, step)
         self.participant.unfinished = begun
         try:
@@ -111,7 +111,7 @@ class Asking:
                 else:
                     reply = self.participant.perform(step, watch)
         except UserError:
-            raise  # usually the journal itself, so nothing can be written
+            raise  # usually the journal itself failed, so nothing can be recorded
         except BaseException:
             left = self.participant.unfinished
             if left != begun:
@@ -128,7 +128,7 @@ class Asking:
         return reply
 
     def _hear(self, step: Ask, played: Played, watch: Watch) -> bool:
-        """Play a sound while the participant listens; return whether it could be played."""
+        """Play a sound while the participant listens; return whether the sound could be played."""
         if self.sounds.missing:
             self.journal.write(NO_SOUND, name=step.name, reason=self.sounds.missing)
             self.progress.warn(f"no headphone test: {self.sounds.missing}")
@@ -143,7 +143,7 @@ class Asking:
 
 
 def _last_unfinished(records: list[Record], step: Ask) -> Unfinished:
-    """Return the unfinished entry of an interrupted answer from the journal."""
+    """Return the unfinished entry of an interrupted answer, read from the journal."""
     trial = step.trial.number if step.trial else None
     for record in reversed(records):
         if record.kind in ("done", "answered_again"):

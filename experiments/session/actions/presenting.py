@@ -1,4 +1,4 @@
-"""Present surfaces, and present a lost surface again before the step that needs it."""
+"""Present surfaces, and restore a lost surface before the step that needs it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Presenting:
     Parameters
     ----------
     surface, journal, clock, noise, markers, progress, tracking
-        The session's objects with these names.
+        The objects of the session with these names.
     """
 
     surface: SurfaceState
@@ -59,7 +59,7 @@ class Presenting:
         return made
 
     def take_up(self) -> None:
-        """Record that a run is resumed; its surface is lost."""
+        """Record that the run is resumed and that its surface was lost."""
         virtual = isinstance(self.clock, VirtualClock)
         self.journal.write("take_up", virtual=virtual)
         self._rewinds = virtual
@@ -67,7 +67,7 @@ class Presenting:
             self.surface.interrupt()
 
     def restore(self, step: Step) -> None:
-        """If the surface was lost, present it and have it explored again before the step."""
+        """Before the step, present a lost surface and let the participant explore it again."""
         if self.surface.must_be_felt_again(step):
             self.noise.start()
             self.progress.tell("presenting")
@@ -87,8 +87,8 @@ class Presenting:
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
         """Yield a function that sets a resumed pilot's clock to a presentation's original time.
 
-        The clock is restored afterwards. The pilot thus continues as if it had not been
-        interrupted: a texture changes with time, so each is explored at its original time.
+        The clock is restored afterwards. The pilot therefore continues as if it had not been
+        interrupted: textures change with time, so each texture is explored at its original time.
         """
         clock = self.clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):
@@ -97,12 +97,12 @@ class Presenting:
         now_s = clock.now()
         try:
             yield clock.set
-        finally:  # if the time were repeated, a fault at that time would repeat forever
+        finally:  # if the clock were set back, a fault at that time would repeat forever
             clock.set(now_s)
             self._rewinds = False
 
     def _note_standard(self, step: Step) -> None:
-        """Record that the standard was repeated before a trial's surface, if it was."""
+        """Record a repetition of the standard before a trial's surface, if there was one."""
         if made := self.surface.take_standard_made():
             trial = step.trial.number if step.trial else None
             self.journal.write("standard_again", trial=trial, answer=answer_record(made))
