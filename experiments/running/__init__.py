@@ -1,1 +1,1 @@
-"""Runs from start to end: laboratory sessions, pilots, and the checks before a session."""
+"""Carry out complete runs: laboratory sessions, pilots, and the checks before a session."""

@@ -1,4 +1,4 @@
-"""Describe the balance of a study's orders across the planned number of participants."""
+"""Describe how well a study's orders are balanced across the planned participants."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import RatedOptions
 
-NAMED = 8  # more transitions than this are counted, not listed
+NAMED = 8  # larger numbers of transitions are counted instead of listed
 
 
 def order_balance(
@@ -28,7 +28,7 @@ def order_balance(
     surfaces : sequence of str
         Names of all surfaces.
     runs : sequence
-        For each run, its blocks of main trials; each block is a sequence of surface names.
+        The blocks of main trials in each run; each block is a sequence of surface names.
     """
     pairs = list(permutations(surfaces, 2))
     if not pairs:
@@ -71,7 +71,7 @@ def order_balance(
 
 
 def task_balance(first: Iterable[str]) -> str:
-    """Describe in one sentence how often each task comes first; ``first`` has one task per run."""
+    """Describe in one sentence how often each task in ``first`` (one per run) comes first."""
     counts = Counter(first)
     each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
     even = len(counts) > 1 and len(set(counts.values())) == 1

@@ -1,7 +1,7 @@
 """Write the tables of a simulated study without running sessions.
 
-Used for planning, when a study is simulated hundreds of times. The simulated participants give the
-same answers as in a pilot, and the same code creates the tables, but no journal is written.
+Planning uses this module to simulate a study hundreds of times. The simulated participants give the
+same answers as in a pilot, and the same code creates the tables, but no journals are written.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.study.run_plan import RunPlan
 
-#: Feature that only full sessions can simulate -> whether a run has it.
+#: Feature that only full sessions can simulate -> whether a run has this feature.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
     "textures depend on the finger position": lambda plan: bool(plan.study.textures),
     "the plate file specifies finger sensors": lambda plan: bool(plan.study.plate.file),
@@ -47,7 +47,7 @@ NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
 
 
 def why_sessions(plan: RunPlan) -> str:
-    """Return the reason why a study requires full sessions; empty if it does not."""
+    """Return the reason why a study requires full sessions; empty if there is none."""
     return next((why for why, has in NEED_SESSIONS.items() if has(plan)), "")
 
 
@@ -76,7 +76,7 @@ def write_simulated(
             run_simulated(folder, plan, MOCK)
         build_dataset(folder)
         return
-    # Participants who dropped out do not return.
+    # Participants who drop out do not return for later sessions.
     attended = [plan for plan in plans if not (plan.visit and drops_out(plan, population))]
     files, problems = render([_run(folder, plan, population) for plan in attended])
     if problems:
@@ -86,7 +86,7 @@ def write_simulated(
 
 
 def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
-    """Return a run in the form in which it would be read from a journal."""
+    """Return a simulated run in the form of a run that was read from a journal."""
     plate = plate_for(plan, MOCK, VirtualClock())
     records = [
         Record(
@@ -106,7 +106,7 @@ def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
         note("begin", what=step_record(last))
         now_s += duration_s
         note("done", answer=answer_record(_as_in_a_session(answer)))
-    # The closing text comes after the last answer: a run without it was abandoned.
+    # The closing text follows the last answer, so a run without it was abandoned.
     note("end" if isinstance(last, Instruct) and last.last else "stop")
     return Run(
         path=plan.journal_path(folder),

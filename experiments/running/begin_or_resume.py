@@ -1,4 +1,4 @@
-"""Perform a planned run, from the end of its journal to the end of the run."""
+"""Carry out a planned run, starting from the end of its journal."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
 
 
 def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
-    """Return the plate for a SPEC, not yet connected, restricted to the study's tolerance.
+    """Return the plate for a SPEC, with the study's tolerance; the plate is not yet connected.
 
-    For a study with a second actuator, ``mock`` is a pair of simulated ones.
+    For a study with a second actuator, ``mock`` is a pair of simulated plates.
     """
     wanted, second = plan.study.plate, plan.study.second_plate
     paired = spec.startswith(PAIR)
@@ -64,7 +64,7 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
 def _opened(
     plan: RunPlan, spec: str, clock: Clock, quantity: Quantity, largest_level: float
 ) -> PlateDriver:
-    """Return the plate for a SPEC; raise `UserError` unless it makes the study's quantity."""
+    """Return the plate for a SPEC; raise `UserError` unless its quantity is the study's."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
     if isinstance(driver, MockPlate) and driver.plate_file is None:
         driver.adopt(quantity, largest_level)
@@ -96,14 +96,14 @@ def run_plan(
     warnings: tuple[str, ...] = (),
     steps: Steps | None = None,
 ) -> RunOutcome:
-    """Perform a plan from the end of the journal to the end of the run.
+    """Carry out a plan from the end of the journal to the end of the run.
 
     Parameters
     ----------
     plate : PlateDriver
         The connected plate.
     journal : Journal
-        A new journal, to which the header is written here, or a reopened one.
+        A reopened journal, or a new journal, to which this function writes the header.
     sources : Mapping, optional
         Connected sources of position and force.
     tracking : ResonanceTracking, optional
@@ -111,9 +111,9 @@ def run_plan(
     backup : Path, optional
         Folder to which the journal is copied at the end.
     warnings : tuple of str, optional
-        Earlier warnings for the operator.
+        Warnings that the operator should see from the beginning.
     steps : generator, optional
-        The plan's steps, if they pass through a wrapper.
+        The plan's steps, if the caller has wrapped them.
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"

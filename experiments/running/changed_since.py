@@ -1,7 +1,7 @@
-"""Report changes since a data set's last run: study, plate or the computer's date.
+"""Report changes of the study, the plate or the computer's date since a data set's last run.
 
-A change can be intentional. So that no unintended one is discovered ten participants too late,
-`check` reports changes, and `run` and `next` ask for confirmation.
+A change can be intentional, but an unintended change must not be discovered ten participants too
+late. Therefore `check` reports changes, and `run` and `next` ask for confirmation.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     Parameters
     ----------
     dataset : Path
-        The first records of its journals are read.
+        The data set, of whose journals the first records are read.
     study : Study
         The study to be run.
     text : str
@@ -63,6 +63,6 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
 
 
 def _begun(path: Path, study: str) -> tuple[RunPlan, Record] | None:
-    """Return the plan and header of a study's run; None for other journals."""
+    """Return the plan and header of a run of a study; None for journals of other studies."""
     plan, reading = read_usable(path, most=1)
     return (plan, reading.records[0]) if plan and plan.study.name == study else None

@@ -1,4 +1,4 @@
-"""A run's sources of finger position and force: selection, opening and journal entries."""
+"""Select, open and describe a run's sources of finger position and force."""
 
 from __future__ import annotations
 
@@ -30,19 +30,19 @@ TRIED_S = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactSpecs:
-    """The sources that a run uses.
+    """The SPECs of the sources that a run uses.
 
     Parameters
     ----------
     position, force : str or None
-        A SPEC, "none" for no source, or None if not specified.
+        A SPEC, "none" for no source, or None if the source is not specified.
     """
 
     position: str | None = None
     force: str | None = None
 
     def otherwise(self, other: ContactSpecs) -> ContactSpecs:
-        """Return these sources, with unspecified ones taken from another object."""
+        """Return these sources; unspecified sources are taken from ``other``."""
         return ContactSpecs(
             position=other.position if self.position is None else self.position,
             force=other.force if self.force is None else self.force,
@@ -50,7 +50,7 @@ class ContactSpecs:
 
     @property
     def used(self) -> dict[Kind, str]:
-        """SPECs of the sources in use."""
+        """SPECs of the sources in use, by kind."""
         both: dict[Kind, str | None] = {"position": self.position, "force": self.force}
         return {kind: spec for kind, spec in both.items() if spec and spec != NONE}
 
@@ -60,7 +60,7 @@ NOT_NAMED = ContactSpecs()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedSource:
-    """A source and its SPEC."""
+    """A source of position or force, and its SPEC."""
 
     spec: str
     source: ContactSource
@@ -78,12 +78,12 @@ def of_plate(file: PlateFile | None) -> ContactSpecs:
 
 
 def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> ContactSpecs:
-    """Return the sources that the command names, otherwise the study, otherwise the plate file."""
+    """Return the sources named by the command; the study and the plate file supply missing ones."""
     return named.otherwise(of_study(study)).otherwise(of_plate(file))
 
 
 def simulated(specs: ContactSpecs) -> ContactSpecs:
-    """Return these sources with measuring devices replaced by a simulated finger."""
+    """Return these sources, with measuring devices replaced by a simulated finger."""
     found: dict[Kind, str] = {}
     for kind, spec in specs.used.items():
         name = spec.partition(":")[0]
@@ -102,7 +102,7 @@ def with_stage(specs: ContactSpecs, study: Study) -> ContactSpecs:
 
 
 def of_records(records: list[Record]) -> ContactSpecs:
-    """Return the sources that a run last used."""
+    """Return the sources that a run used most recently."""
     last = [r.data for r in records if r.kind in ("header", "resume")][-1]
     told = last.get("contact") or {}
     specs = {kind: str(told[kind]["spec"]) if kind in told else NONE for kind in QUANTITIES}
@@ -117,22 +117,22 @@ def open_sources(
     Raises
     ------
     UserError
-        If a SPEC is invalid or refers to a source that does not work here.
+        If a SPEC is invalid, or its source cannot be used in this run.
     SensorFault
         If a device does not respond.
     """
     opened: dict[Kind, NamedSource] = {}
     for kind, spec in specs.used.items():
         source = stack.enter_context(open_source(kind, spec, surroundings))
-        if isinstance(source, EmulatedStage):  # it moves the simulated finger
+        if isinstance(source, EmulatedStage):  # the stage moves under the simulated finger
             surroundings = replace(surroundings, finger=source)
         opened[kind] = NamedSource(spec=spec, source=source)
     return opened
 
 
 def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
-    """Connect the sources, read them for a moment, and return one sentence per source."""
-    # The pointer requires the window, and a simulated finger requires its participant.
+    """Connect the sources, read each one briefly, and return one sentence per source."""
+    # A pointer requires the window, and a simulated finger requires the simulated participant.
     later = {k: s for k, s in specs.used.items() if s.partition(":")[0] in NEED_A_PARTICIPANT}
     now = ContactSpecs(
         position=NONE if "position" in later else specs.position,
@@ -150,7 +150,7 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
 
 
 def _readings(source: ContactSource) -> str:
-    """Return the number of readings from a source, and the last reading."""
+    """Describe the rate of readings from a source, and the last reading."""
     samples = source.take()
     if not samples:
         return "no finger on the plate"

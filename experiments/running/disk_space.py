@@ -1,4 +1,4 @@
-"""Check that a disk really provides the space it reports, despite quotas, by allocating it."""
+"""Check by allocating it that disk space is really available, despite quotas."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A session with a participant: PsychoPy window, plate, masking noise and operator."""
+"""Run a session with a participant, using the window, the plate, masking noise and the operator."""
 
 from __future__ import annotations
 
@@ -86,13 +86,13 @@ class Setting:
     plate : str
         SPEC of the plate.
     full_screen, screen
-        The participant's window.
+        The properties of the participant's window.
     unblind : bool
         Whether the operator sees the amplitude.
     markers : tuple of str
         Marker outputs: SPECs of `slipscale.experiments.session.marker_outputs`.
     contact : ContactSpecs
-        The finger sensors specified by the command.
+        The finger sensors that the command specifies.
     sound_required : bool
         Whether masking noise is required even if the study treats it as optional.
     backup : Path or None
@@ -124,7 +124,7 @@ def make_plan(
     Raises
     ------
     UserError
-        If a label cannot be part of a file name, or the study does not plan this session.
+        If a label cannot be part of a file name, or the session is not part of the study.
     """
     study, text = read_study(study_name)
     plan = RunPlan(
@@ -154,9 +154,9 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     Raises
     ------
     UserError
-        If the participant's run already exists, possibly under an equivalent label; the data set
-        has the other mode or another study; the plate is simulated but the run is not a pilot; or
-        the window cannot be opened.
+        If the run already exists (possibly under an equivalent participant label); if the data set
+        has the other mode or another study; if the plate is simulated but the run is not a pilot;
+        or if the window cannot be opened.
     PlateFault
         If the rig failed; the journal can be resumed.
     """
@@ -167,7 +167,7 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     path = plan.journal_path(dataset)
     state = run_state(path)
     if state != "free":
-        # Reported before the plate moves and the window opens; `Journal.create` also checks it.
+        # `Journal.create` also checks this, but only after the plate has moved.
         raise UserError(
             f"participant {plan.participant} already has a run ({state}): {path}; "
             f"{remedy(path, state)}"
@@ -186,8 +186,8 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     Raises
     ------
     UserError
-        If the journal is complete, damaged, in the wrong place or in use, or a participant's run
-        would continue on a simulated plate.
+        If the journal is complete, damaged, misplaced or in use, or if a participant's run would
+        continue on a simulated plate.
     """
     plan, records = read_plan(path)
     check_unfinished(path, records)
@@ -205,7 +205,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
             f"--plate {setting.plate}: a participant's run cannot be resumed with a simulated "
             f"plate, which the participant cannot feel; the run used {last_plate(records)}"
         )
-    # Session time counts from the start of the run, including the interruption.
+    # Session time is measured from the start of the run, including the interruption.
     clock = SystemClock(max(_since_s(records[0].data["started_utc"]), latest_s(records)))
     setting = replace(
         setting,
@@ -219,18 +219,18 @@ def _since_s(date: str) -> float:
     """Return the seconds since a date; 0 if the date is invalid."""
     try:
         return (datetime.now(UTC) - datetime.fromisoformat(date)).total_seconds()
-    except (ValueError, TypeError):  # no date, or one without a time zone
+    except (ValueError, TypeError):  # no date, or a date without a time zone
         return 0.0
 
 
 def _conduct(
     dataset: Path, plan: RunPlan, setting: Setting, opened: Callable[[], Journal]
 ) -> RunOutcome:
-    """Open the journal and the equipment, run, close them, and build the data set.
+    """Open the journal and equipment, run the session, close everything, and build the data set.
 
-    Equipment is opened in the order that makes failures least costly. The journal is first: its
-    lock prevents a second session on the plate, and an unwritable folder is reported before
-    anything moves.
+    Everything is opened in the order that makes failures least costly. The journal comes first,
+    because its lock prevents a second session on the plate, and because an unwritable folder is
+    then reported before anything moves.
     """
     with signals_raise() as leave:
         journal = opened()
@@ -243,13 +243,13 @@ def _conduct(
                 finally:
                     leave()
         finally:
-            journal.close()  # a signal may arrive before the stack has the journal
+            journal.close()  # a signal may arrive before the stack owns the journal
 
 
 def _perform(
     stack: ExitStack, dataset: Path, plan: RunPlan, setting: Setting, journal: Journal
 ) -> RunOutcome:
-    """Open the remaining equipment on the stack, and run."""
+    """Open the remaining equipment on the stack, then run the session."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
@@ -257,7 +257,8 @@ def _perform(
         print(harmless(warning), file=sys.stderr)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
     heading = plan.heading(spec)
-    # Before the window, which takes seconds, so that no request goes to a crashed session.
+    # Opened before the window, which takes seconds, so that no request reaches a crashed session's
+    # mailbox.
     mailbox = _enter(stack, Mailbox(mailbox_of(journal.path), heading))
     journal.moved = lambda path: mailbox.move(mailbox_of(path))
     plate = stack.enter_context(plate_for(plan, spec, clock))
@@ -304,7 +305,7 @@ def _perform(
 
 
 def _enter(stack: ExitStack, context: Context) -> Context:
-    """Enter a context, registering its exit first so that a signal cannot leak resources."""
+    """Enter a context; its exit is registered first, so that a signal cannot leak resources."""
     stack.push(context)
     context.__enter__()
     return context
@@ -313,7 +314,7 @@ def _enter(stack: ExitStack, context: Context) -> Context:
 def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
     """Raise `UserError` if a participant's run would use a plate that nobody can feel.
 
-    The plate itself is queried, because an emulated board has a port like any other board.
+    The plate itself is queried, because an emulated board has a port like a real board.
     """
     if plan.mode == "participant" and plate.unfelt:
         who = plate.identity
@@ -328,10 +329,10 @@ def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
 def _tracking(
     plan: RunPlan, plate: PlateDriver, clock: Clock, stack: ExitStack
 ) -> ResonanceTracking | None:
-    """Return the resonance tracker if the study requires one; a simulated plate needs none."""
+    """Return the resonance tracker if the study requires one; simulated plates need none."""
     wanted = plan.study.plate
     if isinstance(plate, PlatePair):
-        plate = plate.first  # between trials, when both are off
+        plate = plate.first  # the frequency sweep runs between trials, when both actuators are off
     if not wanted.track_resonance or plate.simulated:
         return None
     if not plate.tracks:
@@ -351,7 +352,7 @@ def _leave(
     error: BaseException | None,
     _trace: TracebackType | None,
 ) -> None:
-    """Build the data set. After an error, report how to resume without hiding the error."""
+    """Build the data set. After an error, add how to resume the run."""
     if not journal.records:
         return
     if journal.lost:
@@ -381,13 +382,13 @@ def _leave(
 
 
 def _sounds(plan: RunPlan) -> Sounds:
-    """Return the player of the headphone test, or an object that explains why there is none."""
+    """Return the player for the headphone test, or an object that explains its absence."""
     missing = check_device() if plan.study.headphone_test else "the study has none"
     return NoSounds(missing) if missing else SoundOutput()
 
 
 def _noise(plan: RunPlan, *, required: bool) -> MaskingNoise | None:
-    """Return the study's masking noise; None if it is optional and no audio device exists."""
+    """Return the study's masking noise; None if it is optional and there is no audio device."""
     wanted = plan.study.masking_noise
     if wanted is None:
         return None

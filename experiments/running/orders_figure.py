@@ -1,4 +1,4 @@
-"""Figure of the surface orders for all planned participants, as coloured cells."""
+"""Draw the orders of surfaces for all planned participants as coloured cells."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.trial import Trial
     from slipscale.stimuli.surface import Stimulus
 
-#: Maximum number of participants that can be distinguished in one figure.
+#: Maximum number of participants whose rows can be distinguished in one figure.
 MOST = 40
-#: Maximum number of trials for which amplitudes are written in the cells.
+#: Maximum number of trials for which the amplitudes are printed in the cells.
 MOST_NAMED = 30
 
 
@@ -33,7 +33,8 @@ def orders_figure(
     Parameters
     ----------
     people : sequence of (str, sequence)
-        Labels, and each run's trials with their surfaces in order of presentation.
+        The label of each participant, and the trials of one run with their surfaces in order of
+        presentation.
     quantity : Quantity
         Quantity and unit of the levels.
     """
@@ -73,7 +74,7 @@ def _level(surface: Stimulus) -> float:
 
 
 def _parts(own: Sequence[tuple[Trial, Stimulus]]) -> list[tuple[int, str]]:
-    """Return the positions and names of a run's parts."""
+    """Return the positions and names of the parts of a run."""
     found: list[tuple[int, str]] = []
     for place, (trial, _) in enumerate(own):
         name = f"{trial.task},\n{trial.phase}" if trial.phase == "practice" else f"{trial.task}\n"

@@ -1,4 +1,4 @@
-"""A pilot: a complete study with simulated participants on the mock plate, in virtual time.
+"""Pilots: complete studies with simulated participants on the mock plate, in virtual time.
 
 A pilot runs the same session code as a session with a person. Only the clock, the plate and the
 participant are replaced.
@@ -56,8 +56,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
 
 MOCK = "mock"  # the simulated plate without faults
-# The scatter of the mock's readings is below this fraction of the study's tolerance. With more
-# scatter, an occasional reading would be out of tolerance and end the pilot with a plate fault.
+# Scatter of the mock's readings, relative to the study's tolerance. With more scatter, an
+# occasional reading would be out of tolerance and end the pilot with a plate fault.
 PART_OF_TOLERANCE = 1 / 6
 MOCK_NOISE_UM = 0.005  # default scatter
 FRAME_S = 0.01  # sampling interval of a measured finger
@@ -72,18 +72,18 @@ def pilot_plans(
     population: Population | None = None,
     text: str | None = None,
 ) -> list[RunPlan]:
-    """Return the runs in a pilot: every planned session and run for each participant.
+    """Return the plans of a pilot's runs: all planned sessions and runs of each participant.
 
     Parameters
     ----------
     study_name : str
         A study file, or the name of a shipped study.
     participants, seed, language
-        Override the study's own values.
+        These values override the study's values.
     population : Population, optional
-        The simulated population; default: the shipped one.
+        The simulated population; by default, the shipped population.
     text : str, optional
-        Full text of the study, if it differs from the file's.
+        Full text of the study, if it differs from the file.
     """
     if text is None:
         study, text = read_study(study_name)
@@ -113,21 +113,21 @@ def pilot_plans(
 
 
 def next_folder(parent: Path) -> Path:
-    """Return a new numbered folder's path: pilots/001, pilots/002, ..."""
+    """Return the path of a new numbered folder: pilots/001, pilots/002, ..."""
     taken = [int(entry.name) for entry in parent.glob("[0-9]*") if entry.name.isdigit()]
     return parent / f"{max(taken, default=0) + 1:03d}"
 
 
 def claim(folder: Path, plans: list[RunPlan]) -> None:
-    """Check that a folder is new or contains this pilot, unfinished.
+    """Check that a folder is new, or contains this pilot unfinished.
 
     Raises
     ------
     UserError
-        If the folder contains anything else. Nothing is changed.
+        If the folder contains anything else.
     """
     try:
-        # A pilot that was interrupted before its first record leaves folders without files.
+        # A pilot that is interrupted before its first record leaves folders without files.
         if not folder.exists() or all(entry.is_dir() for entry in _entries(folder)):
             return
     except OSError as error:
@@ -175,14 +175,14 @@ def run_pilot(
     Parameters
     ----------
     folder : Path
-        The data set; see `claim`.
+        The pilot's data set; see `claim`.
     plans : list of RunPlan
     spec : str
         The plate: a mock, with options to simulate faults.
     contact : ContactSpecs, optional
-        The finger sensors. For unspecified ones, those of the study are simulated.
+        The finger sensors to simulate; unspecified sensors are taken from the study.
     tell : callable
-        Called with each participant's label when that participant is done.
+        Called with the label of each participant whose runs are complete.
     """
     contact = contact or NOT_NAMED
     if not is_mock(spec):
@@ -211,8 +211,8 @@ def run_simulated(
     """Run one simulated participant, or the rest of an interrupted run.
 
     The plate has the limits from the study's plate file, and reports their source. The study's
-    finger sensors are simulated unless others are specified. Participants who drop out are asked
-    no further questions and are not simulated in later sessions.
+    finger sensors are simulated unless other sensors are specified. Participants who drop out
+    answer no further questions and do not return for later sessions.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def run_simulated(
         SPEC of the plate.
     contact : ContactSpecs, optional
     synced : bool, optional
-        Whether each record waits for the disk. Default: only if the plate has options, such as
+        Whether each record waits for the disk. By default, only if the plate has options, such as
         simulated faults.
     """
     if synced is None:
@@ -287,10 +287,10 @@ def run_simulated(
 
 
 def _steady(spec: str, plan: RunPlan) -> str:
-    """Return a mock within the study's tolerance; a mock with options is returned unchanged."""
+    """Return the SPEC of a mock plate within the study's tolerance; keep a SPEC with options."""
     wanted_um, study = plan.study.plate.tolerance_level, plan.study
     if wanted_um is not None and not study.plate_quantity.in_um_pp:
-        wanted_um *= PlateLimits().level / study.plate.level  # as the mock scales its levels
+        wanted_um *= PlateLimits().level / study.plate.level  # the mock scales its levels
     if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
         return spec
     return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"

@@ -1,7 +1,7 @@
-"""Checks before the participant arrives: study, folder, plate, sensors, sound and display.
+"""Check study, folder, plate, sensors, sound and display before the participant arrives.
 
 Each check in the table tests one thing and, if it fails, reports what to do. No check changes the
-data set; one of them tests whether it is writable.
+data set, but one check tests whether the folder is writable.
 """
 
 from __future__ import annotations
@@ -71,11 +71,11 @@ class PlannedSession:
     run: str = "01"
     screen: int = 0
     full_screen: bool = True
-    language: str | None = None  # None: the study's
+    language: str | None = None  # None: the study's language
     pilot: bool = False
     markers: tuple[str, ...] = ()
     contact: ContactSpecs = NOT_NAMED
-    sound_required: bool = False  # even if the study treats noise as optional
+    sound_required: bool = False  # require masking noise even if the study treats it as optional
     backup: Path | None = None
 
 
@@ -88,11 +88,11 @@ class Finding:
     name : str
         What was checked.
     passed : bool or None
-        None if there is a problem but the session can take place.
+        None if there is a problem that does not prevent the session.
     detail : str
         What was found.
     remedy : str
-        What to do about it; empty if no action is needed.
+        What to do; empty if no action is needed.
     """
 
     name: str
@@ -104,7 +104,7 @@ class Finding:
 def check_study(planned: PlannedSession) -> Finding:
     """Check that the study file is valid."""
     plan = _plan(planned)
-    plan.person_questions()  # a study may lack texts in the language given on the command line
+    plan.person_questions()  # the study may have no texts in the language given on the command line
     tasks = ", ".join(options.protocol for options in plan.study.tasks)
     return Finding(
         name="study", passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}"
@@ -112,7 +112,7 @@ def check_study(planned: PlannedSession) -> Finding:
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
-    """Return a plan like the upcoming run's, for any participant."""
+    """Return a plan for the upcoming run, with any participant."""
     study, text = read_study(planned.study)
     return RunPlan(
         study_name=planned.study,
@@ -126,7 +126,7 @@ def _plan(planned: PlannedSession) -> RunPlan:
 
 
 def check_folder(planned: PlannedSession) -> Finding:
-    """Check that the folder is writable and that the data belong in it."""
+    """Check that the folder is writable and is the right place for the data."""
     folder = planned.out
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -186,7 +186,7 @@ def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
     try:
         study, text = read_study(planned.study)
     except UserError:
-        return  # reported by the check of the study
+        return  # the check of the study reports this error
     try:
         check_same_study(planned.out, study.name)
     except UserError as error:
@@ -225,7 +225,7 @@ def check_participant(planned: PlannedSession) -> Finding:
 def check_plate(planned: PlannedSession) -> Finding:
     """Check that the plate responds, presents the study's largest amplitude, and stops.
 
-    The plate must also support all other surfaces; textures are not played.
+    The plate must also support all other surfaces. Textures are not played.
     """
     plan = _plan(planned)
     study = plan.study
@@ -235,7 +235,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         silent_on_signals(plate),
     ):
         check_supported(plan, plate, planned.contact)
-        # For a texture, the mean, at which it settles.
+        # A texture settles at its mean.
         largest = max((each.settled_level for each in surfaces(plan)), default=0.0)
         plate.second_level = max(study.second_levels, default=0.0)
         made = plate.present(VirtualSurface(level=largest))
@@ -257,7 +257,8 @@ def check_plate(planned: PlannedSession) -> Finding:
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
         name="plate",
-        # A note (such as an old calibration) does not prevent a session, but should be read.
+        # A note (such as an old calibration) does not prevent a session, but the operator should
+        # read it.
         passed=None if notes else True,
         detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}"
         + (
@@ -268,11 +269,11 @@ def check_plate(planned: PlannedSession) -> Finding:
 
 
 def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
-    """Yield a remedy if readings at constant amplitude scatter too much for a session.
+    """Yield a remedy if readings at a constant amplitude scatter too much for a session.
 
     A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). If the scatter is a
-    fifth of the tolerance, a false fault requires a deviation of five standard deviations, which
-    practically never happens by chance.
+    fifth of the tolerance, a false fault requires a deviation of five standard deviations, which is
+    practically impossible.
     """
     told = []
     for _ in range(READINGS):
@@ -282,7 +283,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     if len(amplitudes := [each for each in read if each is not None]) < READINGS:
         return
     deviation_level, limit_level = stdev(amplitudes), plate.limits.deviation_level / 5
-    # With so few readings, the standard deviation itself has an uncertainty of a quarter.
+    # With this number of readings, the standard deviation has a relative uncertainty of a quarter.
     if deviation_level > 1.25 * limit_level:
         yield (
             f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard "
@@ -292,7 +293,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
 
 
 def check_contact(planned: PlannedSession) -> Finding:
-    """Connect the finger sensors and read them for a moment."""
+    """Check that the finger sensors can be connected and read."""
     told = try_sources(_contact_specs(planned), _plan(planned).study.seed)
     return Finding(name="finger", passed=True, detail="; ".join(told))
 
@@ -300,9 +301,9 @@ def check_contact(planned: PlannedSession) -> Finding:
 def check_display(planned: PlannedSession) -> Finding:
     """Open the participant's window as in a session, and check that key presses reach it.
 
-    If the input device does not provide time stamps, response times come from the window.
+    If the keyboard does not provide time stamps, response times come from the window.
     """
-    # Imported here: PsychoPy takes seconds to load, and earlier checks may already fail.
+    # Imported here, because PsychoPy takes seconds to load and earlier checks may fail first.
     from slipscale.experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
 
     # The screen can be checked even if the study is invalid.
@@ -343,7 +344,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 
 def check_sound(planned: PlannedSession) -> Finding:
-    """Check that the study's masking noise (if any) can be generated and an audio device exists."""
+    """Check that there is an audio device and that the study's masking noise can be generated."""
     from slipscale.experiments.session.masking_noise import MaskingNoise, check_device  # noqa: PLC0415 - loads PortAudio
 
     study, _ = read_study(planned.study)
@@ -357,7 +358,7 @@ def check_sound(planned: PlannedSession) -> Finding:
             + ("; no audio device: the headphone test will be skipped" if missing else ""),
             remedy=missing or "",
         )
-    # Generates the same noise as a session; raises an error if its peaks would clip.
+    # Generates the same noise as a session, and raises an error if its peaks would clip.
     MaskingNoise(level_db=noise.level_db, fade_s=noise.fade_s, seed=study.seed)
     remedy = check_device()
     required = noise.required or planned.sound_required
@@ -374,7 +375,7 @@ def check_sound(planned: PlannedSession) -> Finding:
 
 
 def check_markers(planned: PlannedSession) -> Finding:
-    """Open the marker outputs as in a session, and send a begin and an end marker on each."""
+    """Open the marker outputs as in a session, and send each a start and an end marker."""
     lost: list[str] = []
     with open_markers(planned.markers) as markers:
         markers.lost = lambda name, reason: lost.append(f"{name}: {reason}")
@@ -402,12 +403,12 @@ CHECKS: dict[str, Callable[[PlannedSession], Finding]] = {
     "markers": check_markers,
     "display": check_display,
 }
-# Checks that require a valid study.
+# The checks that require a valid study.
 NEED_STUDY = ("plate", "finger", "sound")
 
 
 def _measures_finger(planned: PlannedSession) -> bool:
-    """Return whether command, study or plate name a sensor; their faults are reported elsewhere."""
+    """Return whether the command, the study or the plate names a finger sensor."""
     try:
         return bool(_contact_specs(planned).used)
     except UserError:
@@ -415,7 +416,7 @@ def _measures_finger(planned: PlannedSession) -> bool:
 
 
 def _contact_specs(planned: PlannedSession) -> ContactSpecs:
-    """Return the finger sensors: the command's, otherwise the study's, otherwise the plate's."""
+    """Return the finger sensors specified by the command, the study or the plate file."""
     plan = _plan(planned)
     spec = with_plate_file(planned.plate, plan.study.plate.file)
     plate = plate_for(plan, spec, SystemClock())
@@ -425,7 +426,7 @@ def _contact_specs(planned: PlannedSession) -> ContactSpecs:
 def check(
     planned: PlannedSession, tell: Callable[[Finding], None], *, only: str | None = None
 ) -> list[Finding]:
-    """Run all checks, or one of them, in order; call ``tell`` with each finding.
+    """Run all checks in order, or only one; call ``tell`` with each finding.
 
     User errors and rig faults are findings, not exceptions, so the list is always complete.
     """

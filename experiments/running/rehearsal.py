@@ -1,7 +1,7 @@
-"""Step through a run in advance, without a participant, a plate or a screen.
+"""Rehearse a run in advance, without a participant, a plate or a screen.
 
 The steps of a run can depend on the answers. A rehearsal therefore tries several patterns of
-answers, and a protocol declares which amplitudes it may present (`Protocol.possible_levels`).
+answers, and a protocol declares the amplitudes that it may present (`Protocol.possible_levels`).
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.surface import Stimulus
 
-# An answer is given by its position, from 0 to 1, in the range of answers; 0 is the first option or
-# "yes". A pattern of answers maps the number of a question to a position.
+# An answer is specified by its position in the range of possible answers, from 0 to 1; 0 is the
+# first option or "yes". A pattern of answers maps the number of a question to a position.
 WAYS: Mapping[str, Callable[[int], float]] = {
     "first": lambda _: 0.0,
     "last": lambda _: 1.0,
@@ -61,15 +61,16 @@ WAYS: Mapping[str, Callable[[int], float]] = {
     "mixed": lambda number: Stream("rehearsal", number).uniform(),
 }
 FIRST = WAYS["first"]
-# No valid trial, or gap between trials, exceeds these limits; a protocol that does is in a loop.
+# Maximum numbers of steps in a trial and between trials; a protocol that exceeds them is in an
+# endless loop.
 MOST_STEPS_OF_A_TRIAL = 1_000
 MOST_STEPS_BETWEEN = 10_000
 
 
 def bounded(steps: Steps, plan: RunPlan) -> Steps:
-    """Yield a run's steps, but reject a protocol that never ends a trial.
+    """Yield a run's steps, and reject a protocol that never ends a trial.
 
-    For unsupervised runs. A person can be asked as often as a protocol requires.
+    Used for unsupervised runs only, because a person may need many attempts.
 
     Raises
     ------
@@ -96,7 +97,7 @@ def bounded(steps: Steps, plan: RunPlan) -> Steps:
 
 
 def check_ways(plan: RunPlan) -> None:
-    """Raise `UserError` if a protocol does something undeclared or never ends."""
+    """Raise `UserError` if a protocol violates its declaration or never ends."""
     for way in WAYS.values():
         for _ in dry_run(plan, way):
             pass
@@ -109,14 +110,14 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     ----------
     plan : RunPlan
     way : callable
-        Maps the number of a question to its answer's position in the range of answers; 0 is "yes"
-        and the first option.
+        Maps the number of a question to the position of its answer in the range of possible
+        answers; 0 is "yes" or the first option.
 
     Raises
     ------
     UserError
-        If a protocol asks for an answer that has no column in its table, its table has a column
-        that every task has, or it has more trials than it declares.
+        If a question has no column in the protocol's table, the table redefines a common column, or
+        there are more trials than declared.
     """
     quantity = plan.study.quantity
     declared = {protocol.task: columns(protocol, quantity=quantity) for protocol, _ in plan.tasks()}
@@ -126,7 +127,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         for protocol, options in plan.tasks()
     }
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
-    # Questions with a separate table, or none.
+    # Questions with a separate table or without a table.
     beside = {HEADPHONES, *(each.name for each in plan.study.questionnaires)}
     steps = bounded(plan.steps(), plan)
     answer: Answer = None
@@ -151,14 +152,15 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                 "its declared maximum; add a limit to its stopping rule"
             )
         yield step
-        # Consent is given, because the run would otherwise end. The operator decides to continue.
+        # The answers give consent and let the operator continue, because the run would otherwise
+        # end.
         own = isinstance(step, Ask) and step.trial is None and not step.task
         decided = isinstance(step, Ask) and step.by == "operator" and bool(step.task)
         answer = _answer(step, FIRST(asked) if own or decided else way(asked))
 
 
 def _answer(step: Step, place: float) -> Answer:
-    """Return the answer to a step at a position in the range of answers."""
+    """Return the answer to a step at a position in the range of possible answers."""
     if isinstance(step, EndTrial | EndBlock):
         return Voided()
     if isinstance(step, Silence):
@@ -204,9 +206,9 @@ def _value(question: Question, place: float) -> Value:  # noqa: PLR0911 - one pe
 
 
 def surfaces(plan: RunPlan) -> list[Stimulus]:
-    """Return each possible surface in a run once, including standards and start levels.
+    """Return all possible surfaces of a run, including standards and start levels.
 
-    They are sorted by label, so that the order of presentation is not revealed.
+    The surfaces are sorted by label, so that the order of presentation is not revealed.
 
     Raises
     ------
@@ -249,7 +251,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
 def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = NOT_NAMED) -> None:
     """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run.
 
-    ``contact`` are the sensors that the command names.
+    ``contact`` contains the sensors that the command names.
     """
     specs = of_run(contact, plan.study, plate.plate_file)
     for plate.second_level, surface in product((*plan.study.second_levels, 0.0), surfaces(plan)):
@@ -269,7 +271,7 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
             )
     q = plan.study.quantity
     if q.unit_in_full != plan.study.plate_quantity.unit_in_full:
-        return  # A period or a speed is exact: the plate's tolerance is in its own unit.
+        return  # Periods and speeds are exact; the plate's tolerance is in another unit.
     for protocol, options in plan.tasks():
         if protocol.finest_level is None:
             continue

@@ -1,4 +1,4 @@
-"""The state of a run, and what to do if it is not free as expected."""
+"""Determine the state of a run, and advise what to do if the run already exists."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 
 
 def run_state(path: Path) -> RunState:
-    """Return the state of a journal's run; "free" if it has not begun."""
+    """Return the state of a journal's run; "free" if the run has not begun."""
     if is_being_written(path):
         return "running now"
     if not has_begun(path):
         return "free"
     _, reading = read_usable(path)
     if not reading.records:
-        return "free"  # the machine stopped while writing its first record: the journal is empty
+        return "free"  # empty: the machine stopped while writing the first record
     if reading.damage:
         return "damaged"
     return "complete" if is_complete(reading.records) else "interrupted"
@@ -46,7 +46,7 @@ def participants(dataset: Path) -> list[str]:
 def check_alike(dataset: Path, participant: str) -> None:
     """Raise `UserError` if a participant exists under an equivalent label, such as 1 and 01.
 
-    The two would count as different people. In addition, some file systems treat A and a as equal.
+    Equivalent labels would count as different people, and some file systems treat A and a as equal.
     """
 
     def plain(label: str) -> str:
@@ -67,12 +67,12 @@ def check_alike(dataset: Path, participant: str) -> None:
             )
 
 
-# Default folder per mode: pilots and participants never share one.
+# Default folder for each mode, because pilots and participants never share a folder.
 FOLDERS: dict[Mode, str] = {"participant": "data", "pilot": "pilots/rehearsals"}
 
 
 def check_mode(dataset: Path, mode: Mode) -> None:
-    """Raise `UserError` if a data set was recorded in the other mode."""
+    """Raise `UserError` if a data set was recorded in another mode."""
     held = mode_of(dataset)
     if held and held != mode:
         raise UserError(
@@ -95,7 +95,7 @@ def studies(dataset: Path) -> list[str]:
 
 
 def check_same_study(dataset: Path, study: str) -> None:
-    """Raise `UserError` if a data set contains only other studies."""
+    """Raise `UserError` if a data set contains runs, but none of this study."""
     held = studies(dataset)
     if held and study not in held:
         raise UserError(
@@ -105,7 +105,7 @@ def check_same_study(dataset: Path, study: str) -> None:
 
 
 def remedy(path: Path, state: RunState) -> str:
-    """Return advice on what to do if a run has already begun."""
+    """Return advice for a run that has already begun."""
     another = "name another participant, or a new --session or --run"
     remedies: dict[RunState, str] = {
         "running now": f"end it there, or {another}",
@@ -119,7 +119,7 @@ def remedy(path: Path, state: RunState) -> str:
 
 
 def check_unfinished(journal: Path, records: list[Record]) -> None:
-    """Raise `UserError` if a run is complete: there is nothing to resume."""
+    """Raise `UserError` if a run is complete and cannot be resumed."""
     if is_complete(records):
         dataset = shlex.quote(str(journal.resolve().parents[2]))
         raise UserError(

@@ -1,4 +1,4 @@
-"""Check that every screen of a study is readable, in every language of the study."""
+"""Check that every screen of a study is readable in every language of the study."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ MOST_TOLD = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """One screen of a run.
+    """A screen of a run, and the reasons why it is not readable.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class Seen:
     step : str
         Type of the step that shows the screen.
     faults : tuple of str
-        The reasons why the screen is not readable; empty if it is.
+        The reasons; empty if the screen is readable.
     """
 
     task: str
@@ -58,8 +58,8 @@ def check_screens(plan: RunPlan) -> None:
     Parameters
     ----------
     plan : RunPlan
-        Plan of any participant. Questions without texts in a language are skipped, except in the
-        plan's own language.
+        The plan of any participant. Questions without texts in a language are skipped, except in
+        the plan's own language.
     """
     told = [
         f"{spoken.language}: {fault}"

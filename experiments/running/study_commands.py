@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 # A longer run would take days.
 MOST_TRIALS = 10_000
-# Balance is computed from the first runs, up to this many trials, which takes about a second.
+# Balance is computed from the first runs, up to this number of trials, which takes about a second.
 TRIALS_LOOKED_AT = 20_000
 SCHEMA_FILE = "study.schema.json"
 
@@ -44,11 +44,11 @@ SCHEMA_FILE = "study.schema.json"
 def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) -> str:
     """Write a copy of a shipped study to a new file for editing; return a message.
 
-    Title and authors are given as arguments, not taken from the shipped study. The study name is
-    taken from the file name.
+    The title and authors of the shipped study are not copied. The study name is derived from the
+    file name.
 
-    The schema is written next to the file and named in its first line: an editor that supports
-    TOML schemas (Even Better TOML, Taplo) can then complete and check the file. An existing schema
+    The schema is written next to the file and named in its first line, so that editors with support
+    for TOML schemas (Even Better TOML, Taplo) can complete and check the file. An existing schema
     is replaced, because it contains no user data.
     """
     if path.exists():
@@ -99,7 +99,7 @@ def schema() -> str:
 
 
 def validate(name: str) -> str:
-    """Return a message if a study is valid; otherwise raise a `UserError` with all faults."""
+    """Return a message if a study is valid; otherwise raise a `UserError` that lists all faults."""
     study, text = read_study(name)
     plan = _plan(name, study, text)
     check_ways(plan)
@@ -113,7 +113,7 @@ def validate(name: str) -> str:
 
 
 def _textures(study: Study) -> Iterator[str]:
-    """Describe how well plate and film follow each texture, and each level of a varied one."""
+    """Describe how well plate and air film follow each texture and each varied level."""
     surfaces: list[tuple[str, Surface]] = [
         (f"texture {each.name}", each) for each in study.texture_surfaces
     ]
@@ -124,7 +124,7 @@ def _textures(study: Study) -> Iterator[str]:
     for name, surface in surfaces:
         if followed := surface.followed():
             said = f"the plate passes {followed.plate:.0%} of {followed.whole}"
-            if study.plate_quantity.in_um_pp:  # only ultrasonic plates have a film
+            if study.plate_quantity.in_um_pp:  # only ultrasonic plates have an air film
                 said += f", friction from the film model {followed.friction:.0%}"
                 if followed.rise_s:
                     said += f" (10 to 90 % in {1000 * followed.rise_s:.3g} ms)"
@@ -134,15 +134,15 @@ def _textures(study: Study) -> Iterator[str]:
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
     """Describe a study and the order of surfaces for a participant.
 
-    The description unblinds its reader. The description is for planning, not for the operator of a
-    session.
+    The description is for planning and unblinds its reader, so a session's operator should not see
+    it.
 
     Parameters
     ----------
     name : str
         A study file, or the name of a shipped study.
     participant, session, run : str
-        The run to show; the default session is the first planned one.
+        The run to show; by default, the first planned session.
     """
     study, text = read_study(name)
     plan = replace(
@@ -217,7 +217,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     if len(plans) < runs_in_all:
         said.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
-        # Only ratings of single surfaces have orders to balance; series have none.
+        # Only ratings of single surfaces have orders to balance.
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]
@@ -267,7 +267,7 @@ def _plan(name: str, study: Study, text: str) -> RunPlan:
     Raises
     ------
     UserError
-        If the run has more trials than anyone could do, probably because of mistyped numbers.
+        If the run has impossibly many trials, probably because of a mistyped number.
     """
     plan = RunPlan(
         study_name=name,

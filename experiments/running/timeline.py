@@ -1,8 +1,8 @@
-"""Estimate a participant's time, the plate's on-time, the number of exposures, and the cost.
+"""Estimate a participant's time, the plate's on-time, the number of exposures and the cost.
 
-The estimate is based on simulated participants who answer the study without a plate or a screen.
-Real sessions take longer because participants have to be welcomed, wait and ask questions;
-``[cost]`` has a setting for that time.
+The estimate is based on simulated participants without a plate or a screen. Real sessions take
+longer, because participants have to be welcomed, wait and ask questions; ``[cost]`` has a setting
+for this time.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timeline:
-    """Time, exposures and cost of a participant, summed over all their runs.
+    """Time, exposures and cost for a participant, summed over all of their runs.
 
     Parameters
     ----------
@@ -76,11 +76,9 @@ class Timeline:
     duty : Spread
         Largest duty cycle in any window of the length given by the plate's limits.
     on_time_limit_s, duty_limit : float
-        The plate's limits on the last two.
-    people, participants : int
-        Number of simulated and of planned participants.
-    cost_each, cost_total : Spread or None
-        In the study's currency; None without ``[cost]``.
+        The plate's limits for the longest vibration and the duty cycle. people, participants : int
+        Number of simulated participants, and of planned participants. cost_each, cost_total :
+        Spread or None In the study's currency; None without ``[cost]``.
     currency : str
     """
 
@@ -124,7 +122,7 @@ class _Visit:
         self.parts[part] += self.now_s - begun_s
 
     def end(self) -> None:
-        """Record the end of a run, with the plate silent."""
+        """Record the end of a run, after which the plate is silent."""
         self._switch(on=False)
 
     def _switch(self, *, on: bool) -> None:
@@ -146,13 +144,13 @@ class _Visit:
 
     def duty(self, window_s: float) -> float:
         """Return the largest fraction of any window of ``window_s`` in which the plate vibrated."""
-        # The maximum occurs in a window that ends when a vibration ends.
+        # The maximum occurs in a window that ends together with a vibration.
         return max((self._on_within(last - window_s, last) for _, last in self.on), default=0.0) / (
             window_s
         )
 
     def _on_within(self, first_s: float, last_s: float) -> float:
-        """Return the time for which the plate vibrated between two times."""
+        """Return the time for which the plate vibrated between two points in time."""
         return sum(max(min(end, last_s) - max(begun, first_s), 0.0) for begun, end in self.on)
 
 
@@ -163,7 +161,7 @@ def timeline(
     population: Population | None = None,
     text: str | None = None,
 ) -> Timeline:
-    """Estimate the timeline of a study's participant.
+    """Estimate the timeline for one participant of a study.
 
     Parameters
     ----------
@@ -173,7 +171,7 @@ def timeline(
         Number of simulated participants.
     population : Population, optional
     text : str, optional
-        Full text of the study, if it differs from the file's.
+        Full text of the study, if it differs from the file.
 
     Raises
     ------
@@ -220,7 +218,7 @@ def _with_cost(found: Timeline, study: Study, minutes: Array) -> Timeline:
     visits = len(study.sessions or ("",)) * study.runs
     hours = (minutes + cost.setup_minutes * visits) * MINUTE_S / HOUR_S
     each = cost.per_person + cost.per_rig_hour * hours
-    # Total for all participants: sums over bootstrap samples of the simulated participants.
+    # The total for all participants is estimated by resampling the simulated participants.
     drawn = np.random.default_rng(0).choice(each, size=(1000, study.participants))
     return replace(
         found,

@@ -1,4 +1,4 @@
-"""Figure of a participant's timeline: minutes per part, plate limits and cost."""
+"""Draw a participant's timeline: minutes per part, plate limits and cost."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @styled
 def timeline_figure(found: Timeline) -> Figure:
-    """Draw the minutes per part, how much of the plate's limits is used and, if known, the cost."""
+    """Draw the minutes per part, the used share of the plate's limits and, if known, the cost."""
     minutes = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
     heights = [len(minutes), 2.0, *([4.5] if found.cost_total else [])]
     figure, panels = canvas(
@@ -48,7 +48,7 @@ def _scaled(spread: Spread, factor: float) -> Spread:
 
 
 def _bars(axes: Axes, rows: list[tuple[str, Spread]], *, digits: int, least: float = 0.0) -> None:
-    """Draw one bar per row: the median as a bar, and the range from p5 to p95 as a line."""
+    """Draw the median of each row as a bar, and the range from p5 to p95 as a line."""
     places = range(len(rows))
     axes.barh(places, [spread.p50 for _, spread in rows], height=0.55, color=BLUE, alpha=0.45)
     axes.hlines(
@@ -66,9 +66,9 @@ def _bars(axes: Axes, rows: list[tuple[str, Spread]], *, digits: int, least: flo
 
 
 def _cost(axes: Axes, found: Timeline, total: Spread) -> None:
-    """Draw the total cost against the number of participants, with the planned number marked.
+    """Draw the total cost against the number of participants, and mark the planned number.
 
-    The spread is that of a sum, so it grows with the square root of the number of participants.
+    The spread of a sum grows with the square root of the number of participants.
     """
     planned = found.participants
     people = np.arange(2 * planned + 1)

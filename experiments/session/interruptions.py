@@ -223,7 +223,7 @@ class Interruptions:
             self._journal.write("go_on")
 
     def _recover(self, fault: PlateFault) -> None:
-        """Silence the plate, record the fault, ask the operator whether to retry, and reconnect."""
+        """Silence the plate, record the fault, wait for the operator's decision, and reconnect."""
         self._surface.shut_down()
         while True:
             self._markers.mark(Event.FAULT)

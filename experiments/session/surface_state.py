@@ -243,7 +243,7 @@ class SurfaceState:
         return told.level
 
     def check(self) -> None:
-        """Raise the plate fault, if any, while a surface is on the plate. This check is fast."""
+        """Raise a `PlateFault` if the plate failed during a presentation. This check is fast."""
         if self._wanted is not None and self._held:
             self._plate.check()
 

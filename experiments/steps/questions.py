@@ -1,4 +1,4 @@
-"""The kinds of question that a protocol can ask, and the value of a reply to each."""
+"""The kinds of questions that a protocol can ask, and the values of their replies."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
 if TYPE_CHECKING:
     from slipscale.experiments.steps.trial import Value
 
-#: What a comparison asks for; odd: the one that differs from the others.
+#: The surface that a comparison asks for; odd: the surface that differs from the others.
 Sought = Literal["most", "least", "odd"]
-# Name of the question that asks for the participant's consent: "yes" or "no".
+# Name of the question about the participant's consent, whose answer is "yes" or "no".
 CONSENT = "informed_consent"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NumberQuestion:
-    """Any number of 0 or more, decimals allowed, on the participant's own scale.
+    """A question for a number of 0 or more, with decimals, on the participant's own scale.
 
-    ``positive`` also excludes 0 (the top of a scale cannot be 0).
+    ``positive`` also excludes 0, for example for the top of a scale.
     """
 
     prompt: str
@@ -28,12 +28,12 @@ class NumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoQuestion:
-    """Yes or no; the reply's value is a bool.
+    """A yes/no question; the reply's value is a bool.
 
     In a comparison, ``seeks`` selects whether yes means the more or the less slippery surface.
     """
 
-    #: Omitted from a record if it has its default value.
+    #: Fields omitted from a record if they have their default value.
     LATER: ClassVar[tuple[str, ...]] = ("seeks",)
     prompt: str
     seeks: Sought = "most"
@@ -41,7 +41,7 @@ class YesNoQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextQuestion:
-    """Free text, stored verbatim."""
+    """A question for free text, which is stored verbatim."""
 
     prompt: str
     max_length: int = 200
@@ -49,7 +49,7 @@ class TextQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChoiceQuestion:
-    """A choice from a few ``options``: pairs of code (for the data) and words (on the screen)."""
+    """A choice from ``options``: pairs of a code (for the data) and words (on the screen)."""
 
     prompt: str
     options: tuple[tuple[str, str], ...]
@@ -57,7 +57,7 @@ class ChoiceQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WholeNumberQuestion:
-    """A whole number from ``minimum`` to ``maximum``, both included, such as an age in years."""
+    """A question for a whole number from ``minimum`` to ``maximum``, such as an age in years."""
 
     prompt: str
     minimum: int
@@ -66,11 +66,11 @@ class WholeNumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonQuestion:
-    """Asks which of the presented surfaces fits; the reply's value is its number, 1, 2, ...
+    """A question about which surface fits best; the reply's value is its number, 1, 2, ...
 
-    ``options`` are the words on the screen, in the order of presentation ("the first", ...).
-    ``seeks`` selects whether the question asks for the most slippery, the least slippery or the
-    odd surface.
+    ``options`` contains the words on the screen, in the order of presentation ("the first", ...).
+    ``seeks`` selects whether the question asks for the most slippery, the least slippery or the odd
+    surface.
     """
 
     prompt: str
@@ -89,11 +89,11 @@ class VisualAnalogueQuestion:
     left, right : str
         The words at the line's ends.
     resolution, key_step : float
-        Distance between possible positions of the mark, and its movement per arrow key press.
+        Distance between possible positions of the mark, and movement per press of an arrow key.
     start : float
-        The position from which keys move the mark.
+        The position from which the keys move the mark.
     start_shown : bool
-        Whether the mark is shown there before the first press or click.
+        Whether the mark is shown at ``start`` before the first press or click.
     """
 
     prompt: str
@@ -107,12 +107,12 @@ class VisualAnalogueQuestion:
     def nearest(self, place: float) -> float:
         """Return the nearest possible position of the mark, limited to the ends of the line."""
         held = min(max(place, 0.0), 100.0)
-        # Rounded, so that three tenths are exactly 0.3.
+        # Rounded, so that three steps of 0.1 are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
 
 
 class Selection(NamedTuple):
-    """Where a `PointingQuestion` was answered, and how long the movement from the start took."""
+    """The position selected in a `PointingQuestion`, and the duration of the movement."""
 
     x_mm: float
     y_mm: float
@@ -120,25 +120,26 @@ class Selection(NamedTuple):
 
     @classmethod
     def of(cls, value: Value) -> Selection | None:
-        """Return the selection in a reply's value; None if there was none."""
+        """Return the selection in a reply's value; None if there was no selection."""
         return cls(*map(float, value.split())) if isinstance(value, str) else None
 
     @property
     def value(self) -> str:
-        """The reply's value."""
+        """The selection as the value of a reply."""
         return " ".join(f"{number:.6f}" for number in self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointingQuestion:
-    """A movement from a start to a target on the screen; the value is a `Selection`.
+    """A movement from a start to a target on the screen; the reply's value is a `Selection`.
 
     Parameters
     ----------
     prompt : str
         The instruction.
     start_mm, target_mm : tuple of float
-        Centres, from the middle of the screen to the right and up.
+        Centres of start and target, measured from the middle of the screen to the right and
+        upwards.
     width_mm : float
         Width of a bar or diameter of a disc.
     bars : bool

@@ -7,32 +7,33 @@ from typing import ClassVar
 
 from slipscale.experiments.steps.trial import Value  # noqa: TC001 - pydantic resolves it
 
-# Reply to a question about a sound that could not be played.
+# Reply to a question with a sound, if the sound could not be played.
 NO_SOUND = "no_sound"
-# Participant's reply to an `Adjust` step to request the reference.
+# Participant's reply to an `Adjust` step that requests the reference.
 FEEL_AGAIN = "feel again"
-# Participant's reply that returns to the previous question; it cannot occur in a text.
+# Participant's reply that returns to the previous question; free text cannot contain this value.
 BACK = "\b"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reply:
-    """What a participant did.
+    """A participant's reply to a step.
 
     Parameters
     ----------
     value : str, float, bool or None
         The answer; None if there was no question or the time ran out.
     onset_s : float
-        When the screen was shown, on the session's clock.
+        The time at which the screen appeared, on the session's clock.
     response_time_s : float or None
         Time from screen onset to the key press that completed the answer; None if the time ran
         out.
     time_source : str
-        Source of the time: "ptb" (the key event's own time stamp), "window" (when the window
-        received it), "operator" (when the operator submitted the answer), "simulated", "scripted".
+        Source of the time: "ptb" (the device's time stamp of the key press), "window" (when the
+        window received the key), "operator" (when the operator submitted the answer), "simulated"
+        or "scripted".
     timed_out : bool
-        Whether the time limit ran out first.
+        Whether the time limit was reached.
     rejected : tuple of str
         Entries that were rejected, verbatim and in order.
     """
@@ -54,10 +55,10 @@ class Adjusted(Reply):
     readback_level : float or None
         The plate's readback at the end.
     trace : tuple of pairs
-        Each intermediate amplitude, and when it settled: (seconds from the beginning, µm peak
-        to peak); the first pair is the start.
+        The amplitudes during the adjustment and when each one settled: (seconds from the beginning,
+        µm peak to peak). The first pair is the start.
     again_s : tuple of float
-        When the reference was requested, in seconds from the beginning.
+        The times at which the reference was requested, in seconds from the beginning.
     """
 
     readback_level: float | None = None
@@ -67,11 +68,12 @@ class Adjusted(Reply):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presented:
-    """What the plate did; commanded and readback levels are stored separately.
+    """The result of a presentation, with separate commanded and readback levels.
 
-    For a texture, both are the mean, at which the plate settles before it plays. ``readback_kind``
-    describes the reliability of the readback (see `slipscale.hardware.records.Readback`). Plate
-    voltage, temperature and the readback of a second actuator are None if unknown.
+    For a texture, both levels are the mean, at which the plate settles before the texture plays.
+    ``readback_kind`` describes the reliability of the readback (see
+    `slipscale.hardware.records.Readback`). Plate voltage, temperature and the readback of a second
+    actuator are None if unknown.
     """
 
     LATER: ClassVar = frozenset({"second_readback"})
@@ -89,7 +91,8 @@ class Presented:
 class Voided:
     """The numbers of the trials voided since the last `Voided`.
 
-    The protocol repeats ``trials``. It does not repeat ``dropped`` ones, and ignores their answers.
+    The protocol repeats ``trials``. Trials in ``dropped`` are not repeated, and their answers are
+    ignored.
     """
 
     LATER: ClassVar = frozenset({"dropped"})

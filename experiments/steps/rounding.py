@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-#: Levels and information gains are rounded to this many decimals. Sums of floats differ in their
-#: last bits between machines; levels must not, so that a run can be resumed on another machine.
+#: Number of decimals of levels and information gains. Sums of floats differ in their last bits
+#: between machines, but levels must be the same, so that a run can be resumed on another machine.
 DECIMALS = 9
 
 

@@ -1,8 +1,8 @@
 """The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
 
 A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
-below. It has no access to the clock, screen, plate or files. Steps are recorded in the journal, so
-each is plain data. Texts shown to the participant never contain an amplitude.
+below. It has no access to the clock, screen, plate or files. Steps are plain data, because the
+journal records them. Texts for the participant never contain an amplitude.
 
 ============  =====================================================  ==============
 step          what the session does                                  reply
@@ -19,9 +19,8 @@ step          what the session does                                  reply
 `EndBlock`    shows the screen after a block; same reply             `Voided`
 ============  =====================================================  ==============
 
-A trial may present several surfaces, each in an *interval*: `Present`, `Explore` and `Silence`
-carry its number, 1, 2, ... If such a trial is interrupted, its script is rerun from the first
-interval.
+A trial may present several surfaces, each in an *interval*. `Present`, `Explore` and `Silence` then
+contain the interval's number, 1, 2, ... An interrupted trial is repeated from the first interval.
 """
 
 from __future__ import annotations
@@ -42,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Played:
-    """A sound that is played before a question, and the text shown meanwhile."""
+    """A sound that is played before a question, and the text that is shown meanwhile."""
 
     sound: HeadphoneSound
     text: str
@@ -60,9 +59,9 @@ class Instruct:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guide:
-    """How to stroke a surface: speed, force and direction, and whether a mark shows the speed.
+    """Instructions for stroking: speed, force and direction, and whether a mark shows the speed.
 
-    Speed and force are None if any is accepted. If ``passive``, a stage strokes.
+    Speed and force are None if they are free. If ``passive``, a stage moves the plate.
     """
 
     LATER: ClassVar = frozenset({"passive"})
@@ -74,7 +73,7 @@ class Guide:
     passive: bool = False
 
     def place_share(self, time_s: float) -> float | None:
-        """Return a mark's position on the stroke, 0 to 1, at a time; None without speed."""
+        """Return the mark's position on the stroke (0 to 1) at a time; None without a speed."""
         if not (self.pacer and self.speed_mm_s):
             return None
         strokes = time_s * self.speed_mm_s / self.stroke_mm
@@ -87,8 +86,8 @@ class Guide:
 class Explore:
     """Exploration of the surface until the participant continues, for at least ``minimum_s``.
 
-    If ``maximum_s`` is set, a countdown is shown, and the step then ends automatically. ``guide``
-    states how to stroke, if the study does.
+    If ``maximum_s`` is set, a countdown is shown, and the step ends automatically. ``guide``
+    contains the study's instructions for stroking, if any.
     """
 
     LATER: ClassVar[tuple[str, ...]] = ("guide",)
@@ -105,9 +104,9 @@ class Present:
     """Present a surface on the plate.
 
     ``lead_in`` is the surface to be felt first, with its exploration, if the question is about a
-    difference. The session performs it unless the plate already presents that surface.
-    ``second`` is the level of a second actuator in its own quantity; ``_level`` in its name would
-    be the plate's quantity.
+    difference. The session presents the lead-in unless it is already on the plate. ``second`` is
+    the level of a second actuator in that actuator's quantity; names ending in ``_level`` are
+    reserved for the plate's quantity.
     """
 
     LATER: ClassVar = frozenset({"second"})
@@ -123,10 +122,10 @@ class Ask:
     """A question; ``name`` is the data set column for the answer.
 
     Outside a trial, ``task`` is the task to which the answer belongs; without a task, the question
-    is about the participant. ``by`` defines who enters the answer; the operator types what the
-    participant says, or makes a decision. ``played`` is a sound to play first; if no sound can be
-    played, the reply is `NO_SOUND`. With ``back``, the participant can return to the previous
-    question, and the reply is then `BACK`.
+    is about the participant. ``by`` defines who enters the answer: the participant, or the
+    operator, who types what the participant says or makes a decision. ``played`` is a sound to play
+    first; if no sound can be played, the reply is `NO_SOUND`. If ``back`` is True, the participant
+    can return to the previous question; the reply is then `BACK`.
     """
 
     name: str
@@ -141,7 +140,7 @@ class Ask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Silence:
-    """Stop the plate: between surfaces, or when exploration is over."""
+    """Stop the plate, between surfaces or after an exploration."""
 
     trial: Trial | None = None
     interval: int | None = None
@@ -165,8 +164,8 @@ class Adjust:
     lowest_level, highest_level : float
         The limits of the adjustment.
     time_limit_s : float or None
-        After this time the step ends at the current amplitude and counts as timed out. Time for
-        repeating the reference does not count.
+        After this time, the step ends at the current amplitude and counts as timed out. Repetitions
+        of the reference are excluded from this time.
     again : (Present, Explore) or None
         The reference that can be repeated on request, any number of times. The adjusted surface
         then returns to its current amplitude.
@@ -196,7 +195,7 @@ class Adjust:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """A text that disappears after ``duration_s``, such as whether the answer was right."""
+    """A text that disappears after ``duration_s``, such as "correct"."""
 
     text: str
     duration_s: float
@@ -205,7 +204,7 @@ class Feedback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """A break of at least ``minimum_s``. ``done`` of ``total`` trials are over."""
+    """A break of at least ``minimum_s``, after ``done`` of ``total`` trials."""
 
     text: str
     done: int
@@ -216,17 +215,17 @@ class Rest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndTrial:
-    """A trial is complete."""
+    """The end of a trial."""
 
     trial: Trial
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndBlock:
-    """The last trial before a text or a break is complete, but may still be voided.
+    """The end of a block, whose last trial may still be voided.
 
-    The participant reads ``screen``. The reply contains the trials that the operator voids
-    meanwhile, so that the protocol can repeat them before it continues.
+    The reply contains the trials that the operator voids while the participant reads ``screen``, so
+    that the protocol can repeat these trials before it continues.
     """
 
     screen: Instruct | Rest

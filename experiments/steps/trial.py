@@ -1,4 +1,4 @@
-"""The trial that a step belongs to, and its factors."""
+"""The trial to which a step belongs, and the trial's factors."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Value = str | float | bool | None
 
 
 def factor_level(value: Value) -> str:
-    """Return a factor level as written in keys.
+    """Return the text of a factor level that is used in keys.
 
     >>> factor_level(50.0), factor_level("left")
     ('50', 'left')
@@ -21,7 +21,7 @@ def factor_level(value: Value) -> str:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trial:
-    """The trial that a step belongs to.
+    """The trial to which a step belongs.
 
     Parameters
     ----------
@@ -32,11 +32,11 @@ class Trial:
     total : int
         Expected number of trials in the task, including practice.
     phase : {"practice", "main"}
-        Practice trials are recorded and not analysed.
+        Practice trials are recorded but not analysed.
     factors : Mapping
         The protocol's own columns of the data set ("block", "series", ...).
     repeats : int or None
-        Number of the voided trial that this one repeats.
+        Number of the voided trial that this trial repeats.
     """
 
     task: str
