@@ -72,7 +72,7 @@ class Timeline:
     exposures : Spread
         Number of presented surfaces above 0 µm.
     longest_on_s : Spread
-        Longest time without a stop.
+        Longest continuous vibration.
     duty : Spread
         Largest duty cycle in any window of the length given by the plate's limits.
     on_time_limit_s, duty_limit : float
@@ -139,7 +139,7 @@ class _Visit:
 
     @property
     def longest_on_s(self) -> float:
-        """Longest time without a stop."""
+        """Duration of the longest continuous vibration."""
         return max((end - begun for begun, end in self.on), default=0.0)
 
     def duty(self, window_s: float) -> float:

@@ -1,7 +1,7 @@
-"""Analysis choices, frozen in the study file before anyone sees the data.
+"""Choices for the analysis, fixed in the study file before anyone sees the data.
 
-They form the ``[analysis]`` table of a study file. All keys are optional and default to the values
-given here. The report states which choices were frozen in advance.
+The choices form the ``[analysis]`` table of a study file. All keys are optional and default to the
+values given here. The report states which choices were fixed in advance.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ QualityFlag = Literal[
     "false_alarms",
     "faults",
 ]
-#: Flags that depend on how estimates vary with amplitude: excluding by them keeps only participants
-#: who show the effect.
+#: Flags that depend on how estimates vary with amplitude. Excluding participants by these flags
+#: would keep only participants who show the effect.
 OF_THE_OUTCOME = ("non_monotone",)
 Test = Literal[
     "rm_anova",
@@ -76,7 +76,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Thresholds(FrozenTable):
-    """Criteria for flagging a participant's data (only those in ``exclusions`` exclude it)."""
+    """Criteria for flagging a participant's data; only flags in ``exclusions`` exclude data."""
 
     falling_steps: Annotated[int, Field(ge=1)] | None = Field(
         default=None,

@@ -1,6 +1,6 @@
 """Check keys of a study against each other.
 
-Each check yields faults, with their places in the file. A check receives only the valid keys, so
+Each check yields errors with their locations in the file. A check receives only the valid keys, so
 it is skipped if a key that it needs is invalid.
 """
 
@@ -35,18 +35,18 @@ def named_twice(table: str, names: list[str]) -> Iterator[Fault]:
 def impossible(
     place: Place, task: Options, before: list[Options], data: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield the reasons why a task is impossible in this study."""
+    """Yield an error for each reason why a task is impossible in this study."""
     protocol, own = load_protocol(task.protocol), Levels.of(data)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
-        # Their trials would be in the same table, under the same numbers.
+        # Otherwise their trials would be in the same table under the same numbers.
         said = f"there is already a '{label}': set another label"
         yield (*place, "label" if task.label else "protocol"), {"msg": said}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
         each = given if isinstance(given, tuple) else (given,)
         if own.vary and protocol.possible_levels:
-            continue  # some are differences between levels
+            continue  # some of these options are differences between levels
         yield from own.unpresentable((*place, key), *each)
     try:
         texts = protocol_texts(protocol, data.get("language", "en"))
@@ -75,7 +75,7 @@ def impossible(
 
 
 def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield an error if a study has textures but no task presents them."""
+    """Yield an error if a study has textures that no task presents."""
     presented = any(load_protocol(task.protocol).textures for task in tasks)
     if data.get("textures") and not presented:
         yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}

@@ -1,4 +1,4 @@
-"""Factors that a study crosses with its levels: stimulus parameters or conditions.
+"""Factors that a study crosses with its levels: stimulus parameters or other conditions.
 
 Each combination of the factors' levels is a condition. A task is run once per condition; the order
 of conditions follows a Williams design across participants. The protocol is not aware of
@@ -37,9 +37,9 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
 
-#: Columns of every task's table, reserved names for factors.
+#: Columns of every task's table, whose names a factor cannot have.
 TAKEN = frozenset({"trial", "phase", "surface", "onset", "duration", "repeats", "flag", "block"})
-#: Tasks are repeated in each condition: more conditions would be too many for a participant.
+#: Tasks are repeated in each condition, so more conditions would be too many for a participant.
 MOST_CONDITIONS = 24
 AnyStep = TypeVar("AnyStep", bound="Step")
 
@@ -90,11 +90,11 @@ class Condition:
 
     @property
     def label(self) -> str:
-        """The condition in words, used as a random number key."""
+        """The condition as text, used in the key of random numbers."""
         return " ".join(f"{name}={factor_level(value)}" for name, value in self.values.items())
 
     def context(self, context: Context, plate: Quantity) -> Context:
-        """Return the information about the run in this condition that a protocol receives.
+        """Return the context that a protocol receives in this condition.
 
         Raises
         ------
@@ -116,7 +116,7 @@ class Condition:
 
 
 def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield the errors in a factor of a study, given the study's valid fields."""
+    """Yield the errors in a study's factor, given the study's valid fields."""
     levels = Levels.of(study)
     field = field_of(factor.name, levels.made, PARAMETERS)
     if len(set(factor.levels)) < len(factor.levels):
@@ -150,7 +150,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
 def _unplayable(
     place: Place, factor: Factor, levels: Levels, study: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield the parameter levels that cannot be presented with the study's stimuli."""
+    """Yield the levels of a parameter that cannot be presented with the study's stimuli."""
     if words := [each for each in factor.levels if isinstance(each, str)]:
         yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
         return
@@ -201,7 +201,7 @@ def crossed(
     language: str,
     second: SecondPlate | None = None,
 ) -> Protocol:
-    """Return a protocol that runs in every condition; without factors, the protocol itself."""
+    """Return a protocol that runs once per condition; without factors, the unchanged protocol."""
     if not factors:
         return protocol
     conditions = conditions_of(factors)
@@ -258,7 +258,7 @@ def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Colu
         quantity = second.quantity.quantity
     words = [each for each in factor.levels if isinstance(each, str)]
     return Column(
-        # Journals have the code's names.
+        # Journals contain the keys that the code uses.
         value=lambda record: record.trial.factors[in_code(factor.name)],
         kind="label" if words else "number",
         description=factor.description or (quantity.in_full_title if quantity else "Factor"),
@@ -270,12 +270,13 @@ def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Colu
 
 @dataclass(frozen=True, slots=True)
 class _Shift:
-    """How the steps of a condition are renumbered.
+    """The renumbering of the steps in one condition.
 
     Parameters
     ----------
     before, after : int
-        Number of trials in the previous conditions, and expected number in the remaining ones.
+        Number of trials in previous conditions, and expected number of trials in the remaining
+        conditions.
     factors : Mapping
         The condition's column values.
     second : str

@@ -1,4 +1,4 @@
-"""Find, read and validate study files; report all errors at once, with line numbers.
+"""Find, read and validate study files; all errors are reported at once, with line numbers.
 
 For the allowed keys, see `slipscale.experiments.study.model.Study`.
 """
@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 
     from pydantic import BaseModel
 
-# Tables whose levels are always in the plate's quantity, whatever the study varies.
+# Tables whose levels are always in the plate's quantity, even if the study varies another
+# parameter.
 OF_PLATE = ("plate", "textures", "stimulus")
 LOG = logging.getLogger(__name__)
 
@@ -45,7 +46,7 @@ def parse_study(text: str, source: str) -> Study:
     text : str
         The study file's text.
     source : str
-        The file name, for messages.
+        The file's name, which appears in messages.
 
     Raises
     ------
@@ -57,7 +58,7 @@ def parse_study(text: str, source: str) -> Study:
 
 
 def file_names(table: dict[str, Any]) -> FileNames:
-    """Return the names of a study file's keys in its quantity."""
+    """Return the names that a study file's keys have in the study's quantity."""
     tasks = table.get("tasks")
     named = {str(t.get("protocol")) for t in tasks if isinstance(t, dict)} if tasks else set()
     known = named & set(protocol_names())
@@ -125,8 +126,8 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
     Raises
     ------
     UserError
-        As for `parse_study`; also if the study's own language lacks a text, or if a text does not
-        fit on a screen.
+        As in `parse_study`; also if the study's own language lacks a text, or if a text does not
+        fit on the screen.
     """
     whole = with_images(with_own_language(text, name), name)
     study = parse_study(whole, name)
@@ -135,7 +136,7 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
 
 
 def read_study(name: str) -> tuple[Study, str]:
-    """Return a study and its complete text, including the words of its texts files."""
+    """Return a study and its complete text, including the contents of its texts files."""
     text = study_text(name)
     LOG.info("read study %s: %d characters", name, len(text))
     try:

@@ -1,12 +1,12 @@
-"""The headphone test before the tasks: checks headphone use, and audible noise in both ears.
+"""The headphone test before the tasks: headphones are worn, and noise is heard in both ears.
 
-The test plays 200 Hz tones, one of them quieter and one in antiphase (Woods, Siegel, Traer and
-McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
+The test plays 200 Hz tones, of which one is quieter and one is in antiphase (Woods, Siegel, Traer
+and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
 the air. The test detects headphones that are not worn, not plugged in or not selected. The test by
 Milne et al. (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but rejects a
-fifth of the headphone users, which is not worthwhile if an operator is present. The antiphase tone
-cannot reveal a silent side, so noise is played to each ear first. If a participant fails, the
-operator decides what to do.
+fifth of the headphone users, which is too many if an operator is present. The antiphase tone cannot
+reveal a silent side, so noise is first played to each ear. If a participant fails, the operator
+decides what to do.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ MISHEARD = 0.02
 
 
 class HeadphoneTest(FrozenTable):
-    """Asks which of three tones is quietest; with loudspeakers, a different one seems quietest."""
+    """A test in which loudspeakers change which of three tones seems quietest."""
 
     level_db: Annotated[float, Field(strict=True, le=0, ge=-60)] = Field(
         default=-20.0,
@@ -75,10 +75,10 @@ class HeadphoneTest(FrozenTable):
         Parameters
         ----------
         context : Context
-            The context of the run, which determines the order of the tones.
+            The run's context, which determines the order of the tones.
         texts : Mapping
         noise : NoiseInEar or None
-            The study's masking noise in both ears; None if it has none.
+            The study's masking noise for each ear; None if the study uses no noise.
         """
         yield Instruct(title=texts["headphones.title"], text=texts["headphones.instructions"])
         attempt = 0
@@ -98,7 +98,7 @@ class HeadphoneTest(FrozenTable):
     def _ears(
         self, attempt: int, context: Context, texts: Texts, noise: NoiseInEar | None
     ) -> Generator[Ask, Answer, list[str] | None]:
-        """Ask in which ear the noise is heard; return the wrong ears, or None without sound."""
+        """Ask in which ear the noise is heard; return the misheard ears, or None without sound."""
         if noise is None:
             return []
         wrong = []
@@ -151,7 +151,7 @@ class HeadphoneTest(FrozenTable):
         return right
 
     def _decision(self, right: int, wrong_ears: list[str]) -> Ask:
-        """Return the question to the operator, in the operator's language."""
+        """Return the question that the operator has to decide, in English."""
         ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
         elsewhere = " was heard elsewhere" if wrong_ears else ""
         prompt = (
@@ -168,7 +168,7 @@ class HeadphoneTest(FrozenTable):
         )
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return simulated answers for pilots, of people who wear headphones."""
+        """Return functions that answer in pilots like people who wear headphones."""
         named = [f"{NOISE}_{ear}" for ear in EARS]
         tones = [f"{TONE}_{number}" for number in range(1, self.trials + 1)]
         return {

@@ -1,7 +1,7 @@
-"""Images of friction maps: read them and insert them into the study's text.
+"""Read the images of friction maps, and insert them into the study's text.
 
-The study's text is copied into journals and data sets, and its hash identifies the study. As with
-texts files, the images are therefore inserted when the study is read.
+The images are inserted when the study is read, because the study's text is copied into journals and
+data sets, and its hash identifies the study.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ def with_images(text: str, source: str) -> str:
     Parameters
     ----------
     text : str
-        The study file's text. A text that is not TOML or names no image is returned unchanged.
+        The study file's text. Text that is not TOML or names no image is returned unchanged.
     source : str
         The study file's name; images are located in the same folder.
 
@@ -50,7 +50,7 @@ def with_images(text: str, source: str) -> str:
 
 
 def _greys(source: str, name: str) -> Greys:
-    """Return the rows of an image next to a study file."""
+    """Return the rows of grey values of an image next to a study file."""
     if Path(name).name != name or "\\" in name or not name.lower().endswith(".png"):
         raise UserError(
             f"{source}: image: {name!r}: expected the name of a PNG file next to the study's, "

@@ -1,7 +1,7 @@
-"""Validate each key of a study against the keys before it.
+"""Validate each key of a study, using the keys before it.
 
 Each function receives the key's value and the valid keys before it, as pydantic passes them, and
-returns the value. It raises all faults at once, with their places in the file.
+returns the value. All errors are raised at once, with their locations in the file.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ if TYPE_CHECKING:
 def valid_attribute_words(
     value: dict[str, StatedWords], info: ValidationInfo
 ) -> dict[str, StatedWords]:
-    """Require words in the study's language for an attribute that Slipscale does not contain."""
+    """Require words in the study's language for an attribute that is not built into Slipscale."""
     judged = _levels(info).made.judged
     language = info.data.get("language", ENGLISH)
     if language not in value and language in languages() and judged not in ATTRIBUTES:
@@ -68,7 +68,7 @@ def valid_vary(value: str, info: ValidationInfo) -> str:
 
 
 def valid_stimulus(value: StimulusTable | None, info: ValidationInfo) -> StimulusTable | None:
-    """Require the fixed parameters if, and only if, one is varied."""
+    """Require the fixed parameters if, and only if, a parameter is varied."""
     vary = info.data.get("vary", "")
     if value is None and vary:
         raise ValueError(f"expected the table [stimulus], because {vary} is varied")
@@ -86,7 +86,7 @@ def valid_plate(value: PlateSettings, info: ValidationInfo) -> PlateSettings:
 
 
 def valid_stroke(value: Stroke | None, info: ValidationInfo) -> Stroke | None:
-    """Require a stroke that the plate's width allows."""
+    """Require a stroke that the study's sensors can measure."""
     if value is not None and "plate" in info.data:
         refuse(list(value.faults(info.data["plate"])))
     return value
@@ -130,7 +130,7 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
 
 
 def valid_tasks(tables: object, info: ValidationInfo) -> object:
-    """Return the options of each task, by its protocol; require tasks that are possible."""
+    """Return the options of each task, and require tasks that are possible in this study."""
     if not isinstance(tables, list | tuple):
         raise ValueError("expected [[tasks]] tables, each with a protocol")  # noqa: TRY004 - pydantic gathers ValueErrors
     faults: list[Fault] = []
@@ -163,7 +163,7 @@ def valid_sessions(value: tuple[str, ...]) -> tuple[str, ...]:
 def valid_texts(
     value: dict[str, dict[str, object]], info: ValidationInfo
 ) -> dict[str, dict[str, object]]:
-    """Require texts that can be read, and questions in the study's language."""
+    """Require valid texts, and questions in the study's language."""
     refuse([*unreadable(value, info.data.get("tasks", ())), *unspoken(value, info.data)])
     return value
 

@@ -1,8 +1,9 @@
-"""The meaning of a study's levels, and which of them can be presented.
+"""Define the meaning of a study's levels, and check whether they can be presented.
 
 A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
-parameter. It can be presented if the parameter is in range, the plate limit is respected, and the
-plate, the line and the film respond fast enough (`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
+parameter. A level can be presented if the parameter is in range, the plate limit is respected, and
+the plate, the serial line and the air film respond fast enough
+(`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ class Levels:
     limit_level : float
         The largest value that the plate may produce.
     vary : str
-        The field of the varied parameter; empty: none.
+        The field of the varied parameter; empty if none is varied.
     stimulus : StimulusTable or None
         The fixed parameters.
     """
@@ -58,7 +59,7 @@ class Levels:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Levels:
-        """Return the levels of a study from those of its fields that are valid."""
+        """Return the levels defined by the valid fields of a study."""
         table: QuantityTable = fields.get("made", QuantityTable())
         if attribute := fields.get("attribute"):
             table = table.model_copy(update={"judged": attribute})
@@ -74,7 +75,7 @@ class Levels:
 
     @classmethod
     def stated(cls, content: Mapping[str, Any]) -> Levels:
-        """Return the levels in a study file. Raises `ValueError` if a table is invalid."""
+        """Return the levels defined in a study file. Raises `ValueError` if a table is invalid."""
         stimulus = content.get("stimulus")
         return cls.of(
             {
@@ -90,7 +91,7 @@ class Levels:
         return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
 
     def varied(self, levels: tuple[float, ...]) -> Varied | None:
-        """Return the stimulus that is varied, at the first level; None if there is none."""
+        """Return the varied stimulus at the first level; None if no stimulus is varied."""
         if not (self.vary and self.stimulus and levels):
             return None
         return self.stimulus.varied(self.vary, levels[0])
@@ -98,7 +99,7 @@ class Levels:
     def context(
         self, levels: tuple[float, ...], textures: tuple[Texture, ...] = (), task: str = ""
     ) -> Context:
-        """Return a context without a participant, to find out what a protocol would present."""
+        """Return a context without a participant, to determine what a protocol would present."""
         return Context(
             seed=0,
             participant="",
@@ -116,20 +117,20 @@ class Levels:
         return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
-        """Yield the levels of the surfaces that exceed the plate limit."""
+        """Yield an error for each surface that exceeds the plate's limit."""
         levels = dict.fromkeys(each.made.level for each in surfaces)
         if beyond := ", ".join(str(each) for each in levels if each > self.limit_level):
             limit = f"{self.limit_level} {self.made.unit_in_short}"
             yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
-        """Yield the levels that cannot be presented, with the reason."""
+        """Yield an error, with the reason, for each level that cannot be presented."""
         possible = []
         for level in levels:
             try:
                 surface = self.surface(level)
                 if surface is None:
-                    return  # The fault of the table is reported.
+                    return  # The error in the table itself is reported.
                 self.follow(surface)
             except UserError as error:
                 yield place, {"msg": str(error)}
@@ -138,7 +139,7 @@ class Levels:
         yield from self.beyond(place, *possible)
 
     def follow(self, surface: Stimulus) -> None:
-        """Raise `UserError` unless plate, line and (if ultrasonic) film respond fast enough."""
+        """Raise `UserError` if the plate, the serial line or the air film responds too slowly."""
         surface.made.loop()
         followed = surface.made.followed()
         if followed and not followed.felt and self.made.in_um_pp:
@@ -150,7 +151,7 @@ class Levels:
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:
-        """Yield the levels missing from a table in another quantity: defaults are in µm."""
+        """Yield the keys that a table in another quantity must set, because defaults are in µm."""
         quantity = self.made if place[0] == "plate" else self.quantity
         if quantity.in_um_pp:
             return

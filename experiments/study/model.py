@@ -1,7 +1,7 @@
 """The study definition, frozen and validated as a whole.
 
 All errors are reported at once, each with its location. A check that depends on another key is
-skipped if that key is invalid (for example, levels if the plate's table is invalid).
+skipped if that key is invalid; for example, levels are not checked if the plate's table is invalid.
 """
 
 from __future__ import annotations
@@ -63,12 +63,13 @@ if TYPE_CHECKING:
     from slipscale.stimuli.varied import Varied
 
 
-# Limits on surfaces, tasks, sessions and questions: above any study's needs, but fast to compute.
+# Limits on surfaces, tasks, sessions and questions, beyond the needs of any study but fast to
+# compute.
 MOST = 100
 
 
 class Study(FrozenTable):
-    """The study definition. Each field is a key of the study file, with a description."""
+    """The definition of a study; each field is a key of the study file."""
 
     name: Label = Field(
         description="Short label of the study: letters, digits and _, beginning with a "
@@ -274,11 +275,11 @@ class Study(FrozenTable):
 
     @property
     def quantity(self) -> Quantity:
-        """Quantity of all levels: what the plate produces, or the varied parameter."""
+        """The quantity of all levels: the plate's quantity, or the varied parameter."""
         return self._levels.quantity
 
     def words_of(self, language: str) -> AttributeWords | None:
-        """Return the words for the judged attribute; None for a language that the study adds."""
+        """Return the words for the judged attribute; None for a language that the study defines."""
         words = ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
         if own := self.attribute_words.get(language):
             usual = ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
@@ -302,14 +303,14 @@ class Study(FrozenTable):
         return second_levels(self.second_plate, self.factors)
 
     def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
-        """Return the quantity notes for records; empty for the default quantity."""
+        """Return the description of the quantity for records; empty for the default quantity."""
         if self.quantity.of_plate:
             return {}
         return {name: QuantityTable.stating(self.quantity).model_dump()}
 
     @property
     def range_level(self) -> tuple[float, float]:
-        """Lowest and highest levels that simulated people can feel."""
+        """The lowest and highest levels that simulated people can feel."""
         if not (self.vary or self.simulated):
             return 0.0, self.plate.level
         possible, context = [*self.levels], self._levels.context(self.levels)
@@ -317,7 +318,7 @@ class Study(FrozenTable):
             protocol = load_protocol(task.protocol)
             if protocol.possible_levels:
                 possible += protocol.possible_levels(task, context)
-        # The logarithm of the plate at rest is not defined.
+        # The plate at rest is excluded, because the logarithm of 0 is not defined.
         return min(each for each in possible if each or self.vary), max(possible)
 
     @property

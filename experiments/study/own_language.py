@@ -1,9 +1,8 @@
-"""Languages added by a study: read its texts files and insert them into the study's text.
+"""Read the texts files of languages that a study defines, and insert them into the study's text.
 
-The study's text is copied into journals and the data set's ``code`` folder, and its hash
-identifies the study. The texts files are therefore inserted when the study is read, so that the
-record of what a participant read does not depend on them. Slipscale ships only languages that its
-developers could check, because participants cannot detect a bad translation.
+The texts files are inserted when the study is read, because journals and the data set's ``code``
+folder store the study's text as the record of what a participant read. Slipscale ships only
+languages that its developers could check, because participants cannot detect a bad translation.
 """
 
 from __future__ import annotations
@@ -45,11 +44,11 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 KEY = "texts_files"
-MOST_NAMED = 6  # number of missing texts listed in a message
+MOST_NAMED = 6  # number of missing texts that a message lists
 
 
 class _Table(RootModel[dict[str, Any]]):
-    """A TOML table with any keys."""
+    """A TOML table with arbitrary keys."""
 
 
 def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
@@ -58,8 +57,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     Parameters
     ----------
     text : str
-        The study file's text. A text that is not TOML or lists no texts files is returned
-        unchanged.
+        The study file's text. Text that is not TOML or lists no texts files is returned unchanged.
     source : str
         The study file's name; texts files are located in the same folder.
     absent : bool
@@ -68,7 +66,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     Raises
     ------
     UserError
-        If a texts file cannot be read or is not a texts file, or if its language already exists.
+        If a texts file cannot be read or is invalid, or if its language already exists.
     """
     if KEY not in text:
         return text
@@ -78,7 +76,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         return text  # the study parser reports the error
     named = table.get(KEY)
     if not isinstance(table.get("texts", {}), dict):
-        return text  # as above
+        return text  # the study parser reports the error
     if not isinstance(named, list) or not all(isinstance(each, str) and each for each in named):
         return text
     import tomlkit  # noqa: PLC0415 - only needed to change a file
@@ -117,7 +115,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Return the language of a texts file and its texts, excluding empty ones."""
+    """Return the language of a texts file, and its texts except empty ones."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -154,10 +152,10 @@ def _leaves(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str
 
 
 def check_words(study: Study, source: str) -> None:
-    """Raise `UserError` unless every text that the study adds can be shown on the screen.
+    """Raise `UserError` unless every text that the study defines can be shown on the screen.
 
-    Call this function only for studies that are about to be used. A recorded study keeps its
-    texts, even if text keys have been added or removed since.
+    Call this function only for studies that are about to run. A recorded study keeps its texts,
+    even if Slipscale has added or removed keys since.
     """
     told = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
@@ -190,7 +188,7 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
 
 
 def brought_texts(study: Study, language: str) -> dict[str, str]:
-    """Return the texts from a study's protocols in a language, or in English if not translated."""
+    """Return the texts of a study's protocols in a language, or in English if untranslated."""
     brought: dict[str, str] = {}
     for task in study.tasks:
         brought |= protocol_texts(load_protocol(task.protocol), language)
@@ -198,7 +196,7 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 
 
 def check_own_code(language: str) -> None:
-    """Raise `UserError` unless a study can add a language with this code."""
+    """Raise `UserError` unless a study can define a language with this code."""
     if not CODE.fullmatch(language):
         raise UserError(f"--language {language}: expected a language code, such as de or pt-BR")
     if language in languages():
@@ -209,7 +207,7 @@ def check_own_code(language: str) -> None:
 
 
 def with_room_for(text: str, source: str, language: str) -> str:
-    """Return a study's complete text, with an empty table for a language not written yet."""
+    """Return a study's complete text, with an empty table for a language without texts."""
     whole = with_own_language(text, source, absent=True)
     if language not in parse_toml(whole, source, _Table).root.get("texts", {}):
         whole += f"\n[texts.{_key(language)}]\n"
@@ -217,7 +215,7 @@ def with_room_for(text: str, source: str, language: str) -> str:
 
 
 def template(study: Study, language: str) -> str:
-    """Return a texts file template: each key with its English text and screen position.
+    """Return a template of a texts file: each key with its English text and screen position.
 
     Existing texts in that language are included.
     """
@@ -254,5 +252,5 @@ def _key(part: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a TOML string; JSON has the same escapes, except for one character."""
+    """Return a text as a TOML string; except for one character, JSON has the same escapes."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,7 +1,7 @@
-"""The participant's keys, for laboratories with a keypad, a response box or a pedal.
+"""The keys that participants use, for laboratories with a keypad, a response box or a pedal.
 
-The computer treats all of these as keyboards that send characters. The screen shows which keys to
-use. Numbers and choices need no setting: they use the digit keys, and Enter submits a number.
+All of these devices act as keyboards that send characters. The screen shows which keys to use.
+Numbers and choices need no setting, because they use the digit keys and Enter.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slipscale.experiments.protocol_parts.base import Switch
 from slipscale.faults.frozen_table import FrozenTable
 
 NAMED = ("space", "enter")
-AGAIN = ("r", "a")  # the first one that is not the `go_on` key
+AGAIN = ("r", "a")  # the first of these that differs from the `go_on` key
 Key = Annotated[str, Field(strict=True)]
 
 
@@ -75,7 +75,7 @@ class ParticipantKeys(FrozenTable):
         return self
 
     def texts(self) -> dict[str, str]:
-        """Return the key names; they replace those from the language's texts."""
+        """Return texts that name the keys; they replace the texts of the language."""
         again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
         named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:

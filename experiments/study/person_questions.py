@@ -1,6 +1,6 @@
-"""Questions about the participant, answered with a choice or a whole number within bounds.
+"""Questions about the participant, answered by a choice or by a whole number within bounds.
 
-The data contain the code for an answer; the participant reads its text in their language.
+The data contain the code of an answer; the participant reads the answer's text in their language.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the options; raise ValueError unless they all differ in every language."""
+    """Return the options; raise ValueError unless all options differ in every language."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
@@ -48,7 +48,7 @@ def distinct(
 class PersonQuestion(FrozenTable):
     """A question about the participant, never about their name.
 
-    Give either ``options``, or ``minimum`` and ``maximum`` for a whole number to be typed.
+    Either ``options`` or, for a whole number, ``minimum`` and ``maximum`` are required.
     """
 
     name: Label = Field(
@@ -104,14 +104,14 @@ class PersonQuestion(FrozenTable):
         return self
 
     def languages(self) -> Iterator[tuple[str, str]]:
-        """Yield each key with words in several languages, with the code of each language."""
+        """Yield each key that contains words, together with the code of each language."""
         for words in self.options.values() if isinstance(self.options, dict) else ():
             yield from (("options", language) for language in words)
         if isinstance(self.prompt, dict):
             yield from (("prompt", language) for language in self.prompt)
 
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
-        """Yield the key and a message for everything that has no words in a given language."""
+        """Yield the key and a message for every text that is missing in a given language."""
         if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
             yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
         shipped = f"about_you.{self.name}" in shipped_texts(language)
@@ -143,9 +143,9 @@ class PersonQuestion(FrozenTable):
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
     def levels(self, language: str) -> dict[str, str]:
-        """Return the words for each code that the data can contain; empty for a number.
+        """Return the words for each code that the data can contain; empty for number questions.
 
-        If the study has no words in that language, those of another language are returned.
+        If the study has no words in that language, words in another language are returned.
         """
         if isinstance(self.options, dict):
             return {
@@ -160,7 +160,7 @@ def unanswerable(
 ) -> Iterator[Fault]:
     """Yield the location and a message for each question that cannot be asked in a language.
 
-    ``known`` are the available languages. Words in any other language are also errors.
+    ``known`` contains the available languages. Words in any other language are also errors.
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:

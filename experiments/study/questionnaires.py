@@ -1,7 +1,7 @@
 """Questionnaires: many items, usually with the same answer options, recorded by item code.
 
-An item is a question about the participant. Its answers are stored separately from those of
-`about_you`, in one table per questionnaire (BIDS folder ``phenotype``).
+An item is a question about the participant. Its answers are not stored with the answers to
+`about_you`, but in one table per questionnaire (BIDS folder ``phenotype``).
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Answers = (
 
 
 class Item(FrozenTable):
-    """An item in a questionnaire."""
+    """An item of a questionnaire."""
 
     name: Label = Field(
         description=("Code of the item, which is also its column in the questionnaire's table.")
@@ -61,7 +61,7 @@ class Item(FrozenTable):
 
 
 class Questionnaire(FrozenTable):
-    """A questionnaire, with items that are asked one at a time in the given order."""
+    """A questionnaire, whose items are asked one at a time in the given order."""
 
     name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
     description: Words = Field(
@@ -124,7 +124,7 @@ class Questionnaire(FrozenTable):
         return {(self.name, item.name): any_choice for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
-        """Return the words for each item and its codes, for the table's sidecar."""
+        """Return the words of each item and of its codes, for the table's sidecar."""
         return {
             item.name: (_words(item.prompt, language), question.levels(language))
             for item, question in zip(self.items, self.questions(), strict=True)
@@ -132,7 +132,7 @@ class Questionnaire(FrozenTable):
 
 
 def _words(given: str | dict[str, str], language: str) -> str:
-    """Return the words in a language, or in another language if there are none."""
+    """Return the words in a language or, if there are none, in another language."""
     if isinstance(given, str):
         return given
     return given.get(language, next(iter(given.values())))
@@ -144,7 +144,7 @@ def unusable(
     known: Collection[str],
     taken: Collection[str],
 ) -> Iterator[Fault]:
-    """Yield location and message for anything ambiguous or that cannot be asked in a language.
+    """Yield the location and message of ambiguous names and of items without texts in a language.
 
     Parameters
     ----------
@@ -185,7 +185,7 @@ def unusable(
 def _place(
     place: tuple[str | int, ...], index: int, key: str, *, own: bool
 ) -> tuple[str | int, ...]:
-    """Return the location of an item error; options usually belong to the questionnaire."""
+    """Return the location of an item's error; options usually belong to the questionnaire."""
     if key == "options" and not own:
         return (*place, "options")
     return (*place, "items", index, key)

@@ -1,4 +1,4 @@
-"""The plan of a run: everything that determines the run, except the participant's answers."""
+"""The plan of a run, which determines everything except the participant's answers."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def journal_path(dataset: Path, *, participant: str, session: str, run: str) -> 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunPlan:
-    """Everything that determines a run, except the participant's answers.
+    """All values that determine a run, except the participant's answers.
 
     Parameters
     ----------
@@ -75,17 +75,17 @@ class RunPlan:
     participant, session, run : str
         Labels: letters and digits. ``session`` may be empty.
     seed : int
-        The study's seed, unless overridden on the command line.
+        The study's seed, or its replacement from the command line.
     language : str
         The language on the participant's screen.
     mode : {"participant", "pilot"}
-        Stored in every record, so that a pilot cannot be mistaken for a participant.
+        Stored in every record, so that a pilot cannot be mistaken for a participant's run.
     order_version : int
-        Version of the rule that generates orders. A run cannot be resumed with another version.
+        Version of the rule that generates orders; it must not change when a run is resumed.
     population : str
-        The `Population` that a pilot simulates, from
-        `slipscale.experiments.participants.simulated_people.population`, as JSON with all its
-        numbers; empty for a participant's run.
+        The `Population` that a pilot simulates (see
+        `slipscale.experiments.participants.simulated_people.population`), as JSON with all
+        parameters; empty for a participant's run.
     """
 
     study_name: str
@@ -116,7 +116,7 @@ class RunPlan:
 
     @property
     def row(self) -> int:
-        """The participant's position in the counterbalancing, from 0: the label's last number.
+        """The participant's position in the counterbalancing, from 0: the last number in the label.
 
         If a label has no number, its position is derived from a hash of the label. Such positions
         are not balanced.
@@ -133,7 +133,7 @@ class RunPlan:
         Raises
         ------
         UserError
-            If the study plans sessions, and this session is not one of them.
+            If the study defines sessions, and this session is not one of them.
         """
         study = self.study
         if study.sessions and self.session not in study.sessions:
@@ -229,7 +229,7 @@ class RunPlan:
         return tasks[::-1] if turned else tasks
 
     def planned_trials(self) -> int:
-        """Return the number of trials in the run if none is repeated."""
+        """Return the number of trials in the run if no trial is repeated."""
         return sum(
             protocol.trials(options, self.context(protocol.task))
             for protocol, options in self.tasks()
@@ -251,7 +251,7 @@ class RunPlan:
     def person_questions(self) -> list[Ask]:
         """Return the questions about the participant, in the run's language.
 
-        Questionnaire items are not included, but their words are checked.
+        Items of questionnaires are not included, but their texts are checked.
 
         Raises
         ------
@@ -302,7 +302,7 @@ class RunPlan:
 
 
 def _spoken(steps: Steps) -> Steps:
-    """Yield the steps, but let the operator type the answers to number questions."""
+    """Yield the steps, with number questions changed so that the operator types the answers."""
     answer: Answer = None
     while True:
         try:
@@ -317,7 +317,7 @@ def _spoken(steps: Steps) -> Steps:
 
 
 def _consent(texts: Texts) -> Steps:
-    """Yield the consent text and question, repeated until the participant consents."""
+    """Yield the consent text, and ask the question until the participant consents."""
     options = tuple((code, texts[f"session.consent_{code}"]) for code in ("yes", "no"))
     question = ChoiceQuestion(prompt=texts["session.consent_question"], options=options)
     yield Instruct(title=texts["session.consent_title"], text=texts["session.consent"])

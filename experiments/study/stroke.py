@@ -44,12 +44,12 @@ Share = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stroked:
-    """Measures of an exploration; None if not measured.
+    """Measured properties of an exploration; None if not measured.
 
     Parameters
     ----------
     speed_mm_s, normal_n : float or None
-        Means.
+        Mean speed and mean normal force.
     forward_share : float or None
         Proportion of the path along the stroke that leads to larger positions.
     """
@@ -60,7 +60,7 @@ class Stroked:
 
 
 class Stroke(FrozenTable):
-    """How participants are to stroke the surfaces."""
+    """The required strokes, and the response to deviations."""
 
     speed_mm_s: Positive | None = Field(
         default=None,
@@ -118,7 +118,7 @@ class Stroke(FrozenTable):
     )
 
     def faults(self, plate: PlateSettings) -> Iterator[Fault]:
-        """Yield what the study's sensors cannot measure."""
+        """Yield an error for each requirement that the study's sensors cannot measure."""
         position = bool(plate.position)
         if self.passive and not (position and self.speed_mm_s):
             said = "expected speed_mm_s, and a stage as position in [plate]"
@@ -131,7 +131,7 @@ class Stroke(FrozenTable):
             yield ("stroke", "normal_force_n"), {"msg": "expected force in [plate]"}
 
     def guide(self, factors: Mapping[str, Value]) -> Guide:
-        """Return the stroke that the participant is asked to make in a condition."""
+        """Return the instructions for strokes in a condition."""
         return Guide(
             speed_mm_s=_number(factors, SPEED, self.speed_mm_s),
             normal_force_n=_number(factors, FORCE, self.normal_force_n),
@@ -142,7 +142,7 @@ class Stroke(FrozenTable):
         )
 
     def outside(self, guide: Guide, found: Stroked) -> tuple[str, ...]:
-        """Return how an exploration deviates; empty if it is within all windows."""
+        """Return the deviations of an exploration; empty if it is within all windows."""
         pairs = (
             (
                 None if self.passive else found.speed_mm_s,
@@ -165,7 +165,7 @@ class Stroke(FrozenTable):
 
 
 def guided(steps: Steps, stroke: Stroke, texts: Texts) -> Steps:
-    """Yield steps whose explorations state how to stroke."""
+    """Yield steps, with the instructions for strokes added to explorations."""
     answer: Answer = None
     while True:
         try:

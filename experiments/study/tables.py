@@ -1,4 +1,4 @@
-"""Tables of a study file other than its tasks: plate, noise, textures, cost."""
+"""Tables of a study file for the plate, masking noise, textures, costs and so on."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ class Cost(FrozenTable):
 
 
 class Simulated(FrozenTable):
-    """How the sensations of simulated people grow with the levels, if the study assumes this."""
+    """The growth of simulated people's sensations with the levels that the study assumes."""
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
         default=None,
@@ -91,7 +91,7 @@ class Simulated(FrozenTable):
 
 
 class PlateSettings(FrozenTable):
-    """The plate used in a study, and limits that differ from the defaults."""
+    """The plate that a study uses, and limits that differ from the defaults."""
 
     file: str = Field(
         default="",
@@ -165,7 +165,7 @@ class StatedWords(FrozenTable):
 
 
 def _field(parameter: Parameter) -> object:
-    """Return a parameter's field, with its range checked."""
+    """Return a field for a parameter that checks the parameter's range."""
     bounds: dict[str, Any] = {"gt": parameter.above, "ge": parameter.least, "le": parameter.most}
     return Field(
         default=None,
@@ -220,7 +220,7 @@ class StimulusTable(_Parameters):
         return self.model_dump(exclude_none=True, exclude={"kind"})
 
     def faults(self, vary: str = "") -> Iterator[Fault]:
-        """Yield the missing parameters, those of other kinds, and the varied one if it is set."""
+        """Yield an error for each missing or superfluous parameter."""
         kind = KINDS[self.kind]
         given = {*self._given, vary} - {""}
         in_time = {"finger_speed_mm_s"} if "modulation_hz" in given else set()
@@ -238,7 +238,7 @@ class StimulusTable(_Parameters):
             yield (vary,), {"msg": "is varied; expected it to be omitted"}
 
     def varied(self, vary: str, level: float) -> Varied:
-        """Return the stimulus at one value of the varied parameter.
+        """Return the stimulus for one value of the varied parameter.
 
         Raises
         ------
@@ -264,5 +264,5 @@ class Texture(StimulusTable):
         return self
 
     def surface(self, label: str = "") -> TextureSurface:
-        """Return the texture as a surface, with a label that does not identify it."""
+        """Return the texture as a surface, whose label does not identify the texture."""
         return KINDS[self.kind](label=label, **self._given)
