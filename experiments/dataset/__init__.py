@@ -1,1 +1,1 @@
-"""Build a BIDS data set from journals: columns, trials and files."""
+"""Build a BIDS data set from journals."""

@@ -1,7 +1,7 @@
-"""Backups: after a run, its journal is copied to another folder and the copy is verified.
+"""Back up journals: after a run, copy its journal to another folder and verify the copy.
 
-A backup has the structure of a data set, so ``slipscale data build`` works there. The data set
-keeps a list of its backups, so that a withdrawal also removes data from them.
+A backup has the structure of a data set, so ``slipscale data build`` can write its tables. The data
+set keeps a list of its backups, so that a withdrawal also removes data from them.
 """
 
 from __future__ import annotations
@@ -19,29 +19,29 @@ from slipscale.experiments.dataset.journals import journals
 from slipscale.faults import UserError
 
 KNOWN = Path("sourcedata", "backups.json")
-NO_BACKUP = "NO BACKUP of this run"  # beginning of the warning about it
+NO_BACKUP = "NO BACKUP of this run"  # beginning of the warning about a missing backup
 
 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     """Copy a journal to a backup folder, verify the copy and return its path.
 
-    Decisions to exclude the participant manually are also copied, if there are any.
+    Manual exclusions of the participant are also copied, if there are any.
 
     Parameters
     ----------
     dataset : Path
         The data set; its backup has the same name.
     journal : Path
-        Journal of a finished run.
+        The journal of a finished run.
     folder : Path
-        An existing folder outside the data set. It is never created, because a disconnected
-        medium would otherwise be mistaken for an empty folder.
+        An existing folder outside the data set. The folder is never created, because a disconnected
+        medium would then be mistaken for an empty folder.
 
     Raises
     ------
     UserError
-        If the folder does not exist or is inside the data set, contains another run under the same
-        name, or the copy cannot be written or differs from the journal.
+        If the folder does not exist, is inside the data set or contains another run under the same
+        name, or if the copy cannot be written or differs from the journal.
     """
     check_folder(dataset, folder)
     place = folder.resolve() / dataset.resolve().name
@@ -49,7 +49,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     draft = copy.with_name(f".{copy.name}.tmp")
     try:
         content = journal.read_bytes()
-        # A journal only grows, so an earlier copy must match its beginning.
+        # A journal only grows, so an earlier copy must match the beginning of the journal.
         if copy.exists() and not content.startswith(copy.read_bytes()):
             raise UserError(
                 f"{copy}: contains another run, or more of this run; expected a separate "
@@ -76,9 +76,9 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def back_up_exclusions(dataset: Path, participant: str) -> None:
-    """Copy the decisions about a participant to all backups that contain one of their runs.
+    """Copy the exclusion decisions about a participant to all backups with the participant's runs.
 
-    A backup that is not connected receives them with the participant's next run.
+    A backup that is not connected receives the decisions with the participant's next run.
     """
     decided = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     for place in backups(dataset):
@@ -100,7 +100,7 @@ def check_folder(dataset: Path, folder: Path) -> None:
 
 
 def why_no_backup(dataset: Path, folder: Path) -> str:
-    """Return why a folder cannot currently serve as a backup for a data set; empty if it can."""
+    """Return the reason why a folder cannot currently serve as a backup; empty if it can."""
     try:
         check_folder(dataset, folder)
     except UserError as fault:
@@ -109,12 +109,12 @@ def why_no_backup(dataset: Path, folder: Path) -> str:
 
 
 def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
-    """Return the journals without a copy of the same length in any connected backup.
+    """Return the journals that have no copy of the same length in any connected backup.
 
     Parameters
     ----------
     folder : Path, optional
-        A backup folder in addition to the ones on the data set's list.
+        A backup folder in addition to the folders on the data set's list.
     """
     places = [*backups(dataset), *([folder / dataset.resolve().name] if folder else [])]
 

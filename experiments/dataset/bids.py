@@ -1,4 +1,4 @@
-"""Write a data set from its journals; it can be rebuilt at any time and is never edited."""
+"""Write a data set from its journals; the tables can be rebuilt at any time."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
-    """Write the data set from the journals in ``sourcedata``, without removing any row.
+    """Write the data set from the journals in ``sourcedata``, without losing existing rows.
 
     Parameters
     ----------
@@ -28,7 +28,7 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
     Returns
     -------
     list of Problem
-        Damage in the journals, and data found only in the tables; see
+        Damage in the journals, and data that exist only in the tables; see
         `slipscale.experiments.dataset.former_tables`.
 
     Raises

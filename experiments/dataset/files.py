@@ -1,4 +1,4 @@
-"""Write data set files atomically: completely or not at all."""
+"""Write files of a data set atomically: completely or not at all."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-# A file's bytes, its text, or the content of a JSON file.
+# The content of a file: bytes, text, or an object to be written as JSON.
 Content = bytes | str | dict[str, Any]
 
 
 def draft_of(path: Path) -> Path:
-    """Return the path at which a file or folder is written before it is renamed."""
+    """Return the temporary path at which a file or folder is written before it is renamed."""
     return path.with_name(f".{path.name}.tmp")
 
 

@@ -1,13 +1,13 @@
-"""Preserve data found in a data set's existing tables but no longer in its journals.
+"""Preserve data that a data set's existing tables contain, but its journals no longer do.
 
-A build never removes a row. Journals can be lost, truncated or damaged after their tables were
-written; the tables are then the only copy. The rules:
+A build never loses a row. If journals were lost, truncated or damaged after their tables were
+written, the tables are the only copy. The rules are:
 
 - A run's table is left unchanged if a rebuild would lose a row, or lose a value because of damage.
-- A run's table whose journal is lost, or torn inside its first record, is left unchanged.
+- A run's table is left unchanged if the run's journal is lost or truncated within its first record.
 - In a table of several participants or sessions, rows that no journal provides are kept, and so
   are single values of participants with a lost, truncated or damaged journal.
-- Everything that is kept is reported until the journal is restored or the row is deleted.
+- All such data are reported until the journal is restored or the row is deleted.
 
 Rows of participants who withdrew are always removed.
 """
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.dataset.files import Content
     from slipscale.experiments.dataset.journals import Run
 
-# The columns that identify a row's participant, session and run.
+# The columns that identify the participant, the session and the run of a row.
 KEYS = (PARTICIPANT, SESSION, RUN)
 Files = dict["PurePosixPath", "Content"]
 Row = dict[str, str]
@@ -52,16 +52,16 @@ class Kept(NamedTuple):
 
 
 def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
-    """Return a data set's files, including data that only its existing tables contain.
+    """Return the files of a data set, including data that only its existing tables contain.
 
     Parameters
     ----------
     dataset : Path
-        Its tables are read; nothing is written.
+        The data set, whose tables are read.
     runs : sequence of Run
-        The runs read from its journals.
+        The runs in the data set's journals.
     gone : collection of str
-        Labels of participants who withdrew; none of their data are kept.
+        Labels of participants who withdrew, whose data are not kept.
     """
     files, problems = render(runs)
     cut = cut_journals(dataset, runs)
@@ -97,9 +97,9 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return the journals that have lost data since their tables were written, and these tables.
+    """Return the journals that have lost data since their tables were written, with these tables.
 
-    A journal only grows, so it must still contain everything that the sidecar records about it.
+    A journal only grows, so it must still contain the number of records stated in the sidecar.
     """
     found: dict[Problem, list[PurePosixPath]] = {}
     for run in runs:
@@ -114,7 +114,7 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
 
 
 def _own_entries(path: Path) -> dict[str, object]:
-    """Return Slipscale's entry in a sidecar; empty if it cannot be read."""
+    """Return Slipscale's entry in a sidecar; empty if the sidecar cannot be read."""
     own = _described(path).get(SIDECAR)
     return own if isinstance(own, dict) else {}
 
@@ -136,7 +136,7 @@ def _is_shared(name: PurePosixPath) -> bool:
 
 
 def _lost(run: Run, told: dict[str, object]) -> str:
-    """Return the loss in a journal since a sidecar was written; empty if it is complete."""
+    """Describe what a journal has lost since its sidecar was written; empty if it is complete."""
     count, known = told.get("records"), told.get("hash")
     if type(count) is not int or count < 1:
         return ""
@@ -152,7 +152,7 @@ def _lost(run: Run, told: dict[str, object]) -> str:
 
 
 def _loses(path: Path, new: str, *, damaged: bool) -> str:
-    """Return what would be lost if a run's table were rebuilt; empty if nothing."""
+    """Describe what a rebuild of a run's table would lose; empty if it loses nothing."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
@@ -180,9 +180,9 @@ def _keep_rows(
     lost: Collection[str],
     gone: Collection[str],
 ) -> Iterator[Problem]:
-    """Restore rows and values found only in the existing table to a new table."""
+    """Add the rows and values that only the existing table contains to a new table."""
     rows, kept = _parse(str(files[name])), list[Row]()
-    whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # a table of sessions
+    whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # the table lists sessions
     for old in _rows(dataset / name):
         person = whose or old.get(PARTICIPANT, "")
         keys = [key for key in KEYS if key in old and key in rows[0]]
@@ -223,7 +223,7 @@ KEPT = "it was kept. Restore the journal, or delete the row and build again"
 
 
 def _rows(path: Path) -> list[Row]:
-    """Return the rows of a table; empty if it does not exist or cannot be read."""
+    """Return the rows of a table; empty if the table does not exist or cannot be read."""
     try:
         return _parse(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, csv.Error):

@@ -1,10 +1,9 @@
-"""Manual exclusion of participants from the analysis, with reasons.
+"""Record manual exclusions of participants from the analysis, with reasons.
 
 The decisions about a participant are stored next to their journals, in
-``sourcedata/sub-<label>/excluded.json``, so that a withdrawal removes them and a merge copies
-them. The file lists all decisions in order; the last one applies. Each decision records whether
-results had been shown before, because an exclusion that depends on the results is not a planned
-one.
+``sourcedata/sub-<label>/excluded.json``, so that a withdrawal removes them and a merge copies them.
+The file lists all decisions in order; the last one applies. Each decision records whether results
+had been shown before, because an exclusion that depends on the results is not planned.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 RECORD = "excluded.json"
-BY_HAND = "by hand"  # beginning of the reason for such an exclusion
+BY_HAND = "by hand"  # beginning of the reason for a manual exclusion
 EVERY = Path("sourcedata", "sub-*", RECORD)
 
 
@@ -41,7 +40,7 @@ DECISIONS = TypeAdapter(tuple[Decision, ...])
 
 
 def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
-    """Return the manually excluded participants by label.
+    """Return the last decisions about manually excluded participants, by label.
 
     Raises
     ------
@@ -63,8 +62,8 @@ def decide(
     Raises
     ------
     UserError
-        If the data set has no data from this participant, the reason is empty, the participant
-        already has this status, or the file cannot be read or written.
+        If the data set has no data from this participant, if the reason is empty, if the
+        participant already has this status, or if the file cannot be read or written.
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():

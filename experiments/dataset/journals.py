@@ -1,6 +1,6 @@
-"""The runs of a data set, read from its journals, and the journals' damage.
+"""Read the runs of a data set from its journals, and find damage in the journals.
 
-A damaged journal does not affect other runs, and its intact records are still used.
+A damaged journal does not affect other runs, and the intact records are still used.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Problem:
     file : str
         Path in the data set, with forward slashes.
     place : str
-        "line 3", "row 2" or an entry of a sidecar; empty if the whole file is affected.
+        "line 3", "row 2" or the name of a sidecar's entry; empty if the whole file is affected.
     what : str
         Description of the problem.
     """
@@ -42,13 +42,13 @@ class Problem:
     what: str
 
     def __str__(self) -> str:
-        """Return a sentence that states the file, the place and the problem."""
+        """Return a sentence with the file, the place and the problem."""
         return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """A run in a data set, as recorded in its journal."""
+    """A run in a data set, as its journal records it."""
 
     path: Path
     plan: RunPlan
@@ -77,8 +77,8 @@ def mode_of(dataset: Path) -> Mode | None:
     """
     modes: set[Mode] = set()
     for path in journals(dataset):
-        # Only the first records are read, and damaged ones are skipped: damage must not delay the
-        # next participant.
+        # Only the first records are read, and damaged records are skipped, so that damage does not
+        # delay the next participant.
         try:
             plan, _ = read_usable(path, most=1)
         except UserError:
@@ -91,7 +91,7 @@ def mode_of(dataset: Path) -> Mode | None:
 
 
 def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
-    """Return a data set's runs in the order of their journals, and the journals' damage.
+    """Return a data set's runs in the order of their journals, and the damage in the journals.
 
     Raises
     ------
@@ -118,14 +118,14 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
 
 
 def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
-    """Return a journal's run; None if it has not begun or cannot be identified."""
+    """Return a journal's run; None if the run has not begun or cannot be identified."""
     if not has_begun(path):
         return None
     plan, reading = read_usable(path)
     file = path.relative_to(dataset).as_posix()
     if plan is None and reading.records and (known := header_from_tables(dataset, path)):
         plan, header = known
-        # If more than the header is damaged, its mark is kept for the first trial.
+        # If more than the header is damaged, the mark of the damage is kept for the first trial.
         whole = len(reading.records) > 1 and reading.records[1].number == 1
         reading.records[: 1 if whole else 0] = [header]
         told = "the content of its header is taken from the run's sidecar"
@@ -148,7 +148,7 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
     if plan.journal_path(dataset) != path:
         expected = plan.journal_path(dataset).relative_to(dataset).as_posix()
         raise UserError(f"it was written as {expected}; put it back under that name")
-    plan.tasks()  # raises if its study cannot be read
+    plan.tasks()  # raises an error if the study cannot be read
     return Run(
         path=path,
         plan=plan,

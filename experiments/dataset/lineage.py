@@ -1,6 +1,6 @@
-"""The sources of a merged data set, and the merged sets that include a data set.
+"""Record the sources of a merged data set, and the merged sets that include a data set.
 
-Both data sets store this information, because a withdrawal from one affects the other.
+Source and merged set both store this information, because a withdrawal from one affects the other.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ SOURCES, INTO = "sources", "merged_into"
 
 
 def sources(dataset: Path) -> list[Path]:
-    """Return the data sets from which a merged one was made; empty for other data sets."""
+    """Return the sources of a merged data set; empty for other data sets."""
     return _read(dataset)[SOURCES]
 
 
@@ -26,7 +26,7 @@ def merged_into(dataset: Path) -> list[Path]:
 
 
 def note_source(dataset: Path, source: Path) -> None:
-    """Record one of the sources of a merged set."""
+    """Record a source of a merged set."""
     _add(dataset, SOURCES, source)
 
 
@@ -44,7 +44,7 @@ def _add(dataset: Path, name: str, place: Path) -> None:
 
 
 def _read(dataset: Path) -> dict[str, list[Path]]:
-    """Return both lists.
+    """Return the list of sources and the list of merged sets.
 
     Raises
     ------

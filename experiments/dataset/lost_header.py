@@ -1,8 +1,8 @@
-"""Recover a run from its table sidecars if its journal has lost the header.
+"""Recover a run from the sidecars of its tables if its journal has lost the header.
 
-The header is a journal's first record; without it, the other records are answers in an unknown
-study. The sidecars repeat the header, and the data set contains the study file under its hash, so
-nothing has to be guessed. A run without tables cannot be recovered.
+The header is a journal's first record; without it, the study of the other records is unknown. The
+sidecars repeat the header, and the data set contains the study file under its hash, so nothing has
+to be guessed. A run without tables cannot be recovered.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
-    """Return a run's plan and header, reconstructed from its sidecars and study file.
+    """Return the plan and header of a run, reconstructed from its sidecars and study file.
 
     Returns None if the run has no tables or the tables lack this information.
     """
@@ -38,7 +38,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
 
 
 def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
-    """Yield the content of each of the run's sidecars in the form of a header."""
+    """Yield the content of each sidecar of the run in the form of a header."""
     studies = _studies(dataset)
     for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):
         found = TABLE_NAME.fullmatch(table.name)
@@ -56,7 +56,7 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
             name, text = told["study"], studies[told["study_hash"]]
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             continue
-        # Sidecars do not record the order version; so far there is only one.
+        # Sidecars do not contain the order version, of which only one exists so far.
         orders = {"order_version": ORDER_VERSION}
         yield {**told, **labels, **orders, "study_name": name, "study_text": text}
 
@@ -66,7 +66,7 @@ def _studies(dataset: Path) -> dict[str, str]:
     texts = []
     for path in sorted((dataset / "code").glob("study*.toml")):
         try:
-            texts.append(path.read_bytes().decode())  # the hash includes line endings
+            texts.append(path.read_bytes().decode())  # the hash depends on the line endings
         except (OSError, UnicodeDecodeError):
             continue
     return {study_hash(text): text for text in texts}

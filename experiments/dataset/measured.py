@@ -1,7 +1,7 @@
-"""Trial measurements other than the amplitude readback; only some runs have these columns.
+"""Define and compute optional columns for quantities measured in a trial.
 
-A run has a column for each quantity measured at least once. Position and force come from samples
-in the journal (docs/decisions/one-journal.md).
+A run's table has a column for each quantity that was measured at least once. Position and force
+come from samples in the journal (docs/decisions/one-journal.md).
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ SPEED, STROKES = "exploration_speed_mm_s", "strokes"
 STROKE = "stroke"
 SLIP_RATE, SLIP_DEPTH = "slip_rate_hz", "slip_depth_share"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
-# Column -> its name in a plate's answer.
+# Column -> name of the quantity in the reply to a presentation.
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
-#: As `Present.second`, this is not in the plate's quantity.
+#: Like `Present.second`, this level is not in the plate's quantity.
 SECOND_READBACK = "second_readback"
 OF_THE_PLATE = {
     "drive_voltage_v_peak": "voltage_v_peak",
@@ -116,13 +116,13 @@ MEASURED: Mapping[str, Column] = {
     ),
 }
 
-UNREADABLE = 0.1  # fraction of the readings in an exploration
+UNREADABLE = 0.1  # fraction of the readings in an exploration that are implausible
 
 
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:
-    """Return the columns for measured quantities in table order.
+    """Return the columns for measured quantities, in the order of the table.
 
-    The name of a quantity measured in one of a trial's intervals starts with the interval.
+    The name of a quantity that was measured in an interval starts with the interval.
     """
     wanted = set(names)
     found = {name: column for name, column in MEASURED.items() if name in wanted}
@@ -137,36 +137,36 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
 
 
 def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[str, Value]:
-    """Return measured values, with the interval (if any) prefixed to their names."""
+    """Return measured values; the interval, if any, is prefixed to their names."""
     return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
 
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, Value]:
-    """Return the plate's measurements, other than amplitude, from presenting a surface."""
+    """Return the measurements from a presentation, except the amplitude."""
     told = {column: presented.get(name) for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in told.items() if value is not None}
 
 
 def samples(record: Record) -> list[Sample]:
-    """Return the samples of a "contact" record: session time and values."""
+    """Return the samples of a "contact" record."""
     data = record.data
     rows = zip(data["times_s"], *data["values"].values(), strict=True)
     return [Sample(data["begun_s"] + time_s, tuple(values)) for time_s, *values in rows]
 
 
 class Explorations:
-    """Collects the samples from explorations, given a journal's records in order."""
+    """Collects the samples of explorations from a journal's records, given in order."""
 
     def __init__(self) -> None:
         self._parts: dict[str, list[Sample]] = {}
         self._whole: dict[str, list[Sample]] = {}
         self._unreadable = 0
         self._changes: int | None = None
-        self.outcome = ""  # of the last exploration, if the study controls the stroke
+        self.outcome = ""  # outcome of the last exploration, if the study controls the stroke
 
     def see(self, record: Record) -> None:
-        """Process a record of any kind."""
-        if record.kind == "begin":  # an unfinished exploration belongs to no trial
+        """Process the next record, of any kind."""
+        if record.kind == "begin":  # samples of an unfinished exploration belong to no trial
             self._parts, self._whole, self._unreadable = {}, {}, 0
             self._changes, self.outcome = None, ""
         elif record.kind == "contact" and record.data["during"] == "exploration":
@@ -186,11 +186,11 @@ class Explorations:
 
     @property
     def unchanged(self) -> bool:
-        """Whether the last exploration was of a transient, and did not trigger its change."""
+        """Whether the last exploration was of a transient whose change was not triggered."""
         return self._changes == 0
 
     def implausible(self) -> list[str]:
-        """Return any values in the last exploration that are implausible for a finger."""
+        """Describe the values in the last exploration that are implausible for a finger."""
         places, forces = self._whole.get("position", []), self._whole.get("force", [])
         found = [*implausible_places(places), *implausible_forces(forces)]
         if self._unreadable > UNREADABLE * (len(places) + len(forces)):
@@ -198,7 +198,7 @@ class Explorations:
         return found
 
     def measures(self) -> dict[str, Value]:
-        """Return the measures for the last exploration; empty if nothing was measured."""
+        """Return the measures of the last exploration; empty if nothing was measured."""
         found: dict[str, Value] = {STROKE: self.outcome} if self.outcome else {}
         places = self._whole.get("position", [])
         if "position" in self._whole:

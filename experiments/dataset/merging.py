@@ -1,8 +1,8 @@
 """Merge two data sets into a new one, for example from two computers that share a study.
 
-Journals are copied unchanged, and the tables are built from them. All contradictions are reported
-together, before anything is written. The new data set is written under a temporary name and
-renamed when it is complete: an interrupted merge leaves no data set and can be repeated with the
+Journals are copied unchanged, and the tables are built from the journals. All contradictions are
+reported together before anything is written. The new data set is written under a temporary name and
+renamed when it is complete, so an interrupted merge leaves no data set and can be repeated with the
 same command.
 """
 
@@ -43,9 +43,9 @@ class Merged:
     runs : int
         Number of runs in the new data set.
     notes : tuple of str
-        Notes that are not contradictions.
+        Remarks that do not prevent the merge.
     problems : tuple of Problem
-        Damage, as in the source data sets.
+        Damage in the source data sets, which the new data set shares.
     """
 
     runs: int
@@ -59,10 +59,11 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     Raises
     ------
     UserError
-        If one of them is not a data set or is being recorded to, ``out`` already exists, or they
-        contradict each other: different runs under the same name, pilots and participants,
-        different versions of the study, the same participant under two labels, or a participant
-        who withdrew from only one of them. One message lists all contradictions.
+        If one of the folders is not a data set or is in use by a session, if ``out`` already
+        exists, or if the data sets contradict each other: different runs under the same name,
+        pilots and participants, different versions of the study, the same participant under two
+        labels, or a participant who withdrew from only one data set. One message lists all
+        contradictions.
     """
     sources = (one, other)
     for folder in sources:
@@ -71,7 +72,8 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         raise UserError(f"--out {out}: is not empty; expected a new folder")
     chosen = _by_place(one)
     for place, path in _by_place(other).items():
-        # Use the longer journal for a run: the shorter one was copied before the run continued.
+        # For each run, the longer journal is used, because the shorter one was copied before the
+        # run continued.
         if place not in chosen or path.stat().st_size > chosen[place].stat().st_size:
             chosen[place] = path
     told = [*_contradictions(one, other), *_own_files(one, other, chosen)]
@@ -79,7 +81,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
         lines = "".join(f"\n  {sentence}" for sentence in told)
         raise UserError(f"{one} and {other} cannot be merged, {many}:{lines}")
-    for folder in sources:  # before it contains data, because withdrawals must also reach it
+    for folder in sources:  # before data are copied, because withdrawals must also reach the copy
         note_merged(folder, out)
     try:
         problems = _write(one, other, out, chosen)
@@ -90,7 +92,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
 
 
 def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[Problem]:
-    """Write the new data set under a temporary name and rename it; return its damage."""
+    """Write the new data set under a temporary name and rename it; return damage in journals."""
     draft = draft_of(out)
     if draft.exists():
         shutil.rmtree(draft)
@@ -176,7 +178,7 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add files written by people to the chosen ones; yield those that differ."""
+    """Add files that people wrote to the chosen files; yield a message for each differing file."""
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }
@@ -205,7 +207,7 @@ def _write_lists(one: Path, other: Path, out: Path) -> None:
 
 
 def _in_both(one: Path, other: Path) -> Iterator[str]:
-    """Yield participants with runs in both data sets, who are assumed to be the same person."""
+    """Yield a note for each participant with runs in both data sets."""
     labels = [{path.parent.name.removeprefix("sub-") for path in journals(f)} for f in (one, other)]
     own = set(_by_place(one)) ^ set(_by_place(other))
     for label in sorted(labels[0] & labels[1]):

@@ -1,4 +1,4 @@
-"""Render data set files as a pure function of its runs.
+"""Render the files of a data set as a pure function of its runs.
 
 `render` generates all files from the journals. `slipscale.experiments.dataset.bids` writes the
 files, and `slipscale.experiments.dataset.verification` compares them with the existing ones.
@@ -52,8 +52,8 @@ README = PurePosixPath("README.md")
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
     """Return the files for a list of runs, keyed by path in the data set.
 
-    If the records of a run are intact but do not match its protocol's tables, the run is reported
-    as a problem and no file is written for it.
+    If the records of a run are intact but do not match the protocol's table, the run is reported as
+    a problem and has no files.
     """
     files: dict[PurePosixPath, Content] = {}
     problems: list[Problem] = []
@@ -173,8 +173,8 @@ def _run_files(
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),
         "software": first["software"],
-        # A pilot's date is meaningless and would make equal data sets differ. So would its number
-        # of interruptions, and the hash of the journal, which contains both.
+        # A pilot's date, its number of interruptions and the hash of its journal (which contains
+        # both) are omitted, because they are meaningless and would make equal data sets differ.
         "started_utc": first["started_utc"] if person else MISSING,
         "resumes": _resumes(run) if person else MISSING,
         "voided": [
@@ -200,7 +200,7 @@ def _run_files(
 
 
 def _resumes(run: Run) -> list[dict[str, object]]:
-    """Return the equipment and software used each time a run was resumed."""
+    """Return the equipment and software that were used each time a run was resumed."""
     return [
         {
             "time_s": record.time_s,
@@ -263,7 +263,7 @@ def _top(
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:
-    """Return the consent column, with the text that participants agreed to."""
+    """Return the consent column, whose description contains the text of the consent."""
     texts = plan.texts()
     asked, read = texts["session.consent_question"], texts["session.consent"].strip()
     return replace(
@@ -275,7 +275,7 @@ def _consent(column: Column, plan: RunPlan) -> Column:
 def _questions(
     people: dict[str, dict[str, Value]], plans: list[RunPlan]
 ) -> dict[str, dict[str, str]]:
-    """Return the questions about participants: name -> the words for each code."""
+    """Return the name of each question about the participants, with the words for each code."""
     asked: dict[str, dict[str, str]] = {
         name: {} for row in people.values() for name in row if name not in (MODE, COMPLETE)
     }

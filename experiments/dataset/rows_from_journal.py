@@ -1,4 +1,4 @@
-"""Collect journal records into trials, as pure functions."""
+"""Collect the records of a journal into trials, as pure functions."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.steps.trial import Value
 
-# Event during a trial -> flag on its row. Resuming a pilot leaves no flag, because no virtual time
-# has passed.
+# Event during a trial -> flag in the trial's row. Resuming a pilot leaves no flag, because no
+# virtual time has passed.
 EVENT_FLAGS: dict[str, str] = {
     "fault": FAULT,
     "pause": PAUSED,
@@ -46,7 +46,7 @@ EVENT_FLAGS: dict[str, str] = {
 
 @dataclass(slots=True)
 class Gathered:
-    """The content of a journal, organised by trial.
+    """The content of a journal, grouped by trial.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Gathered:
     trials : dict of list
         Finished trials in order, by task.
     voided : list
-        (task, trial, reason) for each voided trial.
+        Task, trial number and reason of each voided trial.
     """
 
     person: dict[str, Value] = field(default_factory=dict)
@@ -73,9 +73,8 @@ class Gathered:
 def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers from its journal's records, in order.
 
-    A trial without an end (because the run was interrupted) is omitted. If a record is damaged,
-    the current trial and the next one are flagged, because it is unknown which of them it belonged
-    to.
+    A trial without an end (because the run was interrupted) is omitted. If a record is damaged, the
+    current trial and the next trial are flagged, because the record may belong to either trial.
     """
     gathered = Gathered()
     current: TrialRecord | None = None
@@ -101,7 +100,7 @@ def gather(records: list[Record]) -> Gathered:
         elif record.kind == reading.DAMAGED:
             damage = True
         elif record.kind in EVENT_FLAGS:
-            # A "represented" record after a virtual "take_up" belongs to it.
+            # A "represented" record after a virtual "take_up" record belongs to the resumption.
             virtual = record.data.get("virtual", virtual and record.kind == "represented")
             if current and not virtual:
                 _flag(current, EVENT_FLAGS[record.kind])
@@ -119,7 +118,7 @@ def _flag_damaged(
     damage: bool,
     time_s: float,
 ) -> None:
-    """Flag the trials on either side of the damage, and end a trial whose end record is lost."""
+    """Flag the trials before and after the damage, and end a trial whose end record is lost."""
     if not damage:
         return
     if current:
@@ -154,8 +153,8 @@ def _flag(row: TrialRecord, flag: str) -> None:
 def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
-    """Store a step's answer in its row, or with the answers about the run or person."""
-    made = answer_from(record.data["answer"])  # adds defaults for entries that older journals lack
+    """Store a step's answer in the row of its trial, or among the answers about run or person."""
+    made = answer_from(record.data["answer"])  # adds defaults for older journals
     answer = answer_record(made) or {}
     if row is not None:
         take = TAKERS.get(step["type"])
@@ -196,7 +195,7 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
             surface=surface, readback_level=answer["readback_level"], onset_s=answer["onset_s"]
         )
         if len(row.intervals) > 1:
-            return  # the trial began at its first interval
+            return  # the trial began with its first interval
     row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
     row.readback_level = answer["readback_level"]
@@ -209,7 +208,7 @@ def _take_exploration(row: TrialRecord, step: dict[str, Any], answer: dict[str, 
         row.exploration_time_s = answer["response_time_s"]
     elif number in row.intervals:
         row.intervals[number].exploration_time_s = answer["response_time_s"]
-    else:  # it is unknown what was explored, because the presentation was lost
+    else:  # the explored surface is unknown, because the record of the presentation was lost
         _flag(row, DAMAGED)
 
 

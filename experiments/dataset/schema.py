@@ -1,9 +1,9 @@
-"""Definition of a data set's files: columns and entries with types, units, levels and descriptions.
+"""Define the files of a data set: columns and entries with types, units and descriptions.
 
-This is the only definition: `slipscale.experiments.dataset.bids` writes according to it,
-`slipscale.analysis.reading` reads according to it, and docs/reference/data-set.md is generated
-from it. A protocol declares the columns that belong only to its task (see
-`slipscale.experiments.protocol_parts.base.Protocol`); `columns` combines both.
+This definition is used for writing (`slipscale.experiments.dataset.bids`), for reading
+(`slipscale.analysis.reading`) and for generating docs/reference/data-set.md. A protocol declares
+the columns that belong only to its task (see `slipscale.experiments.protocol_parts.base.Protocol`);
+`columns` combines these with the common columns.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ if TYPE_CHECKING:
 
 
 MISSING = "n/a"
-# The columns of participants.tsv that Slipscale fills in. The first identifies the participant, as
-# in every table of the analysis.
+# The columns of participants.tsv that Slipscale fills in. The first column identifies the
+# participant, as in every table of the analysis.
 PARTICIPANT, MODE, COMPLETE = TAKEN
 # The column of a participant's sessions.tsv that identifies the session; a questionnaire's table
 # also has a column for the run.
@@ -59,7 +59,7 @@ READBACK = "readback"
 INTERVAL = "interval"
 # Separator between the flags of a trial.
 FLAG_SEPARATOR = ";"
-# Key of Slipscale's object in a run's sidecar, in addition to the BIDS keys.
+# Key of the object with Slipscale's own entries in a run's sidecar.
 SIDECAR = "Slipscale"
 NOTES: Mapping[str, str] = {
     "study": "name of the study",
@@ -110,15 +110,15 @@ def columns(
     plate: Quantity | None = None,
     second: Quantity | None = None,
 ) -> dict[str, Column]:
-    """Return all columns of a protocol's table in order, with their names in the file.
+    """Return all columns of a protocol's table in order, by their names in the file.
 
     Parameters
     ----------
     protocol : Protocol
     measured : iterable of str
-        Entries of `MEASURED` that the run measured; these also have columns.
+        Entries of `MEASURED` that were measured in the run and therefore have columns.
     quantity : Quantity
-        Quantity of the levels; it determines names, units and descriptions.
+        Quantity of the levels, which determines names, units and descriptions.
     plate : Quantity, optional
         Quantity that the plate produces and reads back, if different.
     second : Quantity, optional
@@ -178,7 +178,7 @@ def filled(text: str, quantity: Quantity = PLATE_AMPLITUDE) -> str:
 
 
 def _interval_columns(number: int) -> dict[str, Column]:
-    """Return the columns for one interval in a trial."""
+    """Return the columns for one interval of a trial."""
 
     def of(record: TrialRecord) -> IntervalRecord | None:
         return record.intervals.get(number)
@@ -227,7 +227,7 @@ def _interval_columns(number: int) -> dict[str, Column]:
 
 
 def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
-    """Return the columns that every task has."""
+    """Return the columns that are common to all tasks."""
     modulated = ("; for a texture, the largest", "; for a texture, its mean")
     largest, mean = modulated if protocol.textures else ("", "")
 

@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.base import Column
     from slipscale.experiments.steps.trial import Value
 
-# Times are stored to the microsecond; key event clocks are no more precise.
+# Times are stored to the microsecond, because the clocks of key events are not more precise.
 DIGITS = 6
 
 
 def cell(value: Value) -> str:
-    r"""Return a value as written in a table.
+    r"""Return a value in the form in which tables contain it.
 
     >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
     ('n/a', '2', '12.345679', 'a b')
@@ -32,7 +32,7 @@ def cell(value: Value) -> str:
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
-    """Return a TSV with proper quoting, so that texts with quotes stay in their cells."""
+    """Return a TSV table, with texts quoted if necessary."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter="\t", lineterminator="\n")
     writer.writerows([header, *rows])

@@ -1,7 +1,7 @@
-"""Compare a data set with its journals; report differences by file and row.
+"""Compare a data set with its journals, and report differences by file and row.
 
-The journals are the source of truth. Their own integrity is checked using their running hash and
-the sidecars, which store the number of records at the time the tables were written.
+The journals are the source of truth. Their own integrity is checked by their running hash and by
+the sidecars, which contain the number of records at the time when the tables were written.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.dataset.files import Content
 
-# Maximum number of problems of one kind in one file that are reported individually.
+# Maximum number of similar problems in one file that are reported individually.
 TOLD = 20
-# Description entries that come from the study and are the same in every Slipscale version.
+# Entries of column descriptions that are the same in every version of Slipscale.
 SETTLED = ("Name", "DatasetType", "License", "Authors", "TaskName")
 
 
 def verify(dataset: Path) -> list[Problem]:
-    """Return all damage in a data set's journals, and all differences from them.
+    """Return all damage in a data set's journals, and all differences between files and journals.
 
     Raises
     ------
@@ -79,7 +79,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
 
 
 def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
-    """Compare a compressed table; another version of zlib may compress it differently."""
+    """Compare a table after decompression, because versions of zlib compress differently."""
     try:
         same = gzip.decompress(path.read_bytes()) == gzip.decompress(content)
     except (OSError, EOFError, zlib.error) as error:
@@ -88,7 +88,7 @@ def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
 
 
 def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
-    """Yield the cells, rows and columns in which a table differs; rows are given by line number."""
+    """Yield the cells, rows and columns in which a table differs; rows are numbered by line."""
     try:
         there = _cells(text)
     except csv.Error as error:
@@ -136,7 +136,7 @@ def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Probl
 
 
 def _settled(content: object) -> dict[str, object]:
-    """Return the entries that do not depend on Slipscale's version: units, levels and names."""
+    """Return the entries that do not depend on Slipscale's version, such as units and levels."""
     if not isinstance(content, dict):
         return {}
     if isinstance(content.get(SIDECAR), dict):

@@ -1,12 +1,12 @@
-"""Withdraw a participant: remove all their data, and keep a note that they withdrew.
+"""Withdraw a participant: remove all of the participant's data, and record the withdrawal.
 
-A withdrawal covers the data set, its backups and the merged sets that include it. The complete
-task list is recorded before the first file is removed, and the pending mark is cleared last. Each
-step can be repeated, so the same command finishes an interrupted withdrawal.
+A withdrawal applies to the data set, its backups and the merged sets that include it. The complete
+list of tasks is recorded before the first file is removed, and the withdrawal is marked as finished
+last. Each step can be repeated, so the same command finishes an interrupted withdrawal.
 
-The label is not used again. The replacement's label is R followed by the number; since the
-position in the counterbalancing is derived from the number at the end of a label, it stays the
-same.
+The label is not used again. The label of the replacement is R followed by the old label, so the
+replacement has the same position in the counterbalancing, which is derived from the number at the
+end of a label.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders with data from a participant.
+    """Return all files and folders that contain data from a participant.
 
-    This includes results derived from all participants.
+    They include results that were derived from all participants.
 
     Raises
     ------
@@ -62,12 +62,12 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     Returns
     -------
     list of Path
-        Files and folders that were removed, or rewritten without the participant.
+        Files and folders that were removed or rewritten without the participant.
 
     Raises
     ------
     UserError
-        As for `theirs`; also if something cannot be removed.
+        As in `theirs`; also if something cannot be removed.
     """
     todo = _todo(dataset, participant)
     gone = list(_found(dataset, participant, todo))
@@ -90,7 +90,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
-    """Return a withdrawal's tasks outside the data set: as recorded, otherwise as found.
+    """Return the tasks of a withdrawal outside the data set, either recorded or newly determined.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def _todo(dataset: Path, participant: str) -> Pending:
     if todo is None:
         merged = _merged_sets(dataset)
         drafts = [draft_of(place) for place in merged if not place.exists()]
-        drafts = [draft for draft in drafts if draft.is_dir()]  # from interrupted merges
+        drafts = [draft for draft in drafts if draft.is_dir()]  # remains of interrupted merges
         whole = [place for place in merged if draft_of(place) not in drafts]
         lists = {copy: each / KNOWN for each in (dataset, *whole) for copy in backups(each)}
         lists |= dict.fromkeys(whole, dataset / lineage.KNOWN)
@@ -160,11 +160,11 @@ def _found(dataset: Path, participant: str, todo: Pending) -> Iterator[Path]:
 
 
 def _in_one(folder: Path, participant: str) -> Iterator[Path]:
-    """Yield a participant's folders in one data set, then the tables that name them."""
+    """Yield a participant's folders in one data set, then tables that contain the participant."""
     places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
     here = [folder / place for place in places]
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
-    # The results do not show which participants are included.
+    # Results are removed, because they do not show which participants are included.
     if named or any(place.exists() for place in here[1:]):
         yield from (place for place in here if place.exists())
         yield from named
@@ -185,7 +185,7 @@ def _lines_of(path: Path, participant: str) -> Iterator[int]:
 
 
 def _strike(path: Path, participant: str) -> None:
-    """Remove a participant's rows from a table; delete a table that has no other rows."""
+    """Remove a participant's rows from a table; delete the table if it has no other rows."""
     lines = path.read_bytes().splitlines(keepends=True)
     named = set(_lines_of(path, participant))
     left = [line for number, line in enumerate(lines) if number not in named]
@@ -212,7 +212,7 @@ def _journals_of(dataset: Path, participant: str) -> list[Path]:
 
 
 def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
-    """Yield the fallback folders that contain a participant's journal of the same study."""
+    """Yield the fallback folders with journals of the participant in the same study."""
     studies = {plan.study_text for path in own if (plan := read_usable(path, most=1)[0])}
     if not own:
         return

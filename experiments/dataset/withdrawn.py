@@ -1,6 +1,6 @@
-"""The list of participants who withdrew from a data set, and of unfinished withdrawals.
+"""Keep the list of participants who withdrew from a data set, and of unfinished withdrawals.
 
-An entry is marked as pending from before the first file is removed until all tasks are done.
+An entry is marked as pending before the first file is removed, until all tasks are done.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ PENDING = "pending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pending:
-    """The remaining tasks of an unfinished withdrawal outside its data set.
+    """The tasks of an unfinished withdrawal outside its data set.
 
     Parameters
     ----------
     remove : tuple of Path
-        Folders to be removed entirely: journals in fallback folders, unfinished merges.
+        Folders to be removed entirely: journals in fallback folders and unfinished merges.
     copies : tuple of Path
         Backups and merged sets that contain the participant.
     merged : tuple of Path
-        The merged sets among the copies; they have their own lists of withdrawals.
+        The merged sets among the copies, which have their own lists of withdrawals.
     """
 
     remove: tuple[Path, ...] = ()
@@ -57,7 +57,7 @@ def pending(dataset: Path) -> dict[str, Pending]:
 
 
 def unfinished(dataset: Path) -> Iterator[str]:
-    """For each unfinished withdrawal, yield a sentence that explains how to finish it."""
+    """Yield a sentence for each unfinished withdrawal that explains how to finish it."""
     for label in pending(dataset):
         yield (
             f"the withdrawal of participant {label} is not finished: slipscale data withdraw "
@@ -66,7 +66,7 @@ def unfinished(dataset: Path) -> Iterator[str]:
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Record a withdrawal durably in the list; without ``todo``, mark it as finished."""
+    """Record a withdrawal in the list; without ``todo``, mark the withdrawal as finished."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})
@@ -80,7 +80,7 @@ def note(dataset: Path, participant: str, todo: Pending | None) -> None:
 
 
 def entries(dataset: Path) -> list[dict[str, Any]]:
-    """Return the list's entries.
+    """Return the entries of the list.
 
     Raises
     ------

@@ -1,1 +1,1 @@
-"""Protocols: plain generators of steps, one file per protocol, registered as entry points."""
+"""Slipscale's protocols: plain generators of steps, one file each, registered as entry points."""

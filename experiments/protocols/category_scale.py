@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 class CategoryScale(RatedOptions):
-    """Options for category ratings, in addition to the order and pacing options."""
+    """Options for category ratings, in addition to the options for order and pacing."""
 
     repetitions: AtLeastOne = Field(
         default=3,
@@ -55,7 +55,7 @@ def steps(options: CategoryScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a run."""
+    """The numbered trials of a category-rating task."""
 
     def __init__(self, options: CategoryScale, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))

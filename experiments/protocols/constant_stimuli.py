@@ -2,7 +2,7 @@
 
 In the forced-choice form, the participant chooses the more slippery of two intervals; each
 comparison surface comes first and second equally often. In the yes-no form, the comparison always
-comes second, and the participant answers whether it was more slippery than the first.
+comes second, and the participant answers whether it was more slippery than the standard.
 """
 
 from __future__ import annotations
@@ -62,12 +62,12 @@ class ConstantStimuli(ComparingOptions):
         return context.own_or_listed(self.comparison_levels)
 
     def furthest_level(self, context: Context) -> float:
-        """Return the comparison that differs most from the standard, µm peak to peak."""
+        """Return the comparison amplitude that differs most from the standard, µm peak to peak."""
         return max(self.comparisons(context), key=lambda each: abs(each - self.standard_level))
 
 
 def check(options: ConstantStimuli, context: Context) -> None:
-    """Raise `UserError` if comparisons are repeated, or none differs from the standard."""
+    """Raise `UserError` if comparisons are repeated, or if all equal the standard."""
     comparisons, key = options.comparisons(context), context.quantity.named("comparison_levels")
     if len(set(comparisons)) < len(comparisons):
         raise UserError(f"{key}: expected different amplitudes")
@@ -110,7 +110,8 @@ def steps(options: ConstantStimuli, context: Context) -> Steps:
     def easy(phase: Phase, comparison: float) -> Shown:
         return _shown(options, context, phase, comparison, 1 + places.below(2), catch=True)
 
-    # In yes-no trials the standard is compared with itself: "yes" then indicates a bias.
+    # In the yes-no form, catch trials compare the standard with itself, so that "yes" indicates a
+    # bias.
     caught = options.standard_level if options.question == "yes_no" else furthest
     run = Comparing(
         options,
@@ -131,7 +132,7 @@ def _main(options: ConstantStimuli, context: Context) -> list[Shown]:
     """Return the main trials: each repetition contains all comparisons in a new random order."""
     comparisons = options.comparisons(context)
     stream = context.stream(context.task, "main")
-    begins = [stream.below(2) for _ in comparisons]  # alternates with each repetition
+    begins = [stream.below(2) for _ in comparisons]  # alternates between repetitions
     return [
         _shown(options, context, "main", comparisons[each], 1 + (begins[each] + repetition) % 2)
         for repetition in range(options.repetitions)
@@ -148,7 +149,7 @@ def _shown(
     *,
     catch: bool = False,
 ) -> Shown:
-    """Return a trial. In the yes-no form the comparison always comes second."""
+    """Return the definition of a trial; in the yes-no form, the comparison always comes second."""
     place = SECOND if options.question == "yes_no" else place
     pair = [context.surface(options.standard_level), context.surface(comparison_level)]
     return Shown(
@@ -164,7 +165,7 @@ def _shown(
 
 
 def _response(record: TrialRecord) -> str | None:
-    """Return the answer as given: the interval number, yes, or no."""
+    """Return the original answer: the number of an interval, yes or no."""
     answer = record.answer("response")
     if isinstance(answer, bool):
         return "yes" if answer else "no"
@@ -180,7 +181,7 @@ def _comparison_more(record: TrialRecord) -> str | None:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer either form of the question, based on which surface seemed more slippery."""
+    """Answer either form of the question according to which surface seemed more slippery."""
     if isinstance(step.question, YesNoQuestion):
         sign = 1 if step.question.seeks == "most" else -1
         return person.pick([sign * each for each in person.impressions]) == 1

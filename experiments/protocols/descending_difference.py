@@ -1,9 +1,9 @@
 """The descending-difference protocol (Biet 2007, Section IV-B, first experiment).
 
-The amplitude decreases in steps. After each step the participant reports whether they feel a
-difference and, if so, what has been removed. In a catch step nothing changes: without catch steps,
-"yes" cannot be distinguished from a response bias. The study's textures are not presented, because
-they cannot be ordered by amplitude.
+The amplitude decreases in steps. After each step, the participant reports whether they feel a
+difference and, if so, what has disappeared. In a catch step, nothing changes; without catch steps,
+feeling a difference cannot be distinguished from a bias towards "yes". The study's textures are not
+presented, because they cannot be ordered by amplitude.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ TASK = "descendingdifference"
 
 
 class DescendingDifference(PacedOptions):
-    """Options for the descending-difference protocol, in addition to the pacing options."""
+    """Options for the descending-difference protocol, in addition to the options for pacing."""
 
     series: AtLeastOne = Field(
         default=1,
@@ -98,7 +98,7 @@ def steps(options: DescendingDifference, context: Context) -> Steps:
 
 
 class _Step(NamedTuple):
-    """The definition of a trial: its series, its step, and the amplitudes, µm peak to peak."""
+    """The definition of a trial: its series and step, and the amplitudes in µm peak to peak."""
 
     series: int
     step: int
@@ -107,7 +107,7 @@ class _Step(NamedTuple):
 
 
 class _Run(Repeating[_Step]):
-    """The numbered steps of a run."""
+    """The numbered steps of all series in a run."""
 
     def __init__(self, options: DescendingDifference, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -141,13 +141,13 @@ class _Run(Repeating[_Step]):
         )
 
     def finish(self) -> Steps:
-        """Yield the silence at the end; the plate is not silenced between steps."""
+        """Yield the silence at the end of a series; the plate is not silenced between steps."""
         yield Silence()
 
     def trial(
         self, condition: _Step, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one step; return the numbers of the trials voided in the meantime."""
+        """Yield one step; return the numbers of the trials that were voided in the meantime."""
         trial = Trial(
             task=self.context.task,
             number=number,
@@ -155,7 +155,8 @@ class _Run(Repeating[_Step]):
             factors={"series": condition.series, "step": condition.step},
             repeats=repeats,
         )
-        # Already felt, unless a fault, a pause or a voided trial intervened.
+        # The participant has already felt this surface, unless a fault, a pause or a voided trial
+        # intervened.
         lead_in = (Present(surface=self.context.surface(condition.before)), self.explore("start"))
         yield Present(surface=self.context.surface(condition.after), trial=trial, lead_in=lead_in)
         yield self.explore("explore", trial)
@@ -164,7 +165,7 @@ class _Run(Repeating[_Step]):
         return voided.trials if isinstance(voided, Voided) else ()
 
     def questions(self, trial: Trial) -> Steps:
-        """Yield the questions for a step."""
+        """Yield the questions that follow a step."""
         texts = self.context.texts
         reply = yield Ask(
             name="difference_felt",

@@ -28,7 +28,7 @@ REST_UM_PP = 0.0
 
 
 class DetectionThreshold(ForcedChoiceOptions):
-    """Options for a detection threshold; a level is the amplitude itself."""
+    """Options for a detection threshold, whose levels are the amplitudes themselves."""
 
 
 def check(options: DetectionThreshold, context: Context) -> None:
@@ -42,7 +42,7 @@ def possible_levels(options: DetectionThreshold, _context: Context) -> tuple[flo
 
 
 def finest_level(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest amplitude, both as the difference and as the amplitude to be held."""
+    """Return the lowest amplitude twice: as the finest difference and as its amplitude."""
     return options.lowest_level, options.lowest_level
 
 

@@ -68,7 +68,7 @@ def possible_levels(options: DifferenceThreshold, _context: Context) -> tuple[fl
 
 
 def finest_level(options: DifferenceThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest level, and the larger of the two amplitudes that differ by it."""
+    """Return the lowest level, and the larger of the two amplitudes with this difference."""
     nearest = options.compared_level(options.lowest_level)
     return options.lowest_level, max(nearest, options.standard_level)
 

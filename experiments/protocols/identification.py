@@ -1,4 +1,4 @@
-"""Identification: the participant learns a number for each surface and then names the surfaces.
+"""Identification: the participant learns a number for each surface, then identifies surfaces.
 
 The confusion matrix yields the information transferred (Miller 1956, Psychol. Rev. 63, 81-97).
 """
@@ -36,7 +36,7 @@ FEWEST = 2
 
 
 class Identification(RatedOptions):
-    """Options for identification, in addition to the order and pacing options."""
+    """Options for identification, in addition to the options for order and pacing."""
 
     repetitions: AtLeastOne = Field(
         default=10,
@@ -55,7 +55,7 @@ class Identification(RatedOptions):
 
 
 def check(_options: Identification, context: Context) -> None:
-    """Raise `UserError` unless each surface can have its own key."""
+    """Raise `UserError` unless each surface can have its own number key."""
     if not FEWEST <= (there := len(context.levels)) <= NUMBER_KEYS:
         q = context.quantity
         raise UserError(
@@ -87,7 +87,7 @@ def steps(options: Identification, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a run."""
+    """The numbered trials of an identification task."""
 
     def __init__(self, options: Identification, context: Context) -> None:
         surfaces = [context.surface(level) for level in context.levels]
@@ -100,7 +100,7 @@ class _Run(RatedSurfaces):
         """Yield one trial; return the numbers of the trials to be repeated."""
         options, texts, levels = self.options, self.context.texts, self.context.levels
         trial = self.numbered(condition, number, repeats, factors={})
-        # The code is the surface name in the data; the participant sees its number.
+        # The code is the surface's name in the data; the participant sees the surface's number.
         coded = tuple((f"{level:g}", str(place)) for place, level in enumerate(levels, start=1))
         reply = yield from self.asked(
             condition,
@@ -118,7 +118,7 @@ class _Run(RatedSurfaces):
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Name the surface whose usual strength is closest to the impression."""
+    """Choose the surface whose usual strength is closest to the impression."""
     question = step.question
     if not isinstance(question, ChoiceQuestion):
         raise TypeError(f"'{step.name}' is not a choice")

@@ -1,10 +1,10 @@
 """Method of limits: levels move towards or away from a standard until the answer changes.
 
-In each trial the participant feels the standard, then a surface at some level, and answers whether
+In each trial, the participant feels the standard, then a surface at some level, and answers whether
 they differ. An ascending series begins at the lowest level and ends with the first "yes"; a
 descending series begins at the highest level and ends with the first "no". The transition lies
-between the last two levels. Series begin at different levels, so that the number of trials gives
-no hint.
+between the last two levels. Series begin at different levels, so that participants cannot count
+trials.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Limits(RestedOptions):
 
 
 class OneSeries(NamedTuple):
-    """A series: its number (from 1), its direction, and its levels in order."""
+    """A series: its number (from 1), its direction, and its levels in order of presentation."""
 
     number: int
     ascending: bool
@@ -80,7 +80,7 @@ class OneSeries(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The definition of a trial: its series, its position in it, and the trial it repeats."""
+    """The definition of a trial: its series, its position there, and the trial that it repeats."""
 
     series: OneSeries
     place: int
@@ -98,12 +98,12 @@ def check(options: Limits, context: Context) -> None:
 
 
 def most_trials(options: Limits, _context: Context) -> int:
-    """Return the largest number of trials in a run: every level of every series."""
+    """Return the largest number of trials in a run, with every level of every series."""
     return 2 * options.series * len(options.each_level)
 
 
 def trials(options: Limits, context: Context) -> int:
-    """Return the expected number of trials in a run: half of the levels of every series."""
+    """Return the expected number of trials in a run, with half of the levels of every series."""
     return max(most_trials(options, context) // 2, 1)
 
 
@@ -113,12 +113,12 @@ def possible_levels(options: Limits, _context: Context) -> tuple[float, ...]:
 
 
 def finest_level(options: Limits, _context: Context) -> tuple[float, float]:
-    """Return the step, and the highest amplitude at which it matters."""
+    """Return the step between levels, and the highest amplitude at which it occurs."""
     return options.step_level, max(options.standard_level, options.highest_level)
 
 
 class _Run(IntervalTask[Place]):
-    """The trials of a run. A voided trial and the later trials in its series are repeated."""
+    """The trials of a run; a voided trial is repeated with all later trials of its series."""
 
     def __init__(self, options: Limits, context: Context) -> None:
         super().__init__(most_trials(options, context), options, context)
@@ -150,7 +150,7 @@ class _Run(IntervalTask[Place]):
         return None
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Place]]:
-        """Discard voided trials, and later trials in their series, so that they are repeated."""
+        """Discard voided trials and the later trials of their series, which are then repeated."""
         for number in numbers:
             series = self._known[number].series.number
             self.answers[series] = [each for each in self.answers[series] if each[0] < number]
@@ -195,7 +195,7 @@ class _Run(IntervalTask[Place]):
 
 
 def _series(options: Limits, number: int, start: int, begins: int) -> OneSeries:
-    """Return series ``number``, from 0; the first is ascending if ``begins`` is 0."""
+    """Return series ``number``, from 0; the first series is ascending if ``begins`` is 0."""
     ascending = (number + begins) % 2 == 0
     levels = options.each_level if ascending else options.each_level[::-1]
     return OneSeries(number + 1, ascending, levels[start:])

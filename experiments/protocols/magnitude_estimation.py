@@ -1,8 +1,8 @@
 """Magnitude estimation of slipperiness (Biet 2007, Section IV-B, second experiment).
 
 The surfaces, including textures, are presented in random order. After exploring each surface, the
-participant types a number for its slipperiness. A trial voided by the operator is repeated under a
-new number at the end of its block, as is a timed-out trial if the study requests it.
+participant types a number for its slipperiness. If the operator voids a trial, it is repeated under
+a new number at the end of its block. Timed-out trials are also repeated if the study requests it.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ TASK = "magnitudeestimation"
 
 
 class MagnitudeEstimation(RatedOptions):
-    """Options for magnitude estimation, in addition to the order and pacing options.
+    """Options for magnitude estimation, in addition to the options for order and pacing.
 
     When the maximum exploration time is over, the surface is switched off.
     """
@@ -86,14 +86,14 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a run."""
+    """The numbered trials of a magnitude-estimation task."""
 
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
         self.options = options
 
     def start(self) -> Steps:
-        """Yield the standard before a group of trials, if there is one."""
+        """Yield the standard, if any, before a group of trials."""
         if self.options.standard_level is not None:
             yield from self.standard(self.options.standard_level)
 

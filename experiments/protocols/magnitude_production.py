@@ -1,9 +1,9 @@
 """Magnitude production: the participant adjusts the plate to be as slippery as a given number.
 
-This is the counterpart of magnitude estimation, in which the surface is given and the number is
-the answer. People compress the range of the variable that they control (Stevens and Greenbaum
-1966, Percept. Psychophys. 1, 439-446). The two exponents therefore differ, and the true one lies
-between them.
+In magnitude estimation, by contrast, the surface is given and the participant answers with a
+number. People compress the range of the variable that they control (Stevens and Greenbaum 1966,
+Percept. Psychophys. 1, 439-446). The exponents of the two methods therefore differ, and the true
+exponent lies between them.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")
-#: Fraction of the plate's range, at its lower or upper end, from which the start level is drawn.
+#: Fraction of the plate's range at the lower or upper end, from which the start level is drawn.
 START_SHARE = 0.25
 
 
@@ -94,7 +94,7 @@ class MagnitudeProduction(StandardOptions):
 
 
 def check(options: MagnitudeProduction, context: Context) -> None:
-    """Raise `UserError` if the standard is outside the plate's range or steps are too large."""
+    """Raise `UserError` if the standard is outside the plate's range, or if steps are too large."""
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(
@@ -135,7 +135,7 @@ def steps(options: MagnitudeProduction, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The numbered trials of a run."""
+    """The numbered trials of a magnitude-production task."""
 
     def __init__(self, options: MagnitudeProduction, context: Context) -> None:
         self.options = options

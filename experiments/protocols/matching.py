@@ -1,8 +1,8 @@
 """Matching: the participant adjusts the plate until it feels like a reference felt before.
 
-The plate starts above or below the reference, equally often. The difference between settings from
-above and below is the participant's hysteresis; their mean is the point of subjective equality. A
-catch trial starts at the reference itself.
+The plate starts above and below the reference equally often. The difference between settings from
+above and from below is the participant's hysteresis; the mean of the settings is the point of
+subjective equality. A catch trial starts at the reference itself.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending", "equal"]
 DIRECTIONS: tuple[Direction, ...] = ("ascending", "descending")
-EQUAL: Direction = "equal"  # a catch trial
+EQUAL: Direction = "equal"  # starts at the reference: a catch trial
 
 
 class Matching(RestedOptions):
@@ -159,7 +159,7 @@ def steps(options: Matching, context: Context) -> Steps:
 
 
 class _Run(IntervalTask[_Match]):
-    """The numbered trials of a run."""
+    """The numbered trials of a matching task."""
 
     def __init__(self, options: Matching, context: Context) -> None:
         super().__init__(trials(options, context), options, context)
@@ -167,7 +167,7 @@ class _Run(IntervalTask[_Match]):
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
-        """Return a trial with a random starting point."""
+        """Return the definition of a trial with a random starting point."""
         options = self.options
         span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:

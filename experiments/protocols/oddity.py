@@ -1,7 +1,7 @@
 """Oddity: the participant identifies which of three surfaces differs from the other two.
 
-No attribute is named, so a difference of any kind counts (the triangle test). The target surface
-has a higher or lower level than the other two; an adaptive rule selects the difference.
+This is the triangle test: no attribute is named, so any kind of difference counts. The target
+surface has a higher or lower level than the other two, and an adaptive rule selects the difference.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Oddity(DifferenceThreshold):
-    """Options for oddity: those of a difference threshold, with three intervals."""
+    """Options for oddity, the same as for a difference threshold but with three intervals."""
 
     intervals: Literal[3] = Field(
         default=3,

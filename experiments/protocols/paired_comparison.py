@@ -1,4 +1,4 @@
-"""Paired comparison: each pair of surfaces is compared; the participant picks the more slippery.
+"""Paired comparison: for each pair of surfaces, the participant chooses the more slippery one.
 
 With ``triads``, three surfaces are presented in rising or falling order, and the participant
 judges which of the two steps between them is larger. These judgements give a difference scale
@@ -54,7 +54,7 @@ class PairedComparison(ComparingOptions):
 
 
 def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
-    """Return the surfaces to compare: plain ones in ascending order; for pairs, also textures."""
+    """Return the surfaces to compare: plain surfaces (ascending) and, for pairs, textures."""
     plain = tuple(context.surface(each) for each in sorted(context.levels))
     return plain if options.form == "triads" else (*plain, *context.textures)
 
@@ -100,7 +100,7 @@ def steps(options: PairedComparison, context: Context) -> Steps:
 
 
 def _easy(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
-    """Return a trivially easy group: the two ends of the range."""
+    """Return a trivially easy pair or triad, which contains both ends of the range."""
     surfaces = compared_surfaces(options, context)
     plain = [each for each in surfaces if not each.name] or list(surfaces)
     low, high = plain[0], plain[-1]
@@ -108,7 +108,7 @@ def _easy(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
-    """Choose the surface that seemed more slippery, or the larger of two steps."""
+    """Choose the surface that seemed more slippery, or the step that seemed larger."""
     seemed = person.impressions
     if len(seemed) == SIZE["pairs"]:
         return compared(step, person)

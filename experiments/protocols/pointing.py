@@ -1,8 +1,8 @@
-"""Pointing (Fitts): fast movements from a start to targets of different widths and distances.
+"""Pointing (Fitts's task): fast movements to targets of different widths and distances.
 
-Sequences follow ISO/TS 9241-411:2012. In one dimension, targets alternate between two bars; in
-two dimensions, they are opposite discs on a ring. Each movement begins with the selection of the
-start, so that an interruption never lengthens a movement time.
+Sequences follow ISO/TS 9241-411:2012. In one dimension, targets alternate between two bars; in two
+dimensions, targets are opposite discs on a ring. Each movement begins when the participant selects
+the start, so that an interruption never lengthens a movement time.
 
 With feedback, the plate has one level within the target bar and another elsewhere, along the
 stroke. The finger's position must be measured. `slipscale.analysis.tasks.pointing` computes the
@@ -49,14 +49,14 @@ if TYPE_CHECKING:
     from slipscale.stimuli.texture import Grating
 
 PLAIN, ON_TARGET, OUTSIDE = "none", "target", "outside"
-#: The room for targets, in screen heights, from the middle; texts are above and below.
+#: Space for targets around the middle, in screen heights; texts are above and below.
 HALF_WIDTH, HALF_HEIGHT = 0.63, 0.33
 #: Simulated people: movement time = INTERCEPT_S + SLOPE_S_PER_BIT * index of difficulty, close to
 #: the throughput of 6.95 bit/s by touch (MacKenzie 2015, INTERACT, LNCS 9297). Feedback shortens
 #: it by 9 % (Casiez and others 2011, CHI, Surfpad). The spread is our assumption.
 INTERCEPT_S, SLOPE_S_PER_BIT, SPREAD = 0.05, 0.125, 0.15
 WITH_FEEDBACK = 0.91
-#: Ratio of effective width to standard deviation, so that 4 % of the selections miss.
+#: Ratio of effective width to standard deviation, at which 4 % of the selections miss the target.
 WIDTH_IN_SD = math.sqrt(2 * math.pi * math.e)
 
 FeedbackKind = Literal["none", "target"]
@@ -118,7 +118,7 @@ class Pointing(Options):
 
 
 class Movement(NamedTuple):
-    """The definition of a trial."""
+    """The definition of a trial: one movement from a start to a target."""
 
     sequence: int
     phase: Phase
@@ -188,7 +188,7 @@ def steps(options: Pointing, context: Context) -> Steps:
 
 
 def _radius_mm(options: Pointing, distance_mm: float) -> float:
-    """Return the distance of targets from the middle; opposite discs are ``distance_mm`` apart."""
+    """Return the distance from the middle for opposite targets ``distance_mm`` apart."""
     if options.dimensions == 1:
         return distance_mm / 2
     return distance_mm / (2 * math.cos(math.pi / (2 * options.movements)))
@@ -197,7 +197,7 @@ def _radius_mm(options: Pointing, distance_mm: float) -> float:
 def _movements(
     options: Pointing, phase: Phase, number: int, condition: tuple[str, float, float], count: int
 ) -> list[Movement]:
-    """Return the movements of a sequence; each one starts at the previous target."""
+    """Return the movements of a sequence; each movement starts at the previous target."""
     feedback, distance_mm, width_mm = condition
     radius_mm, ring = _radius_mm(options, distance_mm), options.movements
     if options.dimensions == 1:
@@ -215,7 +215,7 @@ def _movements(
 
 
 def target_surface(options: Pointing, movement: Movement) -> Grating:
-    """Return the surface of a movement with feedback; the finger meets one bar only."""
+    """Return the surface of a movement with feedback, which changes at the target only."""
     return bar(
         ON_TARGET,
         label=UNLISTED,
@@ -228,7 +228,7 @@ def target_surface(options: Pointing, movement: Movement) -> Grating:
 
 
 class _Run(Repeating[Movement]):
-    """The numbered trials of a run."""
+    """The numbered trials of a pointing task."""
 
     def __init__(self, options: Pointing, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -305,7 +305,7 @@ def possible_levels(options: Pointing, _context: Context) -> tuple[float, ...]:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Draw a movement time from Fitts's law, and an endpoint with the spread typical of people."""
+    """Draw a movement time from Fitts's law, and an endpoint with a typical spread."""
     question, stream = step.question, person.stream("movement")
     if not (isinstance(question, PointingQuestion) and step.trial):
         raise TypeError(f"'{step.name}' is not a movement")

@@ -1,8 +1,8 @@
-"""Ratio judgements: participants judge how many times as slippery as a standard a surface is.
+"""Ratio judgements: the ratio of a surface's slipperiness to a standard's slipperiness.
 
-The answer is already a ratio, so it needs no normalisation; analyses use its logarithm. Surfaces
-are presented in random order, mixed with catch trials in which the standard is compared with
-itself.
+Participants answer how many times as slippery as the standard a surface is. The answer needs no
+normalisation; analyses use its logarithm. Surfaces are presented in random order, mixed with catch
+trials that compare the standard with itself.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ def steps(options: RatioToStandard, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The numbered trials of a run."""
+    """The numbered trials of a ratio-judgement task."""
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
-        # Without textures, because a ratio needs a single amplitude.
+        # Textures are not presented, because a ratio requires a single amplitude.
         surfaces = [context.surface(each) for each in context.own_or_listed(None)]
         catch = Presentation(0, "main", context.surface(options.standard_level))
         planned = with_catch_trials(

@@ -1,8 +1,8 @@
 """Same–different: the participant judges whether two surfaces are the same.
 
-No attribute is named, so a difference of any kind counts. Half of the trials present the same
-surface twice, so that the answers yield the sensitivity in the differencing model (Macmillan and
-Creelman 2005, Detection Theory, chapter 9).
+No attribute is named, so any kind of difference counts. Half of the trials present the same surface
+twice, so that the answers yield the sensitivity in the differencing model (Macmillan and Creelman
+2005, Detection Theory, chapter 9).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 
 class SameDifferent(ComparingOptions):
-    """Options for same–different."""
+    """Options for same–different trials."""
 
     repetitions: AtLeastOne = Field(
         default=10,
@@ -56,7 +56,7 @@ def steps(options: SameDifferent, context: Context) -> Steps:
     """Yield the steps of a run."""
     pairs = list(combinations(context.surfaces, PAIR))
     different = in_both_orders(pairs, options.repetitions, context)
-    # Orders alternate, so that each surface of a pair is presented twice in a trial equally often.
+    # Orders alternate, so that both surfaces of a pair occur equally often in "same" trials.
     same = [Shown("main", (each.surfaces[0],) * PAIR, each.factors) for each in different]
     ends = (context.surfaces[0], context.surfaces[-1])
     run = Comparing(

@@ -1,9 +1,8 @@
-"""Similarity rating: for each pair of surfaces, the participant rates how different they are.
+"""Similarity rating: the participant rates how different the surfaces of each pair are.
 
-The rating is a mark on a line from identical to completely different. The dissimilarities yield a
-map of the surfaces by multidimensional scaling, as in Hollins et al. (1993, Percept. Psychophys.
-54, 697-705) for textures. No attribute is named, so participants decide what counts as a
-difference.
+The rating is a mark on a line from identical to completely different. Multidimensional scaling of
+the ratings yields a map of the surfaces, as in Hollins et al. (1993, Percept. Psychophys. 54,
+697-705) for textures. No attribute is named, so participants decide what counts as a difference.
 """
 
 from __future__ import annotations

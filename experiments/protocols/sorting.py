@@ -1,8 +1,9 @@
 """Free sorting: the participant sorts the surfaces into groups that feel alike.
 
-Surfaces are presented one by one, in several rounds with new orders; the last group chosen for a
-surface counts. The dissimilarity of two surfaces is the proportion of participants who put them in
-different groups, as in Hollins et al. (1993, Percept. Psychophys. 54, 697-705) for textures.
+Surfaces are presented one by one, in several rounds with new orders. The last group chosen for a
+surface counts. The dissimilarity of two surfaces is the proportion of participants who put the
+surfaces in different groups, as in Hollins et al. (1993, Percept. Psychophys. 54, 697-705) for
+textures.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ FEWEST = 3
 
 
 class Sorting(RatedOptions):
-    """Options for free sorting, in addition to the order and pacing options."""
+    """Options for free sorting, in addition to the options for order and pacing."""
 
     repetitions: AtLeastOne = Field(
         default=2,
@@ -71,7 +72,7 @@ def steps(options: Sorting, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a run."""
+    """The numbered trials of a sorting task."""
 
     def __init__(self, options: Sorting, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
@@ -96,7 +97,7 @@ class _Run(RatedSurfaces):
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
-    """Choose the group by impression strength, dividing the range into equal parts."""
+    """Choose the group that corresponds to the strength of the impression."""
     question = step.question
     if not isinstance(question, WholeNumberQuestion):
         raise TypeError(f"'{step.name}' is not a whole number")

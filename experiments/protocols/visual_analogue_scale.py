@@ -1,8 +1,8 @@
 """Rating of slipperiness on a visual analogue scale: a mark on a line between two words.
 
-The position of the mark, 0 to 100, is bounded and has no unit, so ratios of ratings are
-meaningless. Answers are biased by the mark's initial position and its visibility. The study
-therefore sets both, and every row of the data contains them.
+The position of the mark (0 to 100) is bounded and has no unit, so ratios of ratings are
+meaningless. The mark's initial position and its visibility bias the answers. The study therefore
+sets both, and every row of the data contains both.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ PLACES: dict[Start, float] = {"left": 0.0, "middle": LENGTH / 2, "right": LENGTH
 
 
 class VisualAnalogueScale(RatedOptions):
-    """Options for ratings on a line, in addition to the order and pacing options."""
+    """Options for ratings on a line, in addition to the options for order and pacing."""
 
     resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = Field(
         default=1.0,
@@ -97,7 +97,7 @@ def trials(options: VisualAnalogueScale, context: Context) -> int:
 
 
 def possible_levels(options: VisualAnalogueScale, context: Context) -> tuple[float, ...]:
-    """Return all levels that could be presented, including the plate at rest for catch trials."""
+    """Return all levels that the task may present, including the plate at rest for catch trials."""
     bare = (0.0,) if options.catch_trials else ()
     return *(surface.level for surface in context.surfaces), *bare
 
@@ -117,7 +117,7 @@ def steps(options: VisualAnalogueScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a run."""
+    """The numbered trials of a rating task."""
 
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
         catches = [
@@ -168,7 +168,7 @@ class _Run(RatedSurfaces):
         options = self.options
         if options.cursor_start != "random":
             return PLACES[options.cursor_start]
-        # Drawn as an integer, so that it is the same on every machine.
+        # Drawn as an integer, so that the position is the same on every machine.
         stream = self.context.stream(self.context.task, "cursor", number)
         place = stream.below(round(LENGTH / options.resolution) + 1)
         return round(place * options.resolution, 6)

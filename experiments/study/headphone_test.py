@@ -130,7 +130,7 @@ class HeadphoneTest(FrozenTable):
     def _tones(
         self, attempt: int, context: Context, texts: Texts
     ) -> Generator[Ask, Answer, int | None]:
-        """Ask for the quietest tone; return the number correct, or None without sound."""
+        """Ask for the quietest tones; return the number of right answers, or None without sound."""
         right = 0
         words = tuple(part.strip() for part in texts["headphones.tones"].split("|"))
         question = ComparisonQuestion(

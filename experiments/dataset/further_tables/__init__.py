@@ -1,1 +1,1 @@
-"""Tables other than those of the trials: finger, headphones, questionnaires, people."""
+"""Data other than trials: finger, headphones, questionnaires, participants."""

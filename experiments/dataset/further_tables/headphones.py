@@ -1,4 +1,4 @@
-"""The result of a run's headphone test, read from its journal."""
+"""Read the result of a run's headphone test from its journal."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Columns of the tables of participants, sessions and questionnaires."""
+"""Define the columns of the tables of participants, sessions and questionnaires."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ def questionnaire_columns(
     Parameters
     ----------
     items : Mapping
-        Item code -> its text, and the text of each answer code.
+        Code of an item -> text of the item, and the text of each answer code.
     visits : collection of str
-        The session and run columns in the table.
+        The columns for session and run that the table has.
     """
     which = {
         SESSION: "The participant's session in which the question was asked",

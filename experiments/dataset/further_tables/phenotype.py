@@ -1,4 +1,4 @@
-"""Questionnaire tables: BIDS stores them in the folder ``phenotype``, one per questionnaire."""
+"""Render the tables of questionnaires, which BIDS stores in the folder ``phenotype``."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Write the finger's position and forces as BIDS time series (``_physio.tsv.gz`` with JSON).
 
-BIDS requires a constant sampling frequency, but sensors are read once per frame. Rules:
+BIDS requires a constant sampling frequency, but sensors are read once per frame. The rules are:
 
 - each task of a run has one file per source, from its first sample to its last;
 - the frequency is the source's median sampling frequency, rounded to 1 Hz;
@@ -36,7 +36,7 @@ DESCRIPTIONS = {
 
 
 class Placed(NamedTuple):
-    """A sample with its trial."""
+    """A sample and its trial."""
 
     time_s: float
     trial: int
@@ -46,7 +46,7 @@ class Placed(NamedTuple):
 def series_of(
     records: Sequence[Record], task: str
 ) -> Iterator[tuple[Kind, bytes, Mapping[str, object]]]:
-    """Yield the source, the compressed table and the description of each time series of a task."""
+    """Yield the source, the compressed table and the description of a task's time series."""
     found: dict[Kind, list[Placed]] = {}
     now = ""
     for record in records:
@@ -62,13 +62,13 @@ def series_of(
 
 
 def _rate_hz(placed: Sequence[Placed]) -> int:
-    """Return the sampling frequency; 0 if there are too few samples."""
+    """Return the sampling frequency in Hz; 0 if there are too few samples."""
     gaps = [b.time_s - a.time_s for a, b in pairwise(placed) if b.time_s > a.time_s]
     return max(round(1 / median(gaps)), 1) if gaps else 0
 
 
 def _table(placed: Sequence[Placed], rate_hz: int) -> bytes:
-    """Return the rows, without a header as BIDS requires."""
+    """Return the compressed rows, without a header as BIDS requires."""
     begun_s = placed[0].time_s
     width = len(placed[0].values) + 1
     rows = [[MISSING] * width] * (round((placed[-1].time_s - begun_s) * rate_hz) + 1)
