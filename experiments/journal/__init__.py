@@ -1,1 +1,1 @@
-"""The journal, an append-only record of a run, and functions that read it."""
+"""Write and read journals, the append-only records of runs."""

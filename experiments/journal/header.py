@@ -1,4 +1,4 @@
-"""The records that a session writes when it starts and when it is resumed."""
+"""Create the records that a session writes when it starts and when it is resumed."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, object]:
-    """Return the journal's first record: everything needed to resume or analyse the run."""
+    """Return the journal's first record, with everything needed to resume or analyse the run."""
     told = asdict(plan)
     if not plan.population:
-        del told["population"]  # not used in runs with a person
+        del told["population"]  # not relevant in runs with a person
     return {
         "format": FORMAT,
         **plan.study.quantity_notes(QUANTITY),
@@ -40,9 +40,9 @@ def header(
 
 
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
-    """Return the record of a resumed run: everything that may have changed since its header.
+    """Return the record of a resumption, with everything that may differ from the header.
 
-    Its date is the reference for all later times; session time is monotonic.
+    The date is the reference for all later times, because session time is monotonic.
     """
     return {
         "plate_spec": spec,

@@ -1,26 +1,24 @@
 """The journal: an append-only record of every step and response.
 
 `slipscale.experiments.journal.record` defines the format of a line and its checksums.
-`slipscale.experiments.journal.reading` reads journals: a torn end (the machine stopped while
-writing) is removed on resume; any other damage is an error.
+`slipscale.experiments.journal.reading` reads journals. When a run is resumed, a torn end (the
+machine stopped while writing) is removed; any other damage is an error.
 
-When data are on disk:
+The rules for flushing data to disk are:
 
-- `Journal.append` passes a record to the operating system and returns. If the process is killed,
-  no record is lost. A thread (`slipscale.experiments.journal.keeper`) then writes it to disk.
-- `Journal.wait_for` is the barrier. Before each question, a session waits there for the last
-  answer; nothing is reported as saved before that. A power failure loses nothing written before a
-  barrier.
-- `Journal.write` does both. `append` is used only for records that a participant's trial must not
-  wait for.
+- `Journal.append` passes a record to the operating system and returns. If the process is killed, no
+  record is lost. A thread (`slipscale.experiments.journal.keeper`) then flushes the record to disk.
+- `Journal.wait_for` is a barrier, at which a session waits for the last answer before each
+  question. A power failure loses nothing that was written before a barrier.
+- `Journal.write` combines both. `append` is used only for records for which a trial must not wait.
 - If the disk fails, the unconfirmed records are removed from the file, and the next call of
   `append`, `wait_for`, `check` (at each frame) or `close` raises an error.
 
 `slipscale.experiments.session.session` resumes an interrupted run by replaying these records.
 
 A journal has one writer at a time; see `slipscale.experiments.journal.locks`. If a journal
-disappears while it is being written (removed, renamed, disk unmounted), it is written again, in
-full, to a fallback folder.
+disappears during a session (removed, renamed, disk unmounted), the complete journal is written to a
+fallback folder.
 """
 
 from __future__ import annotations
@@ -46,7 +44,7 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.clock import Clock
 
-# Modes for a new file: readable by its owner only, or determined by the system's umask.
+# Permissions of a new file: readable by its owner only, or determined by the system's umask.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666
 FALLBACK = "slipscale-kept"
 MOVED = "The journal's original location is missing"  # beginning of the final message of a session
@@ -61,13 +59,13 @@ class Journal:
     Parameters
     ----------
     path : Path
-        The file. `create` makes it; `reopen` continues it.
+        The file that `create` creates or `reopen` continues.
     clock : Clock
         Provides the records' times.
     synced : bool
-        Whether each record is flushed to disk. If False, records are only passed to the operating
-        system and flushed once, at the end: a killed process loses none, but a power
-        failure may. Used for pilots, which can be repeated.
+        Whether each record is flushed to disk. If False, records are passed to the operating system
+        and flushed only at the end: a power failure may lose records, a killed process does not.
+        Used for pilots, which can be repeated.
 
     Raises
     ------
@@ -82,9 +80,8 @@ class Journal:
     clock : Clock
         Provides the records' times.
     lost : Path or None
-        The original file, if it has disappeared.
-    moved, tell : callable
-        Called in that case: with the new path and with a message, respectively.
+        The original file, if it has disappeared. moved, tell : callable Called when the journal
+        moves, with the new path and with a message, respectively.
     """
 
     def __init__(
@@ -111,8 +108,9 @@ class Journal:
     def create(cls, path: Path, clock: Clock, *, private: bool = True, synced: bool = True) -> Self:
         """Create a new journal; never overwrite an existing one.
 
-        With ``private``, only its owner can read it, on systems that support file owners. A file
-        without a complete record (the machine stopped during the first one) may be replaced.
+        If ``private`` is True, only the owner can read the file, on systems that support this. A
+        file without a complete record (the machine stopped while writing the first record) may be
+        replaced.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -127,12 +125,12 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
-        """Continue an interrupted journal, without its torn last line (if any)."""
+        """Continue an interrupted journal, without its torn last line, if any."""
         return cls._open(path, clock, synced=synced, empty=False)
 
     @classmethod
     def _open(cls, path: Path, clock: Clock, *, synced: bool, empty: bool) -> Self:
-        """Open, lock and read a journal; after an error or a signal, it is closed and unlocked."""
+        """Open, lock and read a journal; close and unlock it after an error or a signal."""
         locked = False
         try:
             stream = path.open("r+b", buffering=0)
@@ -149,23 +147,23 @@ class Journal:
                     "or resume it: slipscale resume"
                 )
             return journal  # noqa: TRY300 - a signal can arrive before an `else`
-        except BaseException:  # also for signals: a stored traceback would keep the lock
+        except BaseException:  # also after signals, because a stored traceback would keep the lock
             if locked:
                 locks.release(path)
             stream.close()
             raise
 
     def write(self, kind: str, **data: object) -> Record:
-        """Append a record and return once it is on disk."""
+        """Append a record; return when it is on disk."""
         record = self.append(kind, **data)
         self.wait_for(record.number + 1)
         return record
 
     def append(self, kind: str, **data: object) -> Record:
-        """Append a record; return once the operating system has it. A thread flushes it to disk.
+        """Append a record; return when the operating system has received it.
 
-        A signal may interrupt this call at any point. The next record then follows the data
-        already passed to the system.
+        A thread flushes the record to disk. A signal may interrupt this call at any point. The next
+        record then follows the data that the operating system has already received.
         """
         self.check()
         if self._unfinished:
@@ -191,7 +189,7 @@ class Journal:
         if self.synced:
             self._keeper = self._keeper or Keeper(self._stream.fileno(), before)
             self._keeper.want(self._mark())
-            locks.refresh(self.path)  # unsynced pilots finish before their locks expire
+            locks.refresh(self.path)  # unsynced pilots end before their locks expire
         self._unfinished = False
         return record
 
@@ -215,7 +213,7 @@ class Journal:
         self.check()
 
     def check(self) -> None:
-        """Raise `UserError` if the disk has failed since the last call. This call is cheap."""
+        """Raise `UserError` if the disk has failed since the last call. This check is fast."""
         keeper = self._keeper
         if keeper is None or keeper.failure is None:
             return
@@ -238,14 +236,15 @@ class Journal:
         return Mark(len(self.records), self._stream.tell())
 
     def _put(self, line: bytes) -> None:
-        """Pass bytes to the operating system. Raises OSError if it does not accept all of them."""
-        # Unbuffered: bytes that a full disk rejected must not be written on the next attempt.
+        """Pass bytes to the operating system; raise OSError unless it accepts all of them."""
+        # Unbuffered, because bytes that a full disk rejected must not be written on the next
+        # attempt.
         while line:
             line = line[self._stream.write(line) :]
 
     def _in_place(self) -> bool:
         """Return whether the path still refers to the open file."""
-        if os.name != "posix":  # open files cannot be removed or renamed there
+        if os.name != "posix":  # Windows does not remove or rename open files
             return True
         try:
             there = self.path.stat()
@@ -255,7 +254,7 @@ class Journal:
         return ours.st_nlink > 0 and (there.st_dev, there.st_ino) == (ours.st_dev, ours.st_ino)
 
     def _move(self) -> None:
-        """Continue in the fallback folder, with all records so far."""
+        """Copy all records so far to the fallback folder, and continue there."""
         gone, self.lost = self.path, self.lost or self.path
         self._close_file()
         for folder in fallback_folders():
@@ -284,7 +283,7 @@ class Journal:
         )
 
     def _take_stock(self) -> None:
-        """Determine which records reached the disk, and continue after the last of them."""
+        """Determine which records are on disk, and continue after the last of these records."""
         if not self._in_place():
             self._unfinished = False
             return
@@ -314,7 +313,7 @@ class Journal:
     def close(self) -> None:
         """Close the file and release the lock; remove the file if no record was written.
 
-        Closing it again has no effect.
+        Closing a journal again has no effect.
         """
         if self._stream.closed:
             return
@@ -328,7 +327,7 @@ class Journal:
         if not self.records:
             with suppress(OSError):
                 self.path.unlink()
-                self.path.parent.rmdir()  # only if it is empty
+                self.path.parent.rmdir()  # removes the folder only if it is empty
 
     def __enter__(self) -> Self:
         return self
@@ -338,10 +337,10 @@ class Journal:
 
 
 def fallback_folders() -> list[Path]:
-    """Return new folders, in order of preference, for a journal that lost its original location.
+    """Return new folders, in order of preference, for a journal without its original location.
 
-    Each folder has the structure of a data set, so that `slipscale resume` and `slipscale data`
-    work there.
+    Each folder has the structure of a data set, so that `slipscale resume` and `slipscale data` can
+    use it.
     """
     found = []
     for parent in (Path.home() / FALLBACK, Path(tempfile.gettempdir()) / FALLBACK):
@@ -361,7 +360,7 @@ def _tell_on_standard_error(sentence: str) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Make a new file's name durable, if the system can synchronise folders."""
+    """Flush the name of a new file to disk, if the system can synchronise folders."""
     if os.name == "posix":
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,12 +1,12 @@
-"""A thread that flushes an open file to disk while the session continues.
+"""Flush an open file to disk in a thread, while the session continues.
 
-Rules for the journal that uses it:
+The rules are:
 
-- The caller writes in order; the thread only waits for the disk. A killed process therefore loses
-  nothing that was written. A power failure can lose only what the thread has not yet confirmed.
-- One wait for the disk covers everything that was written before the wait began.
-- The first failure ends the thread: a second attempt may succeed although data were lost. The
-  caller finds the error in `failure`, truncates the file and starts a new thread.
+- The caller writes the file; the thread only waits for the disk. A killed process therefore loses
+  no data. A power failure can lose only data that the thread has not yet confirmed.
+- Each wait for the disk covers all data that were written before the wait began.
+- The first failure ends the thread, because a second attempt may succeed although data were lost.
+  The caller finds the error in `failure`, truncates the file and starts a new thread.
 - The thread and its caller share only single values and no lock, because a signal may interrupt
   the caller at any point.
 """
@@ -18,21 +18,20 @@ from queue import Empty, SimpleQueue
 from threading import Thread
 from typing import NamedTuple
 
-# A disk that takes longer is considered to have failed: the session ends and the plate is switched
-# off.
+# If the disk takes longer, it counts as failed: the session ends and the plate is switched off.
 PATIENCE_S = 30.0
 ENDS_S = 1.0
 
 
 class Mark(NamedTuple):
-    """A position between two records: the number of records before it, and its file offset."""
+    """A position between two records: the number of preceding records, and the file offset."""
 
     records: int
     length: int
 
 
 class Keeper:
-    """Waits for the disk in a thread.
+    """Waits for the disk in a separate thread.
 
     Parameters
     ----------
@@ -46,7 +45,7 @@ class Keeper:
     kept : Mark
         The position up to which data are on disk now.
     wanted : Mark
-        The position up to which data were handed over.
+        The position up to which data were submitted.
     failure : BaseException or None
         The error that ended the thread.
     """
@@ -61,12 +60,12 @@ class Keeper:
         self._thread.start()
 
     def want(self, mark: Mark) -> None:
-        """Hand over everything written before a mark."""
+        """Submit all data before a mark for flushing."""
         self._handed.put(mark)
         self.wanted = mark
 
     def wait(self, records: int) -> bool:
-        """Wait until ``records`` records are on disk or have failed; return False if it hangs."""
+        """Wait until ``records`` records are on disk or failed; return False after a timeout."""
         while self.failure is None and self.kept.records < records:
             try:
                 self._woken.get(timeout=PATIENCE_S)
@@ -75,7 +74,7 @@ class Keeper:
         return True
 
     def stop(self) -> None:
-        """End the thread when its work is done; abandon it if it hangs."""
+        """End the thread when its work is done; abandon the thread if it hangs."""
         self._handed.put(None)
         self._thread.join(ENDS_S)
 
@@ -92,7 +91,7 @@ class Keeper:
                 self._woken.put(None)
 
     def _next(self) -> Mark | None:
-        """Return the latest mark handed over; wait for one if there is none."""
+        """Return the latest submitted mark; wait for a mark if there is none."""
         mark = self._handed.get()
         while mark is not None and not self._handed.empty():
             mark = self._handed.get()

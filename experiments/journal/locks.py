@@ -1,8 +1,8 @@
-"""Ensure that a journal has one writer at a time, with a system lock and a lock file.
+"""Ensure with a system lock and a lock file that a journal has one writer at a time.
 
 The system releases its lock when the process ends, but some network drives do not support locks. A
-writer therefore also leaves a lock file next to the journal, with its host and process. A crash
-may leave the lock file behind, so it counts only as long as it is plausible.
+writer therefore also creates a lock file next to the journal, which contains its host and process.
+Because a crash may leave the lock file behind, only plausible lock files count.
 """
 
 from __future__ import annotations
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import IO
 
-# A session on another computer touches its lock file at each record. If two records are further
-# apart than this, the session has ended; no participant thinks for that long.
+# A session on another computer updates its lock file with each record. If the lock file is older
+# than this, the session has ended, because no participant thinks for this long.
 STALE_S = 900.0
-# Taking a lock takes milliseconds; an older claim was left behind by a crash.
+# Taking a lock takes milliseconds, so an older claim was left behind by a crash.
 CLAIM_S = 10.0
 LOOKS, LOOK_S = 5, 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """The writer named in a lock file."""
+    """The writer that a lock file names."""
 
     host: str
     process: int
@@ -49,7 +49,7 @@ def lock_file(journal: Path) -> Path:
 
 
 def writer(journal: Path) -> Holder | None:
-    """Return the writer named in a journal's lock file, active or not; None without a lock file."""
+    """Return the writer that a journal's lock file names, active or not; None without lock file."""
     try:
         host, process = lock_file(journal).read_text(encoding="utf-8").split()
         return Holder(host, int(process))
@@ -58,12 +58,12 @@ def writer(journal: Path) -> Holder | None:
 
 
 def has_locks(stream: IO[bytes]) -> bool:
-    """Return whether the file system of an open, otherwise unlocked file supports locks."""
+    """Return whether the file system of an open, unlocked file supports locks."""
     return _lock(stream, portalocker.LOCK_EX) is not None
 
 
 def is_being_written(journal: Path) -> bool:
-    """Return whether a session is writing a journal now; False if the journal does not exist."""
+    """Return whether a session is currently writing a journal; False if there is no journal."""
     try:
         with journal.open("rb") as stream:
             free = _lock(stream, portalocker.LOCK_SH)
@@ -106,7 +106,7 @@ def release(journal: Path) -> None:
 
 
 def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | None:
-    """Lock a file; return whether that succeeded, or None if the file system has no locks."""
+    """Lock a file; return whether this succeeded, or None if the file system has no locks."""
     try:
         portalocker.lock(stream, kind | portalocker.LOCK_NB)
     except portalocker.AlreadyLocked:
@@ -117,18 +117,19 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 
 
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
-    """Create our lock file, unless there is a plausible one from another session.
+    """Create our lock file, unless another session has a plausible one.
 
-    Two sessions that start simultaneously must not both find no lock file, or both replace one
-    left behind by a crash. Each session therefore first creates a second file, which only one of
-    them can do, checks the lock file, and then renames the second file to the lock file name.
+    If two sessions start simultaneously, only one of them may create the lock file or replace an
+    old one. Each session therefore first creates a temporary file, which only one of them can do,
+    then checks the lock file, and finally renames the temporary file to the name of the lock file.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
             raise UserError(f"journal {journal}: another session is about to write to it")
-        # The time of the claim is the file system's; this computer's clock may differ.
+        # The time of the claim comes from the file system, whose clock may differ from this
+        # computer's.
         now_s = claim.stat().st_mtime
         holder = _believed(journal, system_locks=system_locks, now_s=now_s)
         if holder is None:
@@ -136,7 +137,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
             return
         claim.unlink(missing_ok=True)
     except OSError:
-        return  # if the folder is not writable, the journal reports this at its first record
+        return  # if the folder is not writable, the journal reports this with its first record
     raise UserError(
         f"journal {journal}: another session is writing to it ({holder}); if no session is running "
         f"there, delete {lock}"
@@ -144,7 +145,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
 
 
 def _make(claim: Path) -> bool:
-    """Create a lock file under its temporary name; return False if another session has done so."""
+    """Create the temporary lock file; return False if another session has done so."""
     try:
         with claim.open("x", encoding="utf-8") as file:
             file.write(f"{socket.gethostname()}\n{os.getpid()}\n")
@@ -154,7 +155,7 @@ def _make(claim: Path) -> bool:
 
 
 def _make_again(claim: Path, *, system_locks: bool) -> bool:
-    """Replace a lock file left behind by a crash; return whether that succeeded.
+    """Replace a temporary lock file that a crash left behind; return whether this succeeded.
 
     Only the holder of the system lock can be sure that no other session does the same.
     """
@@ -162,13 +163,13 @@ def _make_again(claim: Path, *, system_locks: bool) -> bool:
         if not system_locks and abs(time.time() - claim.stat().st_mtime) < CLAIM_S:
             return False
     except FileNotFoundError:
-        return False  # its creator has just renamed it
+        return False  # its creator has just renamed the file
     claim.unlink(missing_ok=True)
     return _make(claim)
 
 
 def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
-    """Return the writer named in a lock file, if it is plausible."""
+    """Return the writer that a lock file names, if the lock file is plausible."""
     holder = writer(journal)
     try:
         age_s = now_s - lock_file(journal).stat().st_mtime
@@ -185,7 +186,7 @@ def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | No
 
 def _runs(process: int) -> bool:
     """Return whether a process is running on this computer."""
-    if os.name == "nt":  # os.kill would end the process there
+    if os.name == "nt":  # os.kill would end the process on Windows
         return True
     try:
         os.kill(process, 0)

@@ -1,4 +1,4 @@
-"""Information from a run's journal: plan, plate, software and progress."""
+"""Extract the plan, the plate, the software and the progress of a run from its journal."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 
 def software() -> dict[str, str]:
-    """Return the versions of the software that can affect a run's data, without importing it."""
+    """Return the versions of the packages that can affect a run's data, without importing them."""
     return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
 
 
 @cache
 def _version(package: str) -> str:
-    """Return an installed package's version. Cached: the look-up takes milliseconds."""
+    """Return an installed package's version; cached, because the look-up takes milliseconds."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -42,7 +42,7 @@ def plan_from(record: Record) -> RunPlan:
 
 
 def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
-    """Return a journal's plan and records; raise `UserError` if it is not a run's journal."""
+    """Return a journal's plan and records; raise `UserError` if the journal is not of a run."""
     records, _ = read_records(path)
     if not records:
         raise UserError(f"journal {path}: is empty; start the run again with slipscale run")
@@ -53,14 +53,14 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
 
 
 def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Reading]:
-    """Return the undamaged part of a run's journal, and its plan; None if the header is damaged.
+    """Return the plan (None if the header is damaged) and the undamaged records of a journal.
 
-    With ``most``, reading stops after that many lines.
+    If ``most`` is given, reading stops after this number of lines.
 
     Raises
     ------
     UserError
-        If the file cannot be read, or its header is intact but not that of a run.
+        If the file cannot be read, or its intact header does not describe a run.
     """
     reading = read_whole(path, most)
     records, more = checked(reading.records)
@@ -73,7 +73,7 @@ def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Re
 def holds_records(path: Path) -> bool:
     """Return whether a journal contains at least one record, intact or damaged.
 
-    A journal that was torn at its first record is empty: the run can be started again.
+    A journal that was torn at its first record is empty, so the run can be started again.
     """
     return has_begun(path) and bool(read_whole(path, most=1).records)
 
@@ -88,8 +88,8 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
     Raises
     ------
     UserError
-        If the journal's content does not match its location: it was renamed, or is outside a data
-        set.
+        If the journal's content does not match its location, because it was renamed or is outside a
+        data set.
     """
     whole = path.resolve()
     expected = plan.journal_path(Path("DATASET"))
@@ -101,13 +101,13 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
 
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:
-    """Return the run's latest marker outputs, as SPECs for ``--markers``."""
+    """Return the marker outputs that the run used last, as SPECs for ``--markers``."""
     told = [record.data["outputs"] for record in records if record.kind == "markers"]
     return tuple(told[-1]) if told else ()
 
 
 def last_backup(records: list[Record]) -> Path | None:
-    """Return the run's latest backup folder."""
+    """Return the backup folder that the run used last."""
     told = [str(record.data["folder"]) for record in records if record.kind == "backup"]
     return Path(told[-1]) if told else None
 
@@ -119,7 +119,7 @@ def last_plate(records: list[Record]) -> str:
 
 
 def answered_by(records: list[Record]) -> str:
-    """Return who answered: "person", "simulated" or "scripted"."""
+    """Return who answered the questions: "person", "simulated" or "scripted"."""
     return str(records[0].data["answered_by"])
 
 
@@ -131,7 +131,7 @@ def consent_was_taken_back(records: list[Record]) -> bool:
 
 
 def elapsed_s(records: list[Record]) -> float:
-    """Return the session time of a run's last step."""
+    """Return the session time of the last step of a run."""
     return max((r.time_s for r in records if r.kind in ("header", "begin", "done")), default=0.0)
 
 

@@ -1,17 +1,16 @@
-"""Read a journal: its intact records, and any damage by line.
+"""Read the intact records of a journal, and report damage by line.
 
-`read_records` is for resuming a run and accepts no damage. `read_whole` is for data sets: damage
-in one place affects only that place. The rules:
+`read_records` is used to resume a run and accepts no damage. `read_whole` is used to build data
+sets; here, damage affects only the damaged records. The rules are:
 
-- A record's position is its number, not its line. Lines that were moved are read in the order of
-  their numbers.
-- If several records have the same number, the one whose hash its neighbours confirm is used.
-- A torn end does not count as damage: the last line, cut short or with zero bytes. Records never
-  contain zero bytes; a disk that loses power leaves them in place of a sector. The torn end begins
-  earlier if several records were being written: `kept`, in the "begin" record of each question,
-  counts those on disk.
-- A gap in the numbers leaves one mark. A record that does not follow from the previous one is
-  replaced by a mark. Every altered line is reported.
+- Records are read in the order of their numbers, even if lines were moved.
+- If several records have the same number, the record whose hash agrees with its neighbours is used.
+- A torn end does not count as damage. It is a last line that is cut short or contains zero bytes,
+  which a disk that loses power leaves in place of a sector. If several records were being written,
+  the torn end begins earlier: `kept` in the "begin" record of each question is the number of
+  records on disk.
+- A mark replaces each gap in the numbers, and each record that does not follow from the previous
+  record. Every altered line is reported.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Record kind of the placeholder for one or more unusable records.
+# Kind of the placeholder record for one or more unusable records.
 DAMAGED = "damaged"
 
 
@@ -39,7 +38,7 @@ class Damage:
     reason: str
 
     def __str__(self) -> str:
-        """Return the line and the reason, for use in a sentence."""
+        """Return the line and the reason as part of a sentence."""
         return f"line {self.line}: {self.reason}"
 
 
@@ -53,11 +52,11 @@ class Reading:
         The intact records in order. One record of kind `DAMAGED` replaces each sequence of damaged
         or missing records.
     damage : list of Damage
-        Location of and reason for each damage; empty for an intact journal.
+        Location and reason of each damage; empty for an intact journal.
     length : int
-        Length of the intact part in bytes, where a torn end begins.
+        Length in bytes up to the torn end, if any.
     torn : bool
-        Whether the end is torn: the machine stopped while writing it. This does not count as
+        Whether the end is torn, because the machine stopped while writing. This does not count as
         damage.
     """
 
@@ -81,7 +80,7 @@ class Reading:
 
 
 def has_begun(path: Path) -> bool:
-    """Return whether a journal contains anything. Raises `UserError` if this is unknown."""
+    """Return whether a journal contains data. Raises `UserError` if the file cannot be read."""
     try:
         return path.stat().st_size > 0
     except (FileNotFoundError, NotADirectoryError):
@@ -91,7 +90,7 @@ def has_begun(path: Path) -> bool:
 
 
 def read_whole(path: Path, most: int | None = None) -> Reading:
-    """Return the intact records of a journal and a list of its damage.
+    """Return the intact records of a journal, and a list of the damage.
 
     With ``most``, reading stops after that many lines.
 
@@ -130,7 +129,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
 
 
 class _Line(NamedTuple):
-    """An intact line: its index in the file (from 0), its record, and the text its hash covers."""
+    """An intact line: its index in the file (from 0), its record, and the text that is hashed."""
 
     place: int
     record: Record
@@ -138,14 +137,14 @@ class _Line(NamedTuple):
 
 
 def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
-    """Return one line per record number, in file order; report the others."""
+    """Return one line per record number, in file order; report all other lines."""
     of_number: dict[int, list[_Line]] = {}
     for line in found:
         of_number.setdefault(line.record.number, []).append(line)
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Return the number of neighbours that confirm a line: by hash, and by position."""
+        """Return the numbers of neighbours that confirm a line by hash and by position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])
@@ -166,8 +165,8 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
-    """Report a minimal set of lines whose removal leaves the rest in numerical order."""
-    ends: list[int] = []  # lowest final number of an increasing sequence of each length
+    """Report the smallest set of lines without which the others are in numerical order."""
+    ends: list[int] = []  # lowest last number of an increasing sequence of each length
     lengths = []
     for line in chosen:
         length = bisect_left(ends, line.record.number)
@@ -210,7 +209,7 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
 def read_records(path: Path) -> tuple[list[Record], int]:
     """Return a journal's records and the length of its intact part in bytes.
 
-    A torn last line is omitted; the length is its offset.
+    A torn last line is omitted; the length is the offset of this line.
 
     Raises
     ------
@@ -246,13 +245,13 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 
 def _kept(records: list[Record]) -> int:
-    """Return the number of records confirmed on disk, according to the records themselves."""
+    """Return the number of records on disk that the records themselves confirm."""
     said = [record.data.get("kept") for record in records]
     return max((each for each in said if isinstance(each, int)), default=0)
 
 
 def _records(lines: list[bytes]) -> list[Record]:
-    """Return a line's intact records; one may follow an empty sector in the same line."""
+    """Return the intact records in a line; a record may follow an empty sector."""
     found = []
     for line in lines:
         with suppress(ValueError):

@@ -1,12 +1,12 @@
-"""One line of a journal: a record, its checksum and a running hash.
+"""Encode and decode a line of a journal: a record, its checksum and a running hash.
 
-Each line is a JSON object. It contains the record's number ``n``, the session's time ``t`` in
-seconds, its ``kind`` and its data. The last two entries verify it:
+Each line is a JSON object. It contains the record's number ``n``, the session time ``t`` in
+seconds, its ``kind`` and its data. The last two entries are checksums:
 
 - ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
-  record's text. The hash no longer matches if a record is removed, moved, repeated or edited.
-- ``crc``: CRC-32 of everything before it in the line. The CRC detects a torn or altered line
-  independently of the other lines, so that local damage leaves the rest readable.
+  record's text. The hash does not match if a record was removed, moved, repeated or edited.
+- ``crc``: the CRC-32 of the line up to this entry. The CRC detects a torn or altered line
+  independently of other lines, so that local damage leaves the other lines readable.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from typing import Any
 
 FORMAT = 2
 HASH_DIGITS = 32
-# Maximum number of digits in an integer: longer ones are never written, and floats overflow at
-# about 308.
+# Maximum number of digits in an integer. Longer integers are never written, and floats overflow at
+# about 308 digits.
 MOST_DIGITS = 300
 _HASH = re.compile(rf',"hash":"([0-9a-f]{{{HASH_DIGITS}}})"}}$')
 
@@ -52,7 +52,7 @@ class Record:
 
 
 def chained(record: Record, before: str) -> Record:
-    """Return a record with its running hash, computed from the previous one."""
+    """Return a record with its running hash, computed from the previous hash."""
     return Record(
         number=record.number,
         time_s=record.time_s,
@@ -63,7 +63,7 @@ def chained(record: Record, before: str) -> Record:
 
 
 def encode(record: Record) -> bytes:
-    """Return a record as a line, with its hash (if it has one) and its checksum."""
+    """Return a record as a line, with its hash (if any) and its checksum."""
     body = _body(record)
     if record.hash:
         body = f'{body[:-1]},"hash":"{record.hash}"}}'
@@ -71,7 +71,7 @@ def encode(record: Record) -> bytes:
 
 
 def decode(line: bytes) -> tuple[Record, str]:
-    """Return the record in a line, and the text that its hash covers.
+    """Return the record in a line, and the text that is hashed.
 
     Raises
     ------

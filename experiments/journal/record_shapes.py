@@ -1,8 +1,7 @@
-"""The required content for each kind of record; journals are checked against it before use.
+"""Check the records of a journal against the required content of each kind of record.
 
-A checksum detects random damage. A record written by another program, or edited and given a new
-checksum, can contain anything. Kinds and entries that are not listed here (from later versions)
-are accepted.
+A checksum detects random damage, but records that another program wrote or edited can contain
+anything. Kinds and entries that are not listed here (from later versions) are accepted.
 """
 
 from __future__ import annotations
@@ -213,11 +212,11 @@ STEPS: dict[str, tuple[Any, type | None]] = {
 
 
 def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
-    """Return a run's records with unusable ones marked, and the reasons.
+    """Return the records of a run with unusable ones replaced by marks, and the reasons.
 
-    A record of kind `DAMAGED` replaces each invalid record. A record is invalid if its content
-    does not match its kind, or if it is out of order (a step ends that never began, or something
-    follows the end).
+    A record of kind `DAMAGED` replaces each invalid record. A record is invalid if its content does
+    not match its kind, or if it is out of order (for example, a step that ends without a
+    beginning).
     """
     kept: list[Record] = []
     damage: list[Damage] = []
@@ -237,17 +236,17 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """Checks the order of steps: each begins at least once, and ends before the next begins."""
+    """Checks the order of steps: each one begins at least once and ends before the next."""
 
     def __init__(self) -> None:
-        self.sure = True  # no damage since the last step began
+        self.sure = True  # whether there was no damage since the last step began
         self._first = True
         self._ended = False
         self._over = 0
         self._open: dict[str, Any] | None = None
 
     def refuses(self, record: Record) -> str:
-        """Process a record; return why it is out of order, or an empty string."""
+        """Process the next record; return the reason if it is out of order, otherwise ""."""
         first, self._first = self._first, False
         if (record.kind == "header") != (first and record.number == 0):
             return "a run has one header, its first record"
@@ -281,7 +280,7 @@ class _Order:
 
 
 def _misshapen(record: Record) -> str:
-    """Return the error in a record's data; empty if the data are valid."""
+    """Return a description of the error in a record's data; empty if the data are valid."""
     if not abs(record.time_s) <= LONGEST_S:
         return f"its time is {record.time_s:g} s; expected the seconds since the run began"
     shape = RECORDS.get(record.kind)
@@ -334,12 +333,12 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise unless data match a shape: one of ours, or a dataclass without additional fields."""
+    """Raise an error unless data match a model, or a dataclass without additional fields."""
     if not issubclass(shape, _Shape):
         data = in_own_names(data)
     if not issubclass(shape, _Shape) and (other := set(data) - {f.name for f in fields(shape)}):
         raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
-    # Validate as JSON: strict, but lists are accepted for tuples.
+    # Validated as JSON: strict, except that lists are accepted for tuples.
     _adapter(shape).validate_json(json.dumps(data), strict=True)
 
 

@@ -1,7 +1,7 @@
 """Convert steps and answers to the journal's plain data, and back.
 
-Input may use the names in a µm journal (`slipscale.stimuli.field_names.in_um`) or the names in
-the code. Output uses the names in the code.
+The input may use the names of journals in µm (`slipscale.stimuli.field_names.in_um`) or the names
+in the code. The output uses the names in the code.
 """
 
 from __future__ import annotations
@@ -32,20 +32,18 @@ ANSWERS: dict[str, Callable[..., Answer]] = {
     "Voided": Voided,
 }
 _WHOLE = frozenset({str, int, float, bool, type(None)})
-# Texts may be corrected between versions without preventing a run from being resumed.
+# Texts may be corrected between versions, and a run can still be resumed.
 WORDS = ("text", "title", "question")
-# Header entry of a journal with levels in a unit other than µm; its records use our names.
+# Header entry of a journal with levels in a unit other than µm, whose records use the names in the
+# code.
 QUANTITY = "quantity"
 
 
 def step_record(step: Step) -> dict[str, Any]:
-    """Return a step as plain data with its type, exactly as it reads back from a journal.
+    """Return a step as plain data with its type, exactly as it is read from a journal.
 
-    Entries that earlier versions did not have are omitted if they have their default value: the
-    interval of a step outside intervals, a question's sound, who answers a question (if the
-    participant enters the answer), whether the participant can return to the previous question,
-    and whether a surface can be felt again during an `Adjust`. Journals from earlier versions can
-    therefore be resumed.
+    Entries that earlier versions did not have are omitted if they have their default value, such as
+    a question without a sound. Journals from earlier versions can therefore be resumed.
     """
     record: dict[str, Any] = _plain(step)
     for part in (record, *(record.get("lead_in") or ())):
@@ -63,8 +61,8 @@ def step_record(step: Step) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as it reads back from JSON: a class as its fields, a tuple as a list."""
-    # `asdict` also copies every number and string, which would take half the time of a simulated
+    """Return a value as it is read from JSON: a class as its fields, a tuple as a list."""
+    # `asdict` also copies every number and string, which would take half of the time of a simulated
     # run.
     kind = type(value)
     if kind in _WHOLE:
@@ -77,7 +75,7 @@ def _plain(value: Any) -> Any:
 
 
 def _told(value: Any, name: str) -> bool:
-    """Return whether a record contains a field; newer texture fields only if they are set."""
+    """Return whether a record contains a field; it contains newer fields only if they are set."""
     later = name in getattr(value, "LATER", ())
     return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
 
@@ -102,7 +100,7 @@ def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
     """Return a step's or answer's record with the names used in the code."""
     found: dict[str, Any] = renamed(record, in_code)
     if found.get("type") == "Adjust":
-        found["name"] = in_code(found["name"])  # the name is a data set column
+        found["name"] = in_code(found["name"])  # the name refers to a data set column
     return found
 
 
@@ -149,7 +147,7 @@ def surface_from(record: dict[str, Any]) -> Stimulus:
 
 
 def texture_from(fields: Mapping[str, Any]) -> Texture:
-    """Return the texture with the fields of a record. Raises `KeyError` if it is not one."""
+    """Return the texture with the fields of a record. Raises `KeyError` for other surfaces."""
     kind = kind_in(fields)
     if kind is None:
         raise KeyError("texture")
