@@ -1,6 +1,6 @@
 """The plate as a PsychoPy device, for experiments made with PsychoPy Builder or Coder.
 
-This is a thin adapter: it uses the same driver, limits and watchdogs as a Slipscale session. After
+This thin adapter uses the same driver, limits and watchdogs as a Slipscale session. After
 `psychopy.plugins.activatePlugins()`, it is available as ``psychopy.hardware.SlipscalePlate``::
 
     from psychopy.hardware import DeviceManager
@@ -31,21 +31,22 @@ if TYPE_CHECKING:
 
 
 class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without types
-    """A plate.
+    """A plate that PsychoPy scripts can drive.
 
     Parameters
     ----------
     spec : str
-        As for ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE``, or a
-        laboratory's own backend. A script need not call `check` in every frame: unless the SPEC
-        specifies otherwise, the heartbeat of a serial board continues as long as the script runs.
+        As for ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE`` or a
+        laboratory's own backend. A script need not call `check` in every frame, because the
+        heartbeat of a serial board continues as long as the script runs, unless the SPEC specifies
+        otherwise.
     """
 
     def __init__(self, spec: str = "mock") -> None:
         self.spec = spec
         self._plate = open_plate(without_session_watchdog(spec), clock=SystemClock())
         self._plate.connect()
-        # PsychoPy does not close devices when a script ends, normally or not.
+        # PsychoPy does not close devices when a script ends.
         atexit.register(self.close)
 
     @property
@@ -54,12 +55,12 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.limits.quantity
 
     def present(self, level: float) -> Presentation:
-        """Ramp to an amplitude in µm peak to peak; return once it has settled.
+        """Ramp to an amplitude in µm peak to peak; return when it has settled.
 
         Raises
         ------
         UserError, PlateFault
-            As `slipscale.hardware.driver.PlateDriver.present`; the plate is then silent or
+            As in `slipscale.hardware.driver.PlateDriver.present`; the plate is then silent or
             unchanged.
         """
         return self._plate.present(VirtualSurface(level=float(level)))
@@ -69,7 +70,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.read_back().level
 
     def check(self) -> None:
-        """Raise the pending `PlateFault`, if there is one; fast enough for every frame."""
+        """Raise a `PlateFault` if the plate has failed; fast enough for every frame."""
         self._plate.check()
 
     def silence(self) -> None:
@@ -88,6 +89,6 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
 
     @staticmethod
     def getAvailableDevices() -> list[dict[str, object]]:  # noqa: N802 - PsychoPy's name
-        """Return the available plates: the mock, and one per serial port."""
+        """Return the available plates: the mock plate, and one plate per serial port."""
         specs = ["mock", *(f"serial:{port.device}" for port in sorted(comports()))]
         return [{"deviceName": f"plate {spec}", "spec": spec} for spec in specs]

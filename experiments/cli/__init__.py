@@ -1,1 +1,1 @@
-"""The commands that run sessions and handle study files; loaded when called."""
+"""The commands that run sessions and handle study files; each is loaded when it is called."""

@@ -1,4 +1,4 @@
-"""The command ``slipscale data``: build or verify a data set, withdraw from it, or merge two."""
+"""The command ``slipscale data``: build or verify a data set, withdraw a participant, or merge."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def run_data(args: Namespace) -> int:
-    """Run the requested action on a data set; return 1 if anything is damaged or differs."""
+    """Carry out an action on a data set; return 1 if anything is damaged or differs."""
     from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""Commands for a laboratory folder: lab, next, participants and note."""
+"""The commands for a laboratory folder: lab, next, participants and note."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def add_lab(parser: ArgumentParser) -> None:
 
 
 def run_lab(args: Namespace) -> int:
-    """Create a laboratory folder, or open the console of the current one."""
+    """Create a laboratory folder, or open the console of the current folder."""
     if args.what is None:
         return _console(args)
     from slipscale.experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
@@ -101,7 +101,7 @@ def _console(args: Namespace) -> int:
     if not 0 <= args.port <= HIGHEST_PORT:
         raise UserError(f"--port {args.port}: expected a number from 0 to {HIGHEST_PORT}")
     if here().file:
-        _folder()  # raises if the study cannot be read
+        _folder()  # raises an error if the study cannot be read
     serve(port=args.port, lan=args.lan, browser=not args.no_browser)
     return DONE
 
@@ -126,7 +126,7 @@ def add_next(parser: ArgumentParser) -> None:
 
 
 def run_next(args: Namespace) -> int:
-    """Show who is next, ask for confirmation, and run their session."""
+    """Show the next participant, ask for confirmation, and run the session."""
     from slipscale.experiments.cli.sessions import begins_as_before, run_session  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
     from slipscale.hardware.address import is_mock  # noqa: PLC0415
@@ -147,7 +147,7 @@ def run_next(args: Namespace) -> int:
         f"next: participant {label}{which}, study {defaults.study}, plate {defaults.plate}, "
         f"data in {out}{', PILOT' if args.pilot else ''}"
     )
-    begins_as_before(out, defaults.study, defaults.plate, ask=False)  # the next question asks
+    begins_as_before(out, defaults.study, defaults.plate, ask=False)  # `next` asks anyway
     if not args.yes and not _agreed():
         print("not begun")
         return ANSWER_IS_NO
@@ -177,7 +177,8 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     Raises
     ------
     UserError
-        If a session is running, nobody is left, or the requested participant has no run left.
+        If a session is running, no participant is left, or the requested participant has no run
+        left.
     """
     from slipscale.faults import UserError  # noqa: PLC0415
 
@@ -207,7 +208,7 @@ def add_participants(parser: ArgumentParser) -> None:
 
 
 def run_participants(args: Namespace) -> int:
-    """List the participants, and show who is next."""
+    """List the participants, and show the next one."""
     defaults, roster = _folder()
     if args.json:
         import json  # noqa: PLC0415
@@ -260,7 +261,7 @@ def _row(person: Person) -> list[str]:
 
 
 def _exclusions(roster: Roster) -> list[str]:
-    """Return the excluded participants, each with the rule and its origin."""
+    """Return sentences about the excluded participants and the rules that excluded them."""
     if not roster.exclusions and not roster.excluded:
         return []
     rules = f"the study's rules: {', '.join(roster.exclusions) or 'none now'}"
@@ -277,7 +278,7 @@ def _exclusions(roster: Roster) -> list[str]:
 
 
 def _without_backup(defaults: Defaults) -> list[str]:
-    """Return the number of runs without a complete backup."""
+    """Return a sentence about runs without a complete backup, if there are any."""
     from slipscale.experiments.dataset.backup import not_backed_up  # noqa: PLC0415
 
     missing = not_backed_up(defaults.data, defaults.backup)
@@ -300,7 +301,7 @@ def add_note(parser: ArgumentParser) -> None:
 
 
 def run_note(args: Namespace) -> int:
-    """Send the operator's note to the running session, which writes it to its journal."""
+    """Send the operator's note to the running session, which records the note in its journal."""
     from slipscale.experiments.journal.locks import is_being_written  # noqa: PLC0415
     from slipscale.experiments.lab.defaults import here, say  # noqa: PLC0415
     from slipscale.experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
@@ -328,7 +329,7 @@ def run_note(args: Namespace) -> int:
 
 
 def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
-    """Return the defaults and roster of the laboratory folder, or of its rehearsals.
+    """Return the defaults and the participants of the laboratory folder, or of its rehearsals.
 
     Raises
     ------

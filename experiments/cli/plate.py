@@ -1,7 +1,6 @@
-"""The command ``slipscale plate``, with the laboratory folder's plate as the default.
+"""The command ``slipscale plate``, with the laboratory folder's plate as default.
 
-The hardware package does not use laboratory folders; options missing on the command line are
-filled in here.
+The hardware package does not use laboratory folders, so missing options are filled in here.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def run(arguments: Namespace) -> int:
-    """Run the parsed subcommand; if it uses a plate and none is named, use the folder's."""
+    """Run a parsed subcommand; if the command line names no plate, use the folder's plate."""
     if hasattr(arguments, "of_folder") and arguments.plate is None:
         defaults = here()
         say(defaults)

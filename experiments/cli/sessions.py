@@ -1,6 +1,7 @@
 """The commands that run sessions: run, resume and check.
 
-The modules they need are imported when they run, because PsychoPy, pydantic and rich load slowly.
+The required modules are imported when a command runs, because PsychoPy, pydantic and rich load
+slowly.
 """
 
 from __future__ import annotations
@@ -97,7 +98,7 @@ def named_contact(args: Namespace) -> ContactSpecs:
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
-    """Return a pilot's finger sensors; sensors set in the laboratory folder are simulated."""
+    """Return a pilot's finger sensors; the laboratory folder's sensors are simulated."""
     from slipscale.experiments.running.contact_sources import simulated  # noqa: PLC0415
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
@@ -183,7 +184,7 @@ def run_run(args: Namespace) -> int:
 
     defaults = here()
     say(defaults)
-    # Nobody can feel a mock plate, so answers given there are not participant data.
+    # Nobody can feel a mock plate, so answers on a mock plate are not participant data.
     pilot = args.pilot or is_mock(args.plate)
     plan = make_plan(
         args.study,
@@ -203,7 +204,7 @@ def run_run(args: Namespace) -> int:
 
 
 def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True) -> bool:
-    """Report changes since the last run; at a terminal, ask whether to begin anyway."""
+    """Report changes since the last run; in a terminal, ask whether to begin anyway."""
     from slipscale.experiments.running.changed_since import changes  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
 
@@ -329,7 +330,7 @@ def run_resume(args: Namespace) -> int:
 
 
 def _interrupted(folder: Path | None) -> str:
-    """Return the error message for a missing journal, with a list of interrupted runs."""
+    """Return the error message for a missing journal, which lists the interrupted runs."""
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.running.run_state import how_to_resume, run_state  # noqa: PLC0415
 
@@ -379,12 +380,12 @@ def add_check(parser: ArgumentParser) -> None:
 
 
 def _tell_step(finding: Finding) -> None:
-    """Report a finished check on standard error, for programs that show progress."""
+    """Report the progress of the checklist on standard error, for other programs."""
     print(f"step: {finding.name}", file=sys.stderr, flush=True)
 
 
 def run_check(args: Namespace) -> int:
-    """Run the checklist."""
+    """Run the checks before a session; return 1 if a check fails."""
     from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
     from slipscale.hardware.address import is_mock  # noqa: PLC0415
 

@@ -1,4 +1,4 @@
-"""The subcommands new, show, validate, texts and schema of ``slipscale study``."""
+"""The subcommands of ``slipscale study``: new, show, validate, texts and schema."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ WHICH = "a TOML file, or the name of a shipped study"
 
 
 def add_study(parser: ArgumentParser) -> Commands:
-    """Add the arguments of ``slipscale study``; return its subcommands, which can be extended."""
+    """Add the arguments of ``slipscale study``; return the subcommands, which can be extended."""
     commands = parser.add_subparsers(
         dest="what",
         metavar="new | show | validate | freeze | texts | schema",
@@ -154,10 +154,10 @@ def run_study(args: Namespace) -> int:
 
 
 def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return the title and authors from the command line; ask for any that are missing."""
+    """Return the title and authors from the command line; prompt for missing values."""
     title, authors = args.title or "", tuple(args.author or ())
     if args.path.exists():
-        return title, authors  # will be rejected: do not ask
+        return title, authors  # will be rejected, so do not prompt
     if not title and sys.stdin.isatty():
         title = input(f"Title of the study [{args.path.stem}]: ").strip()
     if not authors and sys.stdin.isatty():
@@ -174,7 +174,7 @@ def _refuse_without_timeline(args: Namespace) -> None:
 
 
 def _figure_path(args: Namespace) -> Path | None:
-    """Return the path for a figure, if one is requested."""
+    """Return the path of the figure, if a figure is requested."""
     figure: Path | None = args.figure
     if figure and figure.suffix not in (".svg", ".png", ".pdf"):
         raise UserError(f"--figure {figure}: expected a name that ends in .svg, .png or .pdf")

@@ -1,4 +1,4 @@
-"""Summarise a run's journal without unblinding the operator: progress and events, no answers."""
+"""Summarise progress and events of a run from its journal, without unblinding the operator."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Event:
-    """An event in a run: a fault, a pause, a voided trial, a note or a stop."""
+    """An event during a run: a fault, a pause, a voided trial, a note or a stop."""
 
     time_s: float
     kind: str
@@ -32,7 +32,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateReading:
-    """The plate's report for one presentation.
+    """The readings of the plate in one presentation.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class PlateReading:
         Difference between the measured and the commanded amplitude, as a fraction of the
         difference allowed by the plate's limits. None if nothing was measured.
     temperature_c : float or None
-        The plate's temperature. None if the plate does not report one.
+        The plate's temperature. None if the plate does not report it.
     """
 
     time_s: float
@@ -50,24 +50,24 @@ class PlateReading:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RunSummary:
-    """The state of a run so far.
+    """The current state of a run.
 
     Parameters
     ----------
     trials : int
-        Finished trials, including practice and voided ones.
+        Number of finished trials, including practice and voided trials.
     flags : Mapping
-        Flag -> number of trials with that flag.
+        Flag -> number of trials with this flag.
     response_times_s : tuple of float
         Response times of all tasks, in trial order.
     duration_s : float
-        Time from the beginning to the last step.
+        Time from the beginning of the run to the last step.
     readings : tuple of PlateReading
-        One reading per presentation.
+        The plate's readings, one per presentation.
     doing : str
-        The most recently started step: its type, a colon, and the question name (if any).
+        The step that started last: its type, a colon, and the name of the question, if any.
     consent : {"", "yes", "no"}
-        The participant's last answer; empty if they were not asked.
+        The participant's last answer; empty if the study does not ask for consent.
     """
 
     trials: int = 0
@@ -80,8 +80,8 @@ class RunSummary:
     consent: str = ""
 
 
-# Record type -> the entry that describes it. For a fault, only the code: its message may contain an
-# amplitude.
+# Kind of record -> the entry that describes the event. For a fault, this is only the code, because
+# the message may contain an amplitude.
 EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
 
 
@@ -117,7 +117,7 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
 
 
 def _consent(records: list[Record]) -> str:
-    """Return the last answer to the consent question; an answer can be corrected later."""
+    """Return the last answer to the consent question, because answers can be corrected."""
     asked, given = "", ""
     for record in records:
         if record.kind in ("begin", "answered_again"):

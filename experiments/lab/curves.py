@@ -1,7 +1,7 @@
-"""Individual curves: each participant's answers by level, from the data set tables.
+"""Individual curves: each participant's answers by level, from the tables of the data set.
 
-The curves give a first impression of the data and are not an analysis: main trials without
-normalisation or exclusions. They unblind whoever views them.
+The curves give a first impression of the main trials, without normalisation or exclusions. They
+unblind the viewer.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ TRUTH = {"true": 1.0, "false": 0.0}
 
 
 class Axes(NamedTuple):
-    """The table columns for a curve, by their names in the code."""
+    """The columns that a curve shows, by their names in the code."""
 
     x: str
     y: str
 
 
-# The first pair found in a table is used: answers by level, or an adaptive track's level by trial.
+# Pairs of columns: answers by level, or an adaptive track's level by trial. The first pair in a
+# table is used.
 AXES = (
     Axes("trial", "track_level"),
     Axes("level", "estimate"),
@@ -49,11 +50,10 @@ class Curve:
     Parameters
     ----------
     label, task : str
-        The participant's label, and the task label in the file name.
-    x, y : str
-        Columns of the table.
+        The participant's label, and the task label in the file name. x, y : str Columns of the
+        table.
     points : tuple of (float, float)
-        Mean of ``y`` for each value of ``x``, sorted by ``x``; true counts as 1, false as 0.
+        Mean of ``y`` for each value of ``x``, sorted by ``x``; true counts as 1 and false as 0.
     """
 
     label: str
@@ -64,7 +64,7 @@ class Curve:
 
 
 def curves(dataset: Path, quantity: Quantity, label: str = "*") -> list[Curve]:
-    """Return the curves of all participants, or of one, sorted by file name."""
+    """Return the curves of all participants, or of one participant, sorted by file name."""
     paths = sorted(dataset.glob(f"sub-{label}/**/beh/*_beh.tsv"))
     found = (_curve(path, quantity, path.stat().st_mtime_ns) for path in paths)
     return [each for each in found if each]
@@ -92,7 +92,7 @@ def _main(rows: Iterable[Mapping[str, str]]) -> Iterator[Mapping[str, str]]:
 
 
 def _means(rows: Iterable[Mapping[str, str]], x: str, y: str) -> Iterator[tuple[float, float]]:
-    """Yield the mean of y for each value of x; missing and non-numeric cells are skipped."""
+    """Yield the mean of y for each value of x, without missing or non-numeric cells."""
     by_x: dict[float, list[float]] = defaultdict(list)
     for row in rows:
         at, value = _number(row.get(x)), _number(row.get(y))

@@ -1,7 +1,7 @@
-"""Command defaults: the laboratory folder's settings, or the built-in ones.
+"""Defaults of the commands: the laboratory folder's settings or the built-in defaults.
 
-Every command's parser imports this module. Modules outside the standard library are imported only
-if there is a ``slipscale.toml``.
+Every command's parser imports this module, so modules outside the standard library are imported
+only if there is a ``slipscale.toml``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ REHEARSALS = "rehearsals"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Defaults:
-    """Command defaults; see `slipscale.experiments.lab.folder.LabFile`.
+    """Defaults of the commands; see `slipscale.experiments.lab.folder.LabFile`.
 
     ``file`` is None outside a laboratory folder.
     """
@@ -37,12 +37,12 @@ class Defaults:
     backup: Path | None = None
 
     def out(self, *, pilot: bool) -> Path:
-        """Return the output folder for a run with a participant; rehearsals have their own."""
+        """Return the output folder for runs with participants, or for rehearsals."""
         return self.pilots / REHEARSALS if pilot else self.data
 
 
 def here() -> Defaults:
-    """Return the defaults from the current folder; parent folders are not searched.
+    """Return the defaults in the current folder; parent folders are not searched.
 
     Raises
     ------
@@ -54,7 +54,7 @@ def here() -> Defaults:
     from slipscale.experiments.lab.folder import read_lab  # noqa: PLC0415 - pydantic, when needed
 
     lab = read_lab(Path())
-    if lab is None:  # deleted in the meantime
+    if lab is None:  # the file was deleted in the meantime
         return Defaults()
     return Defaults(
         file=FILE.resolve(),
@@ -74,12 +74,12 @@ def here() -> Defaults:
 
 
 def dataset_default() -> dict[str, Any]:
-    """Return parser options that make a data set optional if a laboratory folder defines it."""
+    """Return parser options that make the data set optional in a laboratory folder."""
     defaults = here()
     return {"nargs": "?", "default": defaults.data} if defaults.file else {}
 
 
 def say(defaults: Defaults) -> None:
-    """Print the source file of the defaults on standard error, if there is one."""
+    """Print which file contains the defaults, if any, on standard error."""
     if defaults.file:
         print(f"defaults: {defaults.file}", file=sys.stderr)

@@ -1,8 +1,8 @@
-"""Participants excluded by the last analysis, with the study rule that excluded each.
+"""Read which participants the last analysis excluded, and by which rules of the study.
 
 The study file lists the flags that lead to exclusion
 (`slipscale.experiments.study.analysis_choices`). The analysis determines which participants have
-them; this module reads its output.
+these flags; this module reads the result.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ RESULTS = Path("derivatives", "slipscale", "results.json")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusions:
-    """Exclusions from the last analysis of a data set.
+    """The exclusions in the last analysis of a data set.
 
     Parameters
     ----------
     flags : Mapping
-        Label of each excluded participant -> the flags responsible.
+        Label of each excluded participant -> the flags that led to the exclusion.
     analysed_utc : str
-        Time of the analysis in ISO 8601. Empty if there was none, or if its results are incomplete
-        or cannot be read.
+        Time of the analysis in ISO 8601. Empty if there was no analysis, or if its results are
+        incomplete or cannot be read.
     """
 
     flags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
@@ -38,7 +38,7 @@ class Exclusions:
 
 
 def read_exclusions(dataset: Path) -> Exclusions:
-    """Return the exclusions from the last analysis; empty if there was none."""
+    """Return the exclusions in the last analysis; empty if there was no analysis."""
     path = dataset / RESULTS
     try:
         stat = path.stat()

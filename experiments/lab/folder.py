@@ -1,4 +1,4 @@
-"""The laboratory folder: ``slipscale.toml`` sets the defaults of every command run in it."""
+"""The laboratory folder, whose ``slipscale.toml`` sets the defaults of all commands."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Text = Annotated[str, Field(min_length=1)]
 
 
 class LabFile(FrozenTable):
-    """Contents of ``slipscale.toml``. Paths in it are relative to its folder."""
+    """The contents of ``slipscale.toml``; paths are relative to the file's folder."""
 
     study: Text = Field(
         default="biet2007", description=("A TOML file, or the name of a shipped study.")
@@ -78,7 +78,7 @@ class LabFile(FrozenTable):
     @field_validator("language")
     @classmethod
     def _a_code(cls, value: str) -> str:
-        # The study defines which languages exist in addition to the shipped ones.
+        # A study can define further languages.
         if value and not CODE.fullmatch(value):
             raise ValueError("expected a language code, such as en, fr or de")
         return value
@@ -92,7 +92,7 @@ class LabFile(FrozenTable):
 
 
 def read_lab(folder: Path) -> LabFile | None:
-    """Read a folder's ``slipscale.toml``; return None if there is none.
+    """Read the ``slipscale.toml`` of a folder; return None if there is none.
 
     Raises
     ------
@@ -109,17 +109,17 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     Parameters
     ----------
     folder : Path
-        A new folder, or one without that file.
+        A new folder, or a folder without this file.
     answers : dict
-        Values by key, as given on the command line.
+        Values by key, from the command line.
     ask : callable or None
         Called with a question and the value that an empty answer selects; returns the answer. If
-        None, the remaining keys keep their defaults.
+        None, the other keys keep their defaults.
 
     Raises
     ------
     UserError
-        If the file already exists, cannot be written, or an answer is invalid.
+        If the file already exists or cannot be written, or an answer is invalid.
     """
     path = folder / FILE
     if path.exists():
@@ -136,7 +136,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
 
 
 def _check_study(folder: Path, lab: LabFile) -> None:
-    """Raise `UserError` if the study cannot be read or lacks texts in the language."""
+    """Raise `UserError` if the study cannot be read or has no texts in the language."""
     own = folder / lab.study
     study, study_text = read_study(str(own) if own.is_file() else lab.study)
     RunPlan(
@@ -158,7 +158,7 @@ def lab_text(folder: Path) -> str:
 
 
 def write_settings(folder: Path, lab: LabFile) -> None:
-    """Write settings to a folder's ``slipscale.toml``; keep its comments and order.
+    """Write settings to a folder's ``slipscale.toml``, and keep its comments and order.
 
     Raises
     ------
@@ -191,7 +191,7 @@ QUESTIONS = {
 
 
 def rendered(given: dict[str, str]) -> str:
-    """Return the text of a ``slipscale.toml``, with an explanation of every key."""
+    """Return the text of a new ``slipscale.toml`` that explains every key."""
     import tomlkit  # noqa: PLC0415 - when a file is written
 
     document = tomlkit.document()
@@ -209,7 +209,7 @@ def rendered(given: dict[str, str]) -> str:
 
 
 def _typed(value: str, default: object) -> object:
-    """Convert an answer to its key's type; return it unchanged (to be rejected) if that fails."""
+    """Convert an answer to the type of its key; an invalid answer is returned unchanged."""
     if isinstance(default, bool):
         return {"true": True, "false": False}.get(value, value)
     if isinstance(default, int) and value.isdecimal():

@@ -23,20 +23,20 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
-# A participant's state is the first of these that applies to any of their runs.
+# The states of participants. The first state that applies to any of a participant's runs counts.
 PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
-    """A participant's run, planned or begun.
+    """A planned or begun run of a participant.
 
     Parameters
     ----------
     started_utc : str
-        Start time in ISO 8601; empty if the run has not begun.
+        Start time in ISO 8601; empty before the run has begun.
     planned : bool
-        Whether the study plans this run.
+        Whether this run is part of the study's plan.
     """
 
     session: str
@@ -47,7 +47,7 @@ class Visit:
     planned: bool = True
 
     def __str__(self) -> str:
-        """Return a readable name for the session and run."""
+        """Return a readable name of the session and run."""
         return f"session {self.session}, run {self.run}" if self.session else f"run {self.run}"
 
 
@@ -62,9 +62,9 @@ class Person:
     place : int or None
         Position in the counterbalancing, from 1; None for a participant who withdrew.
     order : tuple of str
-        Tasks in the order of the participant's first run.
+        The tasks in the order of the participant's first run.
     excluded : tuple of str
-        The study rules that excluded the participant from the last analysis.
+        The study's rules that excluded the participant from the last analysis.
     """
 
     label: str
@@ -81,14 +81,14 @@ class Person:
 
     @property
     def last_begun(self) -> Visit | None:
-        """The run that began last."""
+        """The run that began most recently."""
         begun = [visit for visit in self.visits if visit.started_utc]
         return max(begun, key=lambda visit: visit.started_utc, default=None)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Roster:
-    """The participants of a data set, and who comes next.
+    """The participants of a data set, and the next participant.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class Roster:
     new : str or None
         Label of the next new participant; None once all planned participants have begun.
     exclusions : tuple of str
-        The study's exclusion rules. Who is excluded is known only after an analysis.
+        The study's exclusion rules, which an analysis applies.
     analysed_utc : str
         Time of the last analysis in ISO 8601; empty if there is none.
     """
@@ -109,7 +109,7 @@ class Roster:
     analysed_utc: str = ""
 
     def of(self, state: PersonState) -> list[Person]:
-        """Return the participants in a state."""
+        """Return the participants in the given state."""
         return [person for person in self.people if person.state == state]
 
     def person(self, label: str) -> Person | None:
@@ -156,7 +156,7 @@ def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
 
 
 def _person(dataset: Path, study: Study, study_text: str, label: str, paths: list[Path]) -> Person:
-    """Return a participant with their planned runs and any additional ones."""
+    """Return a participant with all planned and additional runs."""
     plans = [
         RunPlan(
             study_name=study.name,
@@ -210,7 +210,7 @@ def _visit(path: Path, plan: RunPlan | None) -> Visit:
 
 
 def _header(path: Path) -> tuple[str, str, str]:
-    """Return a journal's session, run and start time; empty if its header cannot be read."""
+    """Return the session, run and start time in a journal; empty if the header is unreadable."""
     try:
         stat = path.stat()
         return _read_header(path, stat.st_ino)
@@ -227,7 +227,7 @@ def _read_header(path: Path, _inode: int) -> tuple[str, str, str]:
 
 
 def _known_state(path: Path) -> RunState:
-    """Return a run's state; read a journal again only if it has changed."""
+    """Return the state of a run; a journal is read again only if it has changed."""
     if is_being_written(path):
         return "running now"
     try:
@@ -251,7 +251,7 @@ def _number(label: str) -> int:
 
 
 def _next_label(labels: list[str], gone: list[str], planned: int) -> str | None:
-    """Return the label of the next new participant: a replacement first, then the next number.
+    """Return the label of the next new participant: replacements first, then the next number.
 
     Numbers follow the existing format: P01, P02 are followed by P03.
     """

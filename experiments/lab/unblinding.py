@@ -1,8 +1,8 @@
-"""Determine whether results may be seen, and record early unblinding.
+"""Decide whether results may be shown, and record early unblinding.
 
 An operator who sees answers while data are being collected is no longer blind. Means and figures
-are therefore shown only after all planned participants are done, or after an operator has
-explicitly asked to see them earlier. That request is recorded.
+are therefore shown only when all planned participants are done, or when an operator explicitly
+requests them earlier. The request is recorded.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ RECORD = Path("sourcedata", "unblinded.json")
 
 
 def unblinded(dataset: Path) -> list[str]:
-    """Return the times at which results were requested early, in UTC.
+    """Return the times (UTC) at which results were requested early.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def unblinded(dataset: Path) -> list[str]:
 
 
 def unblind(dataset: Path, roster: Roster) -> None:
-    """Record that results are visible from now on, and the number of participants so far."""
+    """Record the early request for results, and the number of participants so far."""
     path = dataset / RECORD
     entries = json.loads(path.read_text(encoding="utf-8")) if unblinded(dataset) else []
     entries.append(

@@ -1,6 +1,6 @@
-"""The Builder component and the code it generates; PsychoPy finds it by its entry point.
+"""The Builder component and the code that it generates; PsychoPy finds its entry point.
 
-The names of methods, parameters and attributes, and the form of the code, follow PsychoPy.
+The names of methods, parameters and attributes and the form of the code follow PsychoPy.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ STOP = "%(name)s.stop()\n"
 
 
 class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # PsychoPy has no types
-    """Makes the plate vibrate from the component's start to its stop."""
+    """A component that makes the plate vibrate from the component's start to its stop."""
 
     categories: ClassVar = ["Stimuli"]
     targets: ClassVar = ["PsychoPy"]
@@ -94,7 +94,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
     def writeFrameCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the code for the start, the check in every frame, and the stop."""
+        """Write the code for the start, the check in every frame and the stop."""
         names = {**self.params, "loop": self.currentLoop}
         for write_test, code in (
             (self.writeStartTestCode, START),
@@ -121,7 +121,7 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
     plugin = "slipscale"
 
     def getParams(self) -> tuple[dict[str, Any], list[str]]:  # noqa: N802
-        """Return the dialog's parameters: the SPEC, in addition to PsychoPy's own."""
+        """Return the parameters of the dialog: the SPEC, in addition to PsychoPy's parameters."""
         spec = Param(
             "",
             valType="str",

@@ -98,7 +98,7 @@ def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> 
 
 
 def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield questions that cannot be asked in the study's language, and any unknown language."""
+    """Yield errors for questions without texts in the study's language and unknown languages."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
     language, asked = data.get("language"), data.get("about_you", ())
     yield from named_twice("about_you", [question.name for question in asked])

@@ -1,1 +1,1 @@
-"""The laboratory console: web pages on this computer that show and control running sessions."""
+"""The laboratory console: web pages that show and control running sessions."""

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
 
 PACKAGE = "slipscale.experiments.lab.console"
 LOOK_S = 1.0  # interval between two complete checks for changes
-PULSE_S = 0.1  # interval between two checks of the running session and of started jobs
+PULSE_S = 0.1  # interval between two checks of the running session and the started jobs
 STATIC = {
     "console.css": "text/css",
     "console.js": "text/javascript",
@@ -68,16 +68,16 @@ CANNOT = 409
 
 
 class Console:
-    """The application's state: the laboratory folder, started jobs, and whether it is closing."""
+    """The state of the application: laboratory folder, started jobs, and whether it is closing."""
 
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access
-        self.name = token_hex(4)  # identifies pages left open from an earlier console
+        self.name = token_hex(4)  # identifies pages that an earlier console left open
         self.lab = Path.cwd().name
         self.jobs = jobs
         self.state = State()
         self.desk = Desk(self.state, jobs)
-        # A read-only console cannot control the session, so others need not know about it.
+        # A read-only console cannot control the session, so other consoles need not be informed.
         self.presence = None if access.read_only else Presence(Path.cwd(), access.port)
         self.closing = anyio.Event()
         self._computing = Lock()  # one simulation of an edited study at a time
@@ -85,7 +85,7 @@ class Console:
             loader=PackageLoader(PACKAGE),
             autoescape=True,
             undefined=StrictUndefined,
-            auto_reload=False,  # an installation during a session must not mix two versions
+            auto_reload=False,  # an update during a session must not mix two versions
             trim_blocks=True,
             lstrip_blocks=True,
         )
@@ -127,7 +127,7 @@ class Console:
         return response
 
     def _view(self, request: Request) -> View:
-        """Return the data for a page, in the reader's language."""
+        """Return the input of a page, in the reader's language."""
         chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
         t = Words(preferred(request.headers.get("accept-language", ""), chosen))
         return View(found=self.state.now(), jobs=self.jobs, t=t, query=request.query_params)
@@ -136,13 +136,13 @@ class Console:
         return self._environment.get_template(template).render(values)
 
     async def missing(self, request: Request, _: Exception) -> Response:
-        """Return the page for an address that does not exist."""
+        """Return the error page for an address that does not exist."""
         response = await run_in_threadpool(self._page, request, "missing", "not_there.html", {})
         response.status_code = NOT_THERE
         return response
 
     async def edit(self, request: Request) -> Response:
-        """Return the study text after an edit, with its errors and form."""
+        """Return the study's text after an edit, with its errors and form."""
         sent = await request.body()
 
         def edited(view: View) -> dict[str, Any]:
@@ -158,7 +158,7 @@ class Console:
         return await self._answer(request, edited)
 
     async def later(self, request: Request) -> Response:
-        """Return the slower results for a study text: minutes, cost and orders."""
+        """Return the slower results for a study's text: minutes, cost and orders."""
         sent = await request.body()
 
         def followed(view: View) -> dict[str, Any]:
@@ -174,7 +174,7 @@ class Console:
         return await self._answer(request, followed)
 
     async def _answer(self, request: Request, do: Callable[[View], dict[str, Any]]) -> Response:
-        """Return the requested data as JSON, or the reason why it is unavailable."""
+        """Return the requested data as JSON, or the reason why they are unavailable."""
 
         def answered() -> Response:
             view = self._view(request)
@@ -187,7 +187,7 @@ class Console:
         return await run_in_threadpool(answered)
 
     async def events(self, _: Request) -> Response:
-        """Return a stream that sends an event whenever something has changed."""
+        """Return a stream that sends an event after every change."""
         return StreamingResponse(
             self._changes(), media_type="text/event-stream", headers={"x-accel-buffering": "no"}
         )
@@ -200,15 +200,14 @@ class Console:
             if pulse != last or time.monotonic() - looked_s >= LOOK_S:
                 looked_s = time.monotonic()
                 now = await run_in_threadpool(self._version)
-                # A comment keeps the connection open and reveals whether the browser has
-                # disconnected.
+                # A comment keeps the connection open, and fails if the browser has disconnected.
                 yield f"data: {now}\n\n" if now != before else ": there\n\n"
                 before = now
             with anyio.move_on_after(PULSE_S):
                 await self.closing.wait()
 
     def _pulse(self) -> object:
-        """Return a value that changes as soon as a session or a started job changes."""
+        """Return a value that changes with the state of the session and the started jobs."""
         jobs = (self.jobs.last(kind) for kind in KINDS)
         return self.state.pulse(), [job and job.status for job in jobs]
 
@@ -230,7 +229,8 @@ class Console:
     def _notices(self) -> tuple[str, ...]:
         return self.state.now().notices + (self.presence.notices() if self.presence else ())
 
-    # Files: their names are fixed here; a page cannot choose a path -----------------------------
+    # Files: their names are fixed here, so that a page cannot choose a path
+    # -----------------------------
 
     async def static(self, request: Request) -> Response:
         """Return one of the console's own files."""
@@ -282,7 +282,7 @@ class Console:
         return await run_in_threadpool(_zip, found.defaults.data, "data-set.zip")
 
     async def plan(self, request: Request) -> Response:
-        """Return a frozen plan, one of those in the folder."""
+        """Return one of the frozen plans in the folder."""
         name = request.path_params["name"]
         for path in () if self.access.read_only else await run_in_threadpool(frozen_plans):
             if path.name == name:
@@ -312,7 +312,7 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
     Parameters
     ----------
     access : Access
-        The address, and who may see the console.
+        The console's address, and who may see the console.
     jobs : Jobs
         Starts processes in the laboratory folder, which is the current folder.
     """
@@ -358,7 +358,7 @@ def _page_of(console: Console, name: str) -> Any:
 
 
 def _result(dataset: Path | None, name: str) -> Response:
-    """Return a file of a data set's results; 404 if it does not exist."""
+    """Return a file of a data set's results; 404 if the file does not exist."""
     kinds = {"report.html": "text/html", "fig15.svg": "image/svg+xml"}
     try:
         content = (dataset / RESULTS / name).read_bytes() if dataset else None
@@ -371,7 +371,7 @@ def _result(dataset: Path | None, name: str) -> Response:
 
 
 def _zip(folder: Path, name: str) -> Response:
-    """Return a folder as a zip file; 404 if it does not exist."""
+    """Return a folder as a zip file; 404 if the folder does not exist."""
     if not folder.is_dir():
         raise HTTPException(NOT_THERE)
     content = zipped(folder)
@@ -380,7 +380,7 @@ def _zip(folder: Path, name: str) -> Response:
 
 
 def zipped(dataset: Path) -> bytes:
-    """Return a data set as a zip file: every file except locks, mailboxes and drafts."""
+    """Return the files of a data set, except locks, mailboxes and drafts, as a zip file."""
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in _files(dataset):

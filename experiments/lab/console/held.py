@@ -1,8 +1,8 @@
 """Run a slipscale command only as long as its standard input stays open.
 
-The console keeps the other end of the pipe open while a plate bench page is open. When the page
-is closed, or the console ends or is killed, the pipe closes, and the command receives the signal
-that makes it switch the plate off (`slipscale.hardware.signals`).
+The console keeps the other end of the pipe open while a plate bench page is open. When the page is
+closed, or when the console ends or is killed, the pipe closes, and the command receives the signal
+to switch the plate off (`slipscale.hardware.signals`).
 
 Data written to the pipe become the command's standard input.
 
@@ -22,17 +22,17 @@ STANDARD_INPUT = 0
 
 
 def _pass_on(held: int, command: int) -> None:
-    """Pass input on until it ends; then end the main thread as SIGTERM would."""
+    """Pass the input on until it ends, then end the main thread as SIGTERM would."""
     while content := os.read(held, 1000):
         os.write(command, content)
     if sys.platform == "win32":
-        _thread.interrupt_main()  # a signal would end the process without switching off
+        _thread.interrupt_main()  # a signal would end the process without switching the plate off
     else:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
 def main() -> None:
-    """Run the command given as arguments."""
+    """Run the command in the arguments."""
     held = os.dup(STANDARD_INPUT)
     read, write = os.pipe()
     os.dup2(read, STANDARD_INPUT)

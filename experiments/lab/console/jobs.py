@@ -1,7 +1,7 @@
-"""The processes that the console starts. They continue to run if the console ends.
+"""Start processes for the console, which continue to run if the console ends.
 
-A session writes its output to a file, not to a pipe: if the console died, writing to its pipe
-would end the session.
+A session writes its output to a file, because writing to the pipe of a console that has died would
+end the session.
 """
 
 from __future__ import annotations
@@ -39,21 +39,21 @@ Kind = Literal[
     "freeze",
 ]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-LONGEST = 20_000  # characters read from the end of a job's output
-# Prefixes of the warnings at a session's end; earlier warnings are in its status.
+LONGEST = 20_000  # number of characters read from the end of a job's output
+# Prefixes of the warnings at the end of a session; its status contains earlier warnings.
 WARNS = (f"{NO_BACKUP}:", MOVED)
 HOLDING = "slipscale.experiments.lab.console.held"
 ERROR = re.compile(
     r"^slipscale [a-z]+: ", re.MULTILINE
-)  # prefix of the error with which a command ends
-STEP = "step: "  # prefix of a line with which a command reports its current step
+)  # prefix of a command's final error message
+STEP = "step: "  # prefix of a line in which a command reports its current step
 LOOK_S = 0.2
-HOLD_S = 5.0  # a bench job ends after this long without renewal
-LEAST_URGENT = 19  # priority of background computations: a running session's frames come first
-# Plate bench jobs run only while a bench page is open; the page renews its hold every second.
+HOLD_S = 5.0  # a bench job ends after this time without renewal
+LEAST_URGENT = 19  # priority of background computations, below a running session
+# Jobs on the plate bench, which run only while a bench page is open and renews its hold.
 HELD: tuple[Kind, ...] = ("calibrate", "conform", "surface")
 USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test", *HELD)
-PIPED: tuple[Kind, ...] = (*HELD, "emulator")  # these end with the console
+PIPED: tuple[Kind, ...] = (*HELD, "emulator")  # these jobs end with the console
 
 
 @dataclass(slots=True, kw_only=True)
@@ -65,9 +65,9 @@ class Job:
     kind : str
         The type of job. At most one job of each kind runs at a time.
     about : str
-        The participant or object it concerns, in words.
+        A description of the participant or the work, for messages.
     parts : int
-        Number of parts of the work; 0 if unknown.
+        Number of parts of the work; 0 if it is unknown.
     """
 
     kind: Kind
@@ -94,13 +94,13 @@ class Job:
             raise UserError(f"{self.about} has ended; begin again") from None
 
     def release(self) -> None:
-        """End a bench job by closing its standard input; it then switches the plate off."""
+        """End a bench job, which switches the plate off, by closing its standard input."""
         self.released = True
         if self.process.stdin:
             self.process.stdin.close()
 
     def release_when_left(self) -> None:
-        """Wait for the job to end; release it if no page has renewed its hold for `HOLD_S`."""
+        """Wait for the job to end; release the job if no page renews its hold for `HOLD_S`."""
         while self.running and time.monotonic() - self.held_s <= HOLD_S:
             time.sleep(LOOK_S)
         if self.running:
@@ -113,7 +113,7 @@ class Job:
 
     @property
     def status(self) -> int | None:
-        """Exit status; None while the process runs."""
+        """The exit status; None while the process runs."""
         return self.process.poll()
 
     def said(self) -> str:
@@ -121,17 +121,17 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the error, with all its lines, or the last of other messages."""
+        """Return the error message with all its lines or, if there is none, the last message."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         _, *errors = ERROR.split("\n".join(lines))
         return (errors or lines or [""])[-1]
 
     def warnings(self) -> list[str]:
-        """Return the warnings in a session's human-readable messages."""
+        """Return the warnings among a session's messages."""
         return [line for line in self._lines() if line.startswith(WARNS)]
 
     def steps(self) -> list[str]:
-        """Return the steps that the process reported, in order."""
+        """Return the steps that the process has reported, in order."""
         return [line.removeprefix(STEP) for line in self._lines() if line.startswith(STEP)]
 
     def _lines(self) -> list[str]:
@@ -139,12 +139,12 @@ class Job:
 
 
 class Jobs:
-    """The last process of each kind that this console started.
+    """The last process of each kind that this console has started.
 
     Parameters
     ----------
     folder : Path
-        The laboratory folder, in which they run.
+        The laboratory folder, in which the processes run.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -190,7 +190,7 @@ class Jobs:
         if kind in HELD:
             Thread(target=self._last[kind].release_when_left, name=kind, daemon=True).start()
         if kind not in USING_THE_PLATE and sys.platform != "win32":
-            with suppress(OSError):  # it has already ended
+            with suppress(OSError):  # the process has already ended
                 os.setpriority(os.PRIO_PROCESS, process.pid, LEAST_URGENT)
         return self._last[kind]
 

@@ -1,7 +1,7 @@
-"""Notices about irregularities in the laboratory folder, shown on every page; never blocking.
+"""Notices about irregularities in the laboratory folder, which every page shows.
 
-A notice is something that the operator should know before the next session and could not see in
-the table of participants.
+A notice contains information that the operator should have before the next session and that the
+table of participants does not show. It never prevents a session.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.roster import Roster, Visit
     from slipscale.experiments.study.model import Study
 
-AHEAD_S = 120.0  # allowed difference between the clocks of two computers
+AHEAD_S = 120.0  # tolerated difference between the clocks of two computers
 MOST_NAMED = 5
 
 
@@ -61,7 +61,7 @@ def notices(
 
 
 def _running(begun: list[tuple[str, Visit]]) -> str:
-    """Report two or more simultaneous sessions; each has its own plate and window."""
+    """Return a notice about simultaneous sessions, which have different plates and windows."""
     names = [f"participant {label} ({v})" for label, v in begun if v.state == "running now"]
     if len(names) < 2:  # noqa: PLR2004
         return ""
@@ -94,7 +94,7 @@ def _first_damage(path: Path, _inode: int, _changed_ns: int, _size: int) -> int 
 
 
 def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
-    """Report a run with a start time in the future, due to a clock that was or is wrong."""
+    """Return a notice about a run that began in the future, because a clock was or is wrong."""
     last = max(begun, key=lambda each: each[1].started_utc, default=None)
     if last is None or not last[1].started_utc:
         return ""
@@ -110,7 +110,7 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
 
 
 def _edited(theirs: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
-    """Report a study that was edited after a run; the run's journal keeps the earlier text."""
+    """Return a notice about a study that was edited after a run, whose journal has the old text."""
     other = [label for label, visit in theirs if _has_another_text(visit.path, name, text)]
     if not other:
         return ""

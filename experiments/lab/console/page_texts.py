@@ -31,16 +31,16 @@ def page_texts(language: str) -> Mapping[str, str]:
 
 @cache
 def sentences(language: str) -> dict[str, str]:
-    """Return Slipscale's sentences with their translations, the most specific first.
+    """Return Slipscale's English sentences and their translations, the most specific first.
 
-    Notices, replies, errors and descriptions are generated elsewhere, in English, and translated
-    when a page is rendered.
+    Other modules generate notices, replies, errors and descriptions in English. These are
+    translated when a page is rendered.
     """
     known: dict[str, str] = {}
     for source in files(PACKAGE).joinpath("texts").iterdir():
         if source.name.endswith(f".{language}.toml"):
             known |= tomllib.loads(source.read_text(encoding="utf-8"))
-    # Sentences that begin with a placeholder match most: "{} is missing" fits "line 4: key is
+    # Sentences that begin with a placeholder match most texts: "{} is missing" fits "line 4: key is
     # missing".
     order = sorted(known, key=lambda each: (each.startswith("{}"), -len(each)))
     return {each: _typeset(known[each]) for each in order}
@@ -57,7 +57,7 @@ def _typeset(text: str) -> str:
 
 @cache
 def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Return patterns for the sentences with placeholders, with their translations."""
+    """Return patterns for sentences with placeholders, and their translations."""
     return tuple(
         (re.compile(re.escape(each).replace(r"\{\}", "(.*?)")), text)
         for each, text in sentences(language).items()
@@ -65,7 +65,7 @@ def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
     )
 
 
-# Separators between sentences that are translated one by one, in English and in French.
+# Separators, in English and in French, between sentences that are translated separately.
 LINES = {"\n  ": "\n  ", "\n": "\n"}
 JOINTS = {"; ": _typeset(" ; "), ". ": ". ", ": ": _typeset(" : ")}
 
@@ -83,29 +83,29 @@ def _translated(sentence: str, language: str) -> str:
 
 
 def _each_translated(sentence: str, joints: Mapping[str, str], language: str) -> str:
-    """Split at the first separator that yields a known part, and translate each part."""
+    """Split a text at the first separator that yields a known part, and translate the parts."""
     for joint, typeset in joints.items():
         parts = sentence.split(joint) if joint in sentence else []
         translated = [_translated(each, language) for each in parts]
-        if translated != parts:  # other people's own words keep their punctuation
+        if translated != parts:  # texts from people keep their punctuation
             return typeset.join(translated)
     return sentence
 
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """The texts of one language. Call with a key and the values for the text's {placeholders}."""
+    """The texts of one language; call it with a key and values for the text's {placeholders}."""
 
     language: str
 
     def __call__(self, key: str, **blanks: object) -> str:
-        """Return a text with its placeholders filled in."""
+        """Return the text for a key, with its placeholders filled in."""
         return page_texts(self.language)[key].format(**blanks)
 
     def say(self, sentence: str) -> str:
-        r"""Return one of Slipscale's sentences in this language; others are returned unchanged.
+        r"""Return one of Slipscale's sentences in this language; return other text unchanged.
 
-        Sentences that are joined by punctuation or line feeds are translated one by one.
+        Sentences that are joined by punctuation or line feeds are translated separately.
 
         >>> Words("fr").say("copied 2 runs to disk; excluded"), Words("en").say("saved: a.toml")
         ('2 passages copiés vers disk\xa0; exclu', 'saved: a.toml')
@@ -113,7 +113,7 @@ class Words:
         return _translated(sentence, self.language)
 
     def decimal(self, shown: str) -> str:
-        """Return a number, with its unit if it has one, with this language's decimal mark."""
+        """Return a number, including its unit if any, with this language's decimal mark."""
         mark = page_texts(self.language)["page.decimal"]
         return re.sub(r"(?<=\d)\.(?=\d)", mark, shown) if shown[:1].isdigit() else shown
 
@@ -122,7 +122,7 @@ class Words:
         return sentences(self.language).get(words, words)
 
     def task(self, options: Options, protocol: Protocol, study: Study) -> str:
-        """Return a task's title, which is the same in every language for external protocols."""
+        """Return a task's title, which is not translated for protocols from other packages."""
         title = self.known(f"task_title.{options.protocol}", protocol.titled(study.quantity))
         words = study.words_of(self.language)
         return title.replace("{noun}", words.noun if words else study.quantity.judged)
@@ -133,7 +133,7 @@ class Words:
 
 
 def preferred(accepted: str, chosen: str) -> str:
-    """Return the reader's language: the one chosen on a page, otherwise the browser's.
+    """Return the reader's language: the language chosen on a page, otherwise the browser's.
 
     >>> preferred("de, fr;q=0.8, en;q=0.5", ""), preferred("fr", "en"), preferred("", "xx")
     ('fr', 'en', 'en')

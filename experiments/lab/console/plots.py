@@ -1,4 +1,4 @@
-"""Small plots as SVG elements: coordinates of points and bars for a template."""
+"""Compute the coordinates of small SVG plots for the templates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.curves import Curve
     from slipscale.stimuli.surface import Surface
 
-MOST_POINTS = 2000  # number of newest runs; more points would merge into a band
+MOST_POINTS = 2000  # number of newest runs to plot; more points would merge into a band
 
 
 class Frame(NamedTuple):
@@ -24,11 +24,11 @@ class Frame(NamedTuple):
     bottom: float
 
     def x(self, across: float) -> float:
-        """Return a position between the left edge (0) and the right one (1)."""
+        """Return the x coordinate between the left edge (0) and the right edge (1)."""
         return round(self.left + (self.right - self.left) * across, 1)
 
     def y(self, up: float) -> float:
-        """Return a position between the lower edge (0) and the upper one (1)."""
+        """Return the y coordinate between the lower edge (0) and the upper edge (1)."""
         return round(self.bottom - (self.bottom - self.top) * up, 1)
 
 
@@ -38,7 +38,7 @@ TIMES, WIDE, SMALL = Frame(56, 630, 10, 152), Frame(48, 630, 10, 152), Frame(8, 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """Points in a frame and the labels of its axes, in SVG units."""
+    """The points in a frame and the labels of its axes, in SVG units."""
 
     points: tuple[tuple[float, float], ...]
     line: tuple[tuple[float, float], ...]
@@ -49,8 +49,8 @@ class Scatter:
 def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
     """Plot the response times of several runs against trial number, with the median per trial.
 
-    Returns None if there are no response times. The scale is set by the 95th percentile; larger
-    times are drawn at the top of the frame.
+    Returns None if there are no response times. The 95th percentile sets the scale; larger times
+    are drawn at the top of the frame.
     """
     rows = [(number, time) for times in series for number, time in enumerate(times, start=1)]
     rows = rows[-MOST_POINTS:]
@@ -79,16 +79,16 @@ def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A surface as an SVG path in a 120 by 48 frame, with its caption."""
+    """A surface as an SVG path in a frame of 120 by 48, with a caption."""
 
     path: str
     label: str
 
 
 def drawing(surface: Surface, largest: float, label: str) -> Drawing:
-    """Draw the plate vibration for a surface, or how the level of a texture changes.
+    """Draw the plate's vibration for a plain surface, or the course of a texture's level.
 
-    ``largest`` fills the frame.
+    The level ``largest`` fills the frame.
     """
     heights = [surface.shown(x / 120) / largest for x in range(121)]
     points = " ".join(f"{x},{24 - 21 * height:.1f}" for x, height in enumerate(heights))
@@ -97,7 +97,7 @@ def drawing(surface: Surface, largest: float, label: str) -> Drawing:
 
 @dataclass(frozen=True, slots=True)
 class CurvePlot:
-    """A participant's curve as SVG points in a 160 by 90 frame, with the limits of both axes."""
+    """A participant's curve as SVG points in a frame of 160 by 90, with the limits of both axes."""
 
     curve: Curve
     title: str
@@ -107,7 +107,7 @@ class CurvePlot:
 
 
 def curve_plot(curve: Curve, group: Sequence[Curve], title: str) -> CurvePlot:
-    """Draw a curve in its group's frame, with the same axes for each participant."""
+    """Draw a curve with the same axes as the other participants' curves in its group."""
     xs = [x for each in group for x, _ in each.points]
     ys = [y for each in group for _, y in each.points]
     left, right, low, high = min(xs), max(xs), min(0.0, *ys), max(ys)

@@ -1,7 +1,7 @@
-"""Track the consoles that are open on a folder: each holds a file lock.
+"""Track which consoles are open on a folder; each console holds a file lock.
 
 The operating system releases the lock when the process ends, so a killed console leaves only an
-unlocked file. The files are in a folder that no other user can write to.
+unlocked file. Only the user can write to the folder with these files.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Presence:
-    """One of the consoles that are open on the same folder.
+    """A console, and the other consoles that are open on the same folder.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Presence:
 
     def announce(self) -> None:
         """Announce this console to the others until it is closed."""
-        with suppress(OSError, portalocker.LockException):  # the others do not see it
+        with suppress(OSError, portalocker.LockException):  # the other consoles ignore it
             self._held = self._own.open("wb")
             portalocker.lock(self._held, portalocker.LOCK_EX | portalocker.LOCK_NB)
 
@@ -49,11 +49,11 @@ class Presence:
         return [_port(path) for path in self._open() if path != self._own]
 
     def first(self) -> bool:
-        """Whether this console was opened first; the first console performs the shared tasks."""
+        """Whether this console was opened first and therefore performs the shared tasks."""
         return next((path == self._own for path in self._open()), True)
 
     def notices(self) -> tuple[str, ...]:
-        """Return a notice about other consoles, if there are any."""
+        """Return a notice about other consoles, if any."""
         ports = ", ".join(str(port) for port in self.others())
         if not ports:
             return ()

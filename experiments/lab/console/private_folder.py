@@ -1,4 +1,4 @@
-"""A private folder for a running console's files; other users have no access."""
+"""A private folder for the files of a running console, without access for other users."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ OWNER_ONLY = 0o700
 
 
 def private_folder() -> Path:
-    """Return the private folder; create it if it does not exist.
+    """Return the private folder; create it if necessary.
 
     It is located in the system's folder for runtime files or, if there is none, in the user's
     cache.
@@ -20,7 +20,7 @@ def private_folder() -> Path:
     Raises
     ------
     UserError
-        If no folder that only this user can access could be created.
+        If it is not possible to create a folder that only this user can access.
     """
     places = (os.environ.get("XDG_RUNTIME_DIR"), str(Path.home() / ".cache"))
     for place in filter(None, places):
@@ -46,7 +46,7 @@ def write_private(path: Path, text: str) -> None:
 
 
 def _is_private(folder: Path) -> bool:
-    """Return whether a path is a folder, not a link, and accessible to this user only."""
+    """Return whether a path is a real folder that only this user can access."""
     if os.name != "posix":
         return True
     found = folder.lstat()

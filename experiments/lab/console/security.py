@@ -1,16 +1,15 @@
-"""Access control for the console: one layer in front of every page.
+"""Access control for the console, as one layer in front of all pages.
 
-Principle: **every request that does not clearly come from the operator's own browser is rejected
-before it reaches a page.**
+Every request that does not clearly come from the operator's own browser is rejected before it
+reaches a page:
 
-- Connections from other users of this computer are rejected, whatever they contain. Cookies are
-  not tied to a port, so another user's web page could receive ours.
+- All connections from other users of this computer are rejected. Cookies are not tied to a port, so
+  another user's web page could otherwise receive our cookie.
 - The address shown in the terminal contains a token that works once, in one browser. The browser
-  then receives a different secret in a cookie, and the next address has a new token.
-- The host name must be this console's own. Another name that resolves to this computer is
-  rejected.
-- Requests that change something require this console's origin and a header that a form on another
-  site cannot send.
+  then receives another secret in a cookie, and the next address has a new token.
+- The host name must be this console's own. Other names that resolve to this computer are rejected.
+- Requests for a change require this console's origin and a header that forms on other sites cannot
+  send.
 """
 
 from __future__ import annotations
@@ -39,12 +38,12 @@ if TYPE_CHECKING:
 LARGEST_BODY = 1_000_000
 TO_THE_PAGES = (
     '<!doctype html><meta http-equiv="refresh" content="0;url={}"><title>Slipscale</title>'
-    '<link rel="icon" href="/static/icon.svg">'  # otherwise the browser requests favicon.ico
+    '<link rel="icon" href="/static/icon.svg">'  # otherwise the browser would request favicon.ico
 )
 CONNECTIONS = Path("/proc/net/tcp")  # Linux: the owner of each connection
 ESTABLISHED = "01"
 ROOT = 0
-ASKING = "x-slipscale"  # a header that a form on another site cannot send
+ASKING = "x-slipscale"  # a header that forms on other sites cannot send
 READING = ("GET", "HEAD")
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
@@ -58,12 +57,12 @@ REPORT_POLICY = (
 
 
 class Entrance:
-    """The token that admits the next browser, and the secret that each browser stores.
+    """The token that admits the next browser, and the secret that admitted browsers store.
 
     Attributes
     ----------
     renewed : callable
-        Called after a token was used and replaced.
+        Called after a token has been used and replaced.
     """
 
     def __init__(self) -> None:
@@ -91,11 +90,11 @@ class Access:
     Parameters
     ----------
     host, port
-        The address on which it listens.
+        The address on which the console listens.
     tls : bool
-        Whether it uses TLS.
+        Whether the console uses TLS.
     read_only : bool
-        Whether it rejects all actions, for example for a phone on the laboratory network.
+        Whether the console rejects all actions, for example on the laboratory network.
     entrance : Entrance
         Checks tokens and cookies.
     """
@@ -126,7 +125,7 @@ class Access:
 
     @property
     def cookie(self) -> str:
-        """The cookie name. It includes the port, because cookies are not tied to a port."""
+        """The cookie's name, which includes the port, because cookies are not tied to a port."""
         return f"slipscale-{self.port}"
 
 
@@ -155,8 +154,8 @@ class Guard:
         query = parse_qs(scope["query_string"].decode("latin-1"))
         given = query.get("token", [""])[0]
         if given and scope["method"] in READING and access.entrance.opens(given):
-            # Remove the token from the address bar. A redirect would not work: a browser that
-            # opened a local file does not send strict cookies to a redirect target.
+            # Remove the token from the address bar. A redirect would not work, because a browser
+            # that opened a local file does not send strict cookies to the redirect's target.
             chosen = query.get("lang", [""])[0]
             language = f"?lang={chosen}" if chosen in LANGUAGES else ""
             opened = HTMLResponse(TO_THE_PAGES.format(f"/{language}"))
@@ -172,7 +171,7 @@ class Guard:
         return self._change_refusal(scope["method"], headers)
 
     def _change_refusal(self, method: str, headers: Headers) -> Response | None:
-        """Return the rejection of a forbidden request for a change; None if it is allowed."""
+        """Return the response that rejects a forbidden change; None if the change is allowed."""
         length = headers.get("content-length", "")
         ours = headers.get("origin") in self._access.origins and headers.get(ASKING) == "1"
         reasons = {
@@ -185,7 +184,7 @@ class Guard:
         return next((_refused(reason, 403) for reason, holds in reasons.items() if holds), None)
 
     def _held(self, headers: Headers) -> str:
-        """Return the content of the browser's cookie; empty if there is none."""
+        """Return the content of the console's cookie; empty if there is none."""
         try:
             cookies = SimpleCookie(headers.get("cookie", ""))
         except CookieError:
@@ -194,7 +193,7 @@ class Guard:
         return held.value if held else ""
 
     def _with_headers(self, send: Send) -> Send:
-        """Wrap ``send`` so that each response includes the security headers."""
+        """Wrap ``send``, so that each response includes the security headers."""
 
         async def sending(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -216,7 +215,7 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
     Parameters
     ----------
     client : tuple
-        Host and port of the other end. Test clients give a name as host; that counts as no
+        Host and port of the other end. A test client, whose host is a name, counts as no
         connection.
     """
     if client is None or not CONNECTIONS.exists():
@@ -231,7 +230,7 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
             _, here, _, state, *_, user = line.split()[:8]
             if (here, state) == (wanted, ESTABLISHED):
                 return int(user) not in (os.getuid(), ROOT)
-    return True  # it has already disconnected
+    return True  # the client has already disconnected
 
 
 def _refused(sentence: str, status: int) -> PlainTextResponse:

@@ -1,4 +1,4 @@
-"""Serve the console: address, browser and, on a laboratory network, TLS."""
+"""Serve the console: provide the address, open a browser, and use TLS on a network."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
     Parameters
     ----------
     port : int
-        0 selects any free port.
+        The port; 0 selects any free port.
     lan : str or None
-        An address of this computer on the laboratory network. The console then uses TLS and is
-        read-only. None restricts it to this computer.
+        An address of this computer on the laboratory network, where the console uses TLS and is
+        read-only. None restricts the console to this computer.
     browser : bool
         Whether to open a browser.
 
@@ -85,13 +85,13 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
 
 
 def _renew(access: Access, door: Path) -> None:
-    """Print the address for the next browser, and write it to the file that opens one."""
+    """Print the address for the next browser, and write it to the file that opens a browser."""
     write_private(door, TO_THE_PAGES.format(access.address))
     print(f"opened; for another browser: {access.address}", flush=True)
 
 
 class _Impatient(H11Protocol):
-    """Closes connections that do not send a complete request in time."""
+    """A protocol that closes connections without a complete request in time."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)
@@ -110,7 +110,7 @@ class _Impatient(H11Protocol):
 
 
 class _Server(uvicorn.Server):
-    """Ends its event streams before it waits for pending responses."""
+    """A server that ends its event streams before it waits for pending responses."""
 
     def __init__(self, config: uvicorn.Config, console: Console) -> None:
         super().__init__(config)
@@ -146,7 +146,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _check_address(lan: str) -> None:
-    """Raise `UserError` unless this is a single address; wildcard addresses are not allowed."""
+    """Raise `UserError` unless this is a single address, not a wildcard."""
     try:
         address = ipaddress.ip_address(lan)
     except ValueError:
@@ -181,9 +181,9 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 
 
 def _open(address: str) -> None:
-    """Open the file that leads to the console in a browser, if there is one.
+    """Open the file that leads to the console in a browser, if a browser is available.
 
-    Other users can read a program's arguments, so the token is not passed as one.
+    The token is not passed as an argument, because other users can read a program's arguments.
     """
     try:
         opened = webbrowser.open(address)

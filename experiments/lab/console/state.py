@@ -1,4 +1,4 @@
-"""The data behind the pages: read from the laboratory folder at most once per second."""
+"""Read the data behind the pages from the laboratory folder, at most once per second."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 FRESH_S = 1.0
-SILENT_S = 5  # a session checks for requests 20 times per second, except while a surface settles
+SILENT_S = 5  # sessions check for requests 20 times per second, except while a surface settles
 RESULTS = Path("derivatives", "slipscale")
 TABLE3 = "table3.csv"
 PLANNING = Path("planning")  # power results and frozen plans
@@ -40,20 +40,20 @@ PLANNING = Path("planning")  # power results and frozen plans
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Live:
-    """The session that is running now.
+    """The session that is currently running.
 
     Parameters
     ----------
     status : LiveStatus or None
-        None if the session reports no status: an older Slipscale started it, or its mailbox could
-        not be created.
+        None if the session reports no status, because an older Slipscale started it or its mailbox
+        could not be created.
     pilot : bool
-        Whether it is a rehearsal.
+        Whether the session is a rehearsal.
     left_s : float or None
-        Estimated remaining time. It is based on the session's own pace or, before its first trial,
-        on earlier runs.
+        Remaining time, estimated from the session's own pace or, before its first trial, from
+        earlier runs.
     silent_s : int
-        Seconds since the session's last sign of life; 0 if it was recent.
+        Time since the session's last activity; 0 if it was recent.
     """
 
     label: str
@@ -72,19 +72,19 @@ class Snapshot:
     Parameters
     ----------
     problem : str
-        The reason why there is nothing to show; otherwise empty.
+        The reason why there is nothing to show; empty if there is none.
     rehearsals : Roster
-        Roster of the rehearsals' folder.
+        The participants in the folder of rehearsals.
     seen : bool
-        Whether means and figures may be shown.
+        Whether the console may show means and figures.
     unblinded_utc : tuple of str
-        Times at which an operator unblinded early.
+        Times at which an operator unblinded the study early.
     results_ns : int or None
-        When the last analysis was written; None if there is none.
+        Modification time of the last analysis; None if there is none.
     notices : tuple of str
-        Non-blocking irregularities; see `slipscale.experiments.lab.console.notices`.
+        Notices about irregularities; see `slipscale.experiments.lab.console.notices`.
     free_gb : float or None
-        Free space on the data's disk; None if unknown.
+        Free space on the disk with the data; None if it is unknown.
     without_backup : int or None
         Number of runs without a backup; None if no backup folder is set.
     """
@@ -105,7 +105,7 @@ class Snapshot:
 
 
 class Pulse(NamedTuple):
-    """Times of the running session's last status and last record, and whether it still exists."""
+    """The times of a running session's last status and last record, and whether it still runs."""
 
     told_ns: int | None = None
     recorded_ns: int | None = None
@@ -113,7 +113,7 @@ class Pulse(NamedTuple):
 
 
 class State:
-    """The current state of the laboratory folder, which is the process's current folder."""
+    """The state of the laboratory folder, which is the current folder of the process."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -123,9 +123,9 @@ class State:
         self._beat: tuple[int | None, float] = (None, 0.0)
 
     def now(self, *, fresh: bool = False) -> Snapshot:
-        """Return a snapshot at most one second old, with the current state of the running session.
+        """Return a snapshot at most one second old, with the running session's current state.
 
-        ``fresh`` forces everything to be read again.
+        If ``fresh`` is True, everything is read again.
         """
         with self._lock:
             pulse = self.pulse()
@@ -139,7 +139,7 @@ class State:
             return self._with_silence()
 
     def _with_silence(self) -> Snapshot:
-        """Return the snapshot with the time since its session's last sign of life."""
+        """Return the snapshot with the time since the session's last activity."""
         live = self._snapshot.live
         if live is None or live.status is None:
             return self._snapshot
@@ -159,7 +159,7 @@ class State:
         return Pulse(told, _changed_ns(live.visit.path), there=told is not None)
 
     def version(self, *more: object) -> str:
-        """Return a digest that changes when anything on a page may have changed."""
+        """Return a digest that changes if anything on a page may have changed."""
         found = self.now()
         return hashlib.sha256(repr((found, more)).encode()).hexdigest()[:16]
 
@@ -208,7 +208,7 @@ def _anew(found: Snapshot) -> Live | None:
 
 
 def _elsewhere(found: Snapshot) -> Iterator[Live]:
-    """Yield this study's sessions that lost their journals and now write to the fallback folder."""
+    """Yield sessions of this study that lost their journals and write to the fallback folder."""
     boxes = (Path.home() / FALLBACK).glob("*/sourcedata/*/*_journal.jsonl.live")
     for path in (box.with_suffix("") for box in boxes):
         if not is_being_written(path):
@@ -254,14 +254,14 @@ def _left_s(roster: Roster, status: LiveStatus | None) -> float | None:
 
 
 def usual_duration_s(roster: Roster) -> float | None:
-    """Return the mean duration of complete runs; None if there are none yet."""
+    """Return the mean duration of complete runs; None if there are none."""
     visits = [visit for person in roster.people for visit in person.visits]
     took = [summary(visit.path).duration_s for visit in visits if visit.state == "complete"]
     return sum(took) / len(took) if took else None
 
 
 def _free_gb(data: Path) -> float | None:
-    """Return the free space on the disk where the data are, or will be."""
+    """Return the free space in GB on the disk of the data folder, which may not exist yet."""
     try:
         return round(shutil.disk_usage(data if data.is_dir() else Path()).free / 1e9, 1)
     except OSError:
@@ -273,7 +273,7 @@ def _changed_ns(path: Path) -> int | None:
 
 
 def changed_ns(path: Path) -> int:
-    """Return when a file was last changed; 0 if it does not exist."""
+    """Return the modification time of a file; 0 if the file does not exist."""
     try:
         return path.stat().st_mtime_ns
     except OSError:
@@ -281,7 +281,7 @@ def changed_ns(path: Path) -> int:
 
 
 def ended_runs(found: Snapshot) -> frozenset[tuple[Path, int]]:
-    """Return participants' complete runs, each with its journal's modification time."""
+    """Return the participants' complete runs, with the modification times of their journals."""
     people = found.roster.people if found.roster else ()
     paths = [v.path for person in people for v in person.visits if v.state == "complete"]
     return frozenset((path, changed_ns(path)) for path in paths)
@@ -294,17 +294,17 @@ def pilots(defaults: Defaults) -> list[Path]:
 
 
 def export_folder(data: Path) -> Path:
-    """Return the folder for the console's exports; a withdrawal removes it with the results."""
+    """Return the folder for the console's exports, which a withdrawal removes with the results."""
     return data / RESULTS / "export"
 
 
 def frozen_plans() -> list[Path]:
-    """Return the plans frozen in the folder, newest first."""
+    """Return the frozen plans in the folder, newest first."""
     return sorted(PLANNING.glob("plan-[0-9]*.zip"), reverse=True)
 
 
 def table3(dataset: Path) -> list[list[str]]:
-    """Return the rows of Table III from the last analysis, header first; empty if there is none."""
+    """Return the rows of Table III in the last analysis, header first; empty if there are none."""
     try:
         lines = (dataset / RESULTS / TABLE3).read_text(encoding="utf-8").splitlines()
     except OSError:
@@ -313,7 +313,7 @@ def table3(dataset: Path) -> list[list[str]]:
 
 
 def findings(text: str) -> list[dict[str, object]] | None:
-    """Return the findings in a checklist's output; None if they cannot be read."""
+    """Return the findings in a checklist's output; None if the output cannot be read."""
     try:
         found = json.loads(text)
     except ValueError:

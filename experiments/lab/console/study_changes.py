@@ -1,8 +1,8 @@
-"""Apply changes from the editor's form to a study file's text, keeping comments.
+"""Apply changes from the editor's form to the text of a study file, and keep its comments.
 
-These are pure functions: a change returns a new text, and nothing is written here. Changes that
-the form cannot make (the text is not TOML, or a table is written in a form that cannot be
-extended) are rejected and must be made in the file itself.
+The functions are pure: a change returns a new text, and nothing is written. If the form cannot make
+a change (the text is not TOML, or a table is written in a form that cannot be extended), the change
+is rejected and must be made in the file itself.
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ SOURCE = "the study file"
 
 
 class Change(Form):
-    """One change requested by the form.
+    """One change that the form requests.
 
     Parameters
     ----------
     what : str
-        Set a value (an empty one is removed), add a table or an item, remove one, or move an item.
+        Set a value (an empty value is removed), add or remove a table or an item, or move an item.
     place : tuple
         Position: keys, and item indices from 0.
     kind : str
-        Type of ``value``, as in the field's input.
+        Type of ``value``, which is the input type of the field.
     value : str
-        The new value; the protocol of an added task; the key of an added entry.
+        The new value, the protocol of an added task, or the key of an added entry.
     to : int
         Index of the item before which an item is moved.
     """
@@ -51,13 +51,13 @@ class Change(Form):
 
 
 class Edit(Form):
-    """A study's text from the page, and a change to make in it.
+    """The text of a study from the page, and the change to make.
 
     Parameters
     ----------
     text : str
     template : str
-        The shipped study on which it is based; empty for the folder's own study.
+        The shipped study on which the text is based; empty for the folder's own study.
     change : Change, optional
     """
 
@@ -67,7 +67,7 @@ class Edit(Form):
 
 
 def changed(text: str, change: Change) -> str:
-    """Apply a change to a study file's text; return the new text.
+    """Apply a change to the text of a study file; return the new text.
 
     Raises
     ------
@@ -90,7 +90,7 @@ def changed(text: str, change: Change) -> str:
     try:
         container, last = _container(document, change.place[:-1], change), change.place[-1]
         if change.what == "remove" and isinstance(last, int) and len(container) == 1:
-            # TOML does not allow an array of tables without items.
+            # An array of tables cannot be empty in TOML.
             container, last = _container(document, change.place[:-2], change), change.place[-2]
         made[change.what](container, last)
         after = tomlkit.dumps(document)
@@ -106,7 +106,7 @@ def changed(text: str, change: Change) -> str:
 
 
 def value_of(kind: Kind, typed: str) -> Any:
-    """Convert typed text to a TOML value; text where a number is expected is kept as text.
+    """Convert typed text to a TOML value; an invalid number remains text.
 
     >>> value_of("number", "0,5"), value_of("numbers", "0, 1.5; 2"), value_of("number", "many")
     (0.5, [0, 1.5, 2], 'many')
@@ -131,7 +131,7 @@ def _number(typed: str) -> int | float | str:
 
 
 def _container(document: Any, place: tuple[Key, ...], change: Change) -> Any:
-    """Return the table or array at a position; create missing tables on the way to a new value."""
+    """Return the table or array at a position; create missing tables for a new value."""
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
     for part in place:
@@ -154,7 +154,7 @@ def _put(table: Any, key: Any, value: Any) -> None:
 
 
 def _append(table: Any, key: Any, protocol: str) -> None:
-    """Add an item to an array of tables; create the array if necessary."""
+    """Add an item to an array of tables, and create the array if necessary."""
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
     item = tomlkit.table()
@@ -165,7 +165,7 @@ def _append(table: Any, key: Any, protocol: str) -> None:
 
 
 def _enter(table: Any, key: str) -> None:
-    """Add an entry to a table of texts, copied from the last one, with its key as its text."""
+    """Add an entry to a table of texts, in the form of the last entry and with its key as text."""
     if not key.strip() or key in table:
         raise ValueError(key)
     last = list(table.values())[-1] if table else ""

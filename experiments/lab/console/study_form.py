@@ -1,8 +1,7 @@
-"""The study editor's form: every field of a study file, derived from its JSON Schema.
+"""Generate the study editor's form, with every field of a study file, from the JSON Schema.
 
-Nothing specific to studies is declared here. Keys, types, units, defaults, choices and
-descriptions come from the schema, values from the file, and errors from the parser. A laboratory's
-own protocols therefore have forms as well.
+Keys, types, units, defaults, choices and descriptions come from the schema, values from the file,
+and errors from the parser. A laboratory's own protocols therefore have forms as well.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number":
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """A form element with a position in the file.
+    """An element of the form, which has a position in the file.
 
     Parameters
     ----------
@@ -40,7 +39,7 @@ class Part:
     name : str
         The last key without its unit, for labels.
     why : str
-        The schema description.
+        The description in the schema.
     faults : tuple of str
         Errors at exactly this position.
     """
@@ -57,13 +56,13 @@ class Part:
 
     @property
     def anchor(self) -> str:
-        """The position as an element id."""
+        """The position as the id of an HTML element."""
         return "field-" + "-".join(re.sub(r"\W+", "_", str(part)) for part in self.place)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field(Part):
-    """A value: its input type, its displayed value, and the allowed values."""
+    """A field for a value: its input type, the displayed value and the allowed values."""
 
     kind: Kind
     value: str
@@ -74,20 +73,20 @@ class Field(Part):
 
     @property
     def shown(self) -> bool:
-        """Whether the field is displayed first because it is set, required or wrong."""
+        """Whether the field is set, required or wrong and is therefore displayed first."""
         return bool(self.value or self.needed or self.faults)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table(Part):
-    """A table with its fields, tables and lists of tables, and what can be added.
+    """A table with its fields, tables and lists of tables, and the tables that can be added.
 
     Parameters
     ----------
     absent : tuple of Part
         Tables missing from the file.
     entries : bool
-        Whether the keys are defined by the study, such as a question's options.
+        Whether the study defines the keys, as in the options of a question.
     """
 
     fields: tuple[Field, ...] = ()
@@ -100,7 +99,7 @@ class Table(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cards(Part):
-    """A list of tables: tasks, textures, questions. ``offered``: the possible new items."""
+    """A list of tables, such as tasks; ``offered`` contains the possible new items."""
 
     items: tuple[Table, ...]
     offered: tuple[str, ...] = ()
@@ -127,11 +126,11 @@ class StudyForm:
         self._faults = faults
         self._shown: set[str] = set()
         self.root = self._table((), _schema(), content)
-        #: Errors at positions without a field.
+        #: errors at positions without a field
         self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
-        """Return the errors at a position; with ``items``, also those in a list's items."""
+        """Return the errors at a position and, if ``items`` is True, in the items of a list."""
         where = place_in_words(place)
         found = [
             each
@@ -156,11 +155,11 @@ class StudyForm:
         }
 
     def _quantity(self, place: Place) -> Quantity:
-        """Return the quantity of levels at a position: the varied parameter's or the plate's."""
+        """Return the quantity of the levels at a position, which may be a varied parameter."""
         return self._names.quantity_in(place[0])
 
     def _name(self, place: Place) -> str:
-        """Return the key at a position without its unit; for an item, its number from 1."""
+        """Return the key at a position without its unit or, for an item, its number from 1."""
         key = place[-1]
         if isinstance(key, int):
             return str(key + 1)
@@ -181,7 +180,7 @@ class StudyForm:
             here, value = (*place, key), content.get(key)
             found = _definition(inner)
             if "const" in found:
-                continue  # the protocol, which is the card's title
+                continue  # the protocol, which is the title of the card
             if _is_table(found) or isinstance(value, dict):
                 if value is None:
                     absent.append(Part(**self._part(here, inner)))
@@ -207,14 +206,14 @@ class StudyForm:
         )
 
     def _unknown(self, place: Place, schema: Schema, content: Mapping[str, Any]) -> set[str]:
-        """Return misspelt keys, which are shown with their errors so that they can be cleared."""
+        """Return misspelt keys, which are shown with their errors and can be cleared."""
         declared = set(schema.get("properties", {}))
         return {key for key in content if key not in declared and self._faults_at((*place, key))}
 
     def _inner(
         self, place: Place, found: Schema, described: Schema, value: Mapping[str, Any]
     ) -> Table:
-        """Return the form of a nested table with declared keys or with the study's own keys."""
+        """Return the form of a nested table, with declared keys or keys that the study defines."""
         if "properties" in found:
             return self._table(place, {**found, "description": described.get("description")}, value)
         return Table(
@@ -251,7 +250,7 @@ class StudyForm:
         )
 
     def _field(self, place: Place, schema: Schema, value: Any, *, needed: bool) -> Field:
-        if "anyOf" in schema:  # several alternatives: the one in the file, otherwise the first
+        if "anyOf" in schema:  # alternatives: the one in the file, otherwise the first
             several = schema["anyOf"]
             is_list = isinstance(value, list) or (value is None and several[0]["type"] == "array")
             schema = {**schema, "type": "array" if is_list else "string", "items": {}}
@@ -272,7 +271,7 @@ class StudyForm:
 
 
 def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
-    """Return a value's input type and choices."""
+    """Return the input type and the choices of a value."""
     if schema.get("type") == "array":
         items = schema.get("items", {})
         if "enum" in items:
@@ -284,7 +283,7 @@ def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
 
 
 def _definition(schema: Schema) -> Schema:
-    """Resolve a reference; return other schemas unchanged."""
+    """Resolve a reference to a definition; return other schemas unchanged."""
     if "$ref" not in schema:
         return schema
     found: Schema = _schema()["$defs"][schema["$ref"].rpartition("/")[2]]
@@ -305,7 +304,7 @@ def _holds_tables(schema: Schema) -> bool:
 
 
 def _words(value: Any, between: str = ", ") -> str:
-    """Return a value as displayed in an input."""
+    """Return a value as text for an input."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):

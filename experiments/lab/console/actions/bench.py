@@ -26,8 +26,8 @@ TYPED = "typed"  # the operator types the readings, point by point
 class Calibrate(Form):
     """Calibrate the folder's plate; without ``keep``, the plate is only measured.
 
-    ``table`` names a CSV file in the folder with readings taken elsewhere, and ``serial`` the
-    device that drove the plate for them; with `TYPED`, the operator types each reading. The sweep
+    ``table`` names a CSV file in the folder with earlier readings, and ``serial`` the device that
+    drove the plate during these readings; with `TYPED`, the operator types each reading. The sweep
     range is in Hz and V peak; empty fields take the command's defaults.
     """
 
@@ -46,9 +46,9 @@ class Calibrate(Form):
 
 
 class Reading(Form):
-    """The instrument reading in µm p-p, or a request to repeat the previous point.
+    """A reading of the instrument in µm p-p, or a request to repeat the previous point.
 
-    ``number`` is the number of previous readings, so that none is sent twice.
+    ``number`` is the number of previous readings, so that no reading is sent twice.
     """
 
     reading: Annotated[str, Field(pattern=f"^({DECIMAL}|{BACK})$")]
@@ -56,7 +56,7 @@ class Reading(Form):
 
 
 class Surface(Form):
-    """Present a surface until the page releases it; ``level`` is in the plate's quantity."""
+    """Present a surface until the page releases the plate; ``level`` is in the plate's quantity."""
 
     level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 

@@ -1,4 +1,4 @@
-"""The state of a calibration started by the console, read from the command's output."""
+"""Read the state of a calibration from the output of the command that the console started."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from slipscale.hardware.cli.calibrate import ASKED, BACK
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-# Each sweep runs up and down: first coarse and fine in frequency, then in voltage.
+# Each sweep runs up and down: a coarse and a fine sweep in frequency, then one in voltage.
 OF_FREQUENCY = 2 * (COARSE_POINTS + FINE_POINTS)
 IN_ALL = OF_FREQUENCY + 2 * VOLTAGE_POINTS
 BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
 
 
 class Measured(NamedTuple):
-    """The readings so far as (Hz, V, µm peak to peak), and the point that awaits a reading.
+    """The readings so far as (Hz, V, µm peak to peak), and the point that is waiting for a reading.
 
-    ``asked`` is (Hz, V); None if the command is not waiting for a reading. ``typed`` is true if
+    ``asked`` is (Hz, V), or None if the command is not waiting for a reading. ``typed`` is true if
     a person types the readings.
     """
 
@@ -30,7 +30,7 @@ class Measured(NamedTuple):
 
     @property
     def may_go_back(self) -> bool:
-        """Whether the previous point can be measured again: it belongs to the same sweep."""
+        """Whether the previous point belongs to the same sweep and can be measured again."""
         return len(self.points) not in BEGINS
 
 
@@ -55,7 +55,7 @@ def measured_so_far(steps: Sequence[str]) -> Measured:
 
 
 def made_calibration(said: str) -> str:
-    """Return the file written by a finished calibration; empty if there is none.
+    """Return the file that a finished calibration wrote; empty if there is none.
 
     >>> made_calibration("wrote      calibration-1.toml and calibration-1.png")
     'calibration-1.toml'

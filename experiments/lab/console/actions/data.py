@@ -1,4 +1,4 @@
-"""Unblind; analyse, verify, export and back up the data; exclude or withdraw participants."""
+"""Analyse, verify, export and back up the data; exclude or withdraw participants; unblind."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.state import Snapshot
 
 
-# The word that must be typed to unblind, in the console's languages.
+# The words that confirm unblinding, in the console's languages.
 CONFIRMING = frozenset({"unblind", "voir"})
 
 
 class Unblind(Form):
-    """Unblind the study. ``word`` must be typed, so that an accidental click is not enough."""
+    """Unblind the study. The operator has to type ``word``, so that a click is not enough."""
 
     word: str
 
 
 def check_meant(word: str) -> None:
-    """Raise `UserError` unless the confirmation word was typed."""
+    """Raise `UserError` unless ``word`` is a confirmation."""
     if word.strip().casefold() not in CONFIRMING:
         raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
 
@@ -65,7 +65,7 @@ class Exclude(Form):
 
 
 class Withdraw(Form):
-    """Remove a participant's data. ``word`` is the participant's label, typed as confirmation."""
+    """Remove a participant's data. As a confirmation, ``word`` repeats the participant's label."""
 
     participant: Label
     word: Words
@@ -122,10 +122,10 @@ def _start_analysis(desk: Desk, found: Snapshot) -> None:
 
 
 def renew(desk: Desk) -> None:
-    """Repeat the analysis if runs have ended since the last one and results may be seen.
+    """Repeat the analysis if runs have ended since the last analysis and results may be seen.
 
-    No analysis starts while a session runs, so that the session can present its frames on
-    time. A failed analysis is not repeated until another run has ended.
+    No analysis starts during a session, so that the session can present its frames on time. A
+    failed analysis is repeated only after another run has ended.
     """
     found = desk.state.now()
     job = desk.jobs.last("analysis")
@@ -133,7 +133,7 @@ def renew(desk: Desk) -> None:
         return
     ended = ended_runs(found)
     newest_ns = max((changed_ns for _, changed_ns in ended), default=0)
-    # Analyses by other processes are known only by the modification time of their results.
+    # Only the modification time of the results reveals analyses by other processes.
     due = bool(desk.analysed) or newest_ns > (found.results_ns or 0)
     if ended and ended != desk.analysed and due:
         _start_analysis(desk, found)

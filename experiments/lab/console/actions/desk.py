@@ -1,4 +1,4 @@
-"""State shared by all actions: the laboratory folder, started jobs and session warnings."""
+"""The state that all actions share: laboratory folder, started jobs and session warnings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Warnings:
-    """Unacknowledged session warnings, each as (session, sentence)."""
+    """Session warnings that the operator has not acknowledged, each as (session, sentence)."""
 
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
@@ -26,7 +26,7 @@ class Warnings:
         self._acknowledged: set[tuple[str, str]] = set()
 
     def pending(self) -> list[tuple[str, str]]:
-        """Return the warnings that nobody has acknowledged."""
+        """Return the warnings that have not been acknowledged."""
         live, job = self._state.now().live, self._jobs.last("session")
         if live and live.status:
             found = [(live.status.token, sentence) for sentence in live.status.warnings]
@@ -36,12 +36,12 @@ class Warnings:
         return [each for each in tuple(self._found) if each not in self._acknowledged]
 
     def acknowledge(self, session: str, sentence: str) -> None:
-        """Stop showing a warning."""
+        """Mark a warning as acknowledged, so that it is no longer shown."""
         self._acknowledged.add((session, sentence))
 
 
 class Desk:
-    """The objects that actions use.
+    """The objects that are available to all actions.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Desk:
     Attributes
     ----------
     analysed : frozenset
-        The complete runs of the last analysis that this console started.
+        The complete runs that the last analysis by this console included.
     """
 
     def __init__(self, state: State, jobs: Jobs) -> None:
@@ -61,20 +61,20 @@ class Desk:
         self.analysed: frozenset[tuple[Path, int]] = frozenset()
 
     def now(self) -> Snapshot:
-        """Return a fresh snapshot of the folder; raise `UserError` if the folder is unusable."""
+        """Return a new snapshot of the folder; raise `UserError` if the folder is unusable."""
         found = self.state.now(fresh=True)
         if found.problem:
             raise UserError(found.problem)
         return found
 
     def free(self) -> Snapshot:
-        """Return a fresh snapshot of the folder; raise `UserError` if anything uses the plate."""
+        """Return a new snapshot of the folder; raise `UserError` if the plate is in use."""
         found = self.now()
         self.check_free(found)
         return found
 
     def check_free(self, found: Snapshot) -> None:
-        """Raise `UserError` if anything uses the plate."""
+        """Raise `UserError` if the plate is in use."""
         if found.live:
             raise UserError(f"a session of participant {found.live.label} is running; end it first")
         for kind in USING_THE_PLATE:
@@ -83,5 +83,5 @@ class Desk:
                 raise UserError(f"{job.about}: still running; wait until it is finished")
 
 
-# Action name -> the form sent with it, and the function that carries it out.
+# Name of an action -> its form, and the function that carries out the action.
 Actions = Mapping[str, tuple[type[Form], Callable[[Desk, Any], str]]]

@@ -1,4 +1,4 @@
-"""Save settings and studies; test a plate; compute power, freeze the plan, run a pilot."""
+"""Save settings and studies, test a plate, compute power, freeze the plan, and run a pilot."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.actions.desk import Actions, Desk
     from slipscale.experiments.lab.console.state import Snapshot
 
-# Values offered by the planning sliders: less than a minute of computing time.
+# Values of the planning sliders, which require less than a minute of computing time.
 GRID = (
     *("--participants", "6", "8", "12", "16", "20", "24", "32", "40"),
     *("--repetitions", "1", "2", "3", "--effect", "1", "0.75", "0.5", "--studies", "300"),
@@ -36,7 +36,7 @@ GRID = (
 
 
 class Settings(Form):
-    """The laboratory folder's new settings, and a digest of the file that the page showed."""
+    """New settings for the laboratory folder, and a digest of the file that the page showed."""
 
     settings: LabFile
     before: Digest
@@ -51,13 +51,13 @@ class Settings(Form):
 
 
 class Test(Form):
-    """Test a plate before it is saved in the settings."""
+    """Test a plate before saving it in the settings."""
 
     plate: Annotated[str, Field(min_length=1, max_length=300)]
 
 
 def _settings(desk: Desk, asked: Settings) -> str:
-    desk.check_free(desk.state.now(fresh=True))  # works in a folder without settings, too
+    desk.check_free(desk.state.now(fresh=True))  # also works in a folder without settings
     if text_hash(lab_text(Path())) != asked.before:
         raise UserError(
             f"{FILE} was changed on disk after this page was loaded; reload the page, and "
@@ -76,7 +76,7 @@ def _test(desk: Desk, asked: Test) -> str:
 
 
 class Freeze(Form):
-    """Further information required by a registry; may be empty."""
+    """Freeze the plan, with further information that a registry requires, if any."""
 
     sample_size: Words = ""
     existing_data: Words = ""
@@ -91,7 +91,7 @@ class Pilot(Form):
 
 
 class Study(Form):
-    """A study's new text, and a digest of the text that the page showed before it was edited."""
+    """The new text of a study, and a digest of the text that the page showed before the edit."""
 
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
     before: Digest
@@ -105,7 +105,7 @@ class Copy(Form):
 
 
 def power_folder(study_text: str) -> Path:
-    """Return the folder for a study's power results; it depends on the study's text."""
+    """Return the folder for a study's power results, which depends on the study's text."""
     return PLANNING / f"power-{text_hash(study_text)[:12]}"
 
 
@@ -153,7 +153,7 @@ def _pilot(desk: Desk, asked: Pilot) -> str:
 
 
 def _save(desk: Desk, asked: Study) -> str:
-    # The study's own faults, which the folder reports as a problem, are corrected here.
+    # Errors in the study itself, which the folder reports as a problem, are corrected here.
     path = _study_file(desk.state.now(fresh=True))
     if text_hash(study_text(str(path))) != asked.before:
         raise UserError(
@@ -167,7 +167,7 @@ def _save(desk: Desk, asked: Study) -> str:
 
 
 def _study_file(found: Snapshot) -> Path:
-    """Return the study's file; raise `UserError` if it may not be edited."""
+    """Return the path of the study file; raise `UserError` if it may not be edited."""
     if why := found.problem if found.defaults.file is None else why_not_edited(found):
         raise UserError(why)
     return Path(found.defaults.study)

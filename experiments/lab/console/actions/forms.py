@@ -1,4 +1,4 @@
-"""Code shared by all action forms. Each action declares its form; anything else is rejected."""
+"""Code that the forms of all actions share; each action declares its form."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from slipscale.faults.validation import in_words
 
 Label = Annotated[str, Field(pattern="^[A-Za-z0-9]{1,40}$")]
 Words = Annotated[str, Field(max_length=2000)]
-Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]  # hash of the text shown on the page
+Digest = Annotated[str, Field(pattern="^[0-9a-f]{64}$")]  # hash of the text that the page showed
 LARGEST_STUDY = 500_000
 
 
 class Form(FrozenTable):
-    """Base of all forms; rejects unknown fields."""
+    """The base class of all forms, which rejects unknown fields."""
 
 
 FormType = TypeVar("FormType", bound=Form)
 
 
 def read_form(form: type[FormType], sent: bytes) -> FormType:
-    """Parse the data sent by a page; raise `UserError` if they do not match the form."""
+    """Parse the data that a page sends; raise `UserError` if the data do not match the form."""
     try:
         return form.model_validate_json(sent)
     except ValidationError as error:
@@ -44,6 +44,6 @@ def text_hash(text: str) -> str:
 
 
 def unused(name: str, first: int = 1) -> Path:
-    """Return a path that does not exist yet; ``name`` contains a placeholder for a number."""
+    """Return an unused path; ``name`` contains a placeholder for a number."""
     paths = (Path(name.format(number)) for number in count(first))
     return next(path for path in paths if not path.exists())

@@ -1,4 +1,4 @@
-"""Begin, resume and control sessions; acknowledge their warnings; check before a session."""
+"""Begin, resume and control sessions, acknowledge warnings, and run the checklist."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Begin(Form):
-    """Begin a participant's session; ``participant`` is the label shown on the page as next."""
+    """Begin a session; ``participant`` is the label that the page showed as next."""
 
     participant: Label
     pilot: bool = False
@@ -34,7 +34,7 @@ class Resume(Form):
 
 
 class Ask(Form):
-    """Send the running session a request; the same requests are available as keys."""
+    """Send the running session a request, as with the keys of the operator's terminal."""
 
     token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
     what: Literal[
@@ -48,7 +48,7 @@ class Ask(Form):
 
 
 class Acknowledge(Form):
-    """Acknowledge a session's warning."""
+    """Acknowledge a warning of a session."""
 
     session: str
     sentence: str

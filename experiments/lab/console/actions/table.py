@@ -1,7 +1,7 @@
 """The table of all actions that a page can request.
 
-Pages refer to participants, runs and pilots by label, never by path. Labels are looked up among
-the existing ones. Each action returns the sentence to show on the page.
+Pages refer to participants, runs and pilots by label, never by path. Only existing labels are
+accepted. Each action returns the sentence that the page shows.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ TABLE: Actions = {
 
 
 def do(desk: Desk, name: str, sent: bytes) -> str:
-    """Carry out an action; return the sentence to show.
+    """Carry out an action; return the sentence that the page shows.
 
     Raises
     ------
     UserError
-        If the action does not exist, the data do not match it, or it is not possible now.
+        If the action does not exist or is not possible now, or if the data do not match its form.
     """
     if name not in TABLE:
         raise UserError("unknown action")

@@ -1,1 +1,1 @@
-"""Page contents: functions that turn a snapshot into template values."""
+"""The contents of the pages, derived from a snapshot as values for the templates."""

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 READING = re.compile(r"^\s*([\d.]+)\s+([\d.]+|n/a)\s", re.MULTILINE)
 MOST_READINGS = 120
-# The sweep range, with the command's defaults, in Hz and V peak.
+# The sweep range in Hz and V peak, with the command's defaults.
 PLAN = SweepPlan()
 SWEEP = (
     ("centre", PLAN.centre_hz),
@@ -41,7 +41,7 @@ SWEEP = (
 
 
 class Axis(NamedTuple):
-    """Points of a live plot in a 640 by 180 frame, with the limits of both axes."""
+    """Points of a live plot in a frame of 640 by 180, with the limits of both axes."""
 
     points: tuple[tuple[float, float], ...]
     x_ends: tuple[str, str]
@@ -49,7 +49,7 @@ class Axis(NamedTuple):
 
 
 def bench(view: View) -> dict[str, object]:
-    """Return the contents of the plate bench page."""
+    """Return the values for the plate bench page."""
     found, jobs = view.found, view.jobs
     running = next((kind for kind in HELD if (job := jobs.last(kind)) and job.running), "")
     calibration, surface = jobs.last("calibrate"), jobs.last("surface")
@@ -84,7 +84,7 @@ def bench(view: View) -> dict[str, object]:
 
 
 def _plate(spec: str) -> dict[str, object]:
-    """Return what is known about a plate without connecting it, or the error in its SPEC."""
+    """Describe a plate without connecting it, or return the error in its SPEC."""
     try:
         plate = open_plate(spec, clock=VirtualClock())
     except (UserError, RigError) as error:
@@ -122,7 +122,7 @@ def _files(plate: PlateDriver) -> dict[str, object]:
 
 
 def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
-    """Return points in a frame whose axes start at 0; None if there are no points."""
+    """Return points in a frame with axes that start at 0; None if there are no points."""
     if not points:
         return None
     xs, ys = [x for x, _ in points], [y for _, y in points]
@@ -132,14 +132,14 @@ def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
 
 
 def _said(job: Job | None) -> list[str]:
-    """Return the lines printed by a job that succeeded."""
+    """Return the lines that a successful job has printed."""
     over = job is not None and job.status == 0
-    # The questions for typed readings end in no line feed.
+    # The prompts for typed readings do not end with a line feed.
     return job.said().rpartition("µm peak to peak: ")[2].splitlines() if job and over else []
 
 
 def _failed(job: Job | None) -> str:
-    """Return why a bench job ended early; empty if its page released it."""
+    """Return the reason why a bench job ended early; empty if its page released the plate."""
     return "" if job is None or job.released or job.status == 1 else failure(job)
 
 
@@ -155,6 +155,6 @@ def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
 
 
 def _readings(job: Job | None) -> list[tuple[float, float]]:
-    """Return readings for the presented surface: (s, level in the plate's quantity)."""
+    """Return readings of the presented surface as (s, level in the plate's quantity)."""
     rows = READING.findall(job.said()) if job else []
     return [(float(s), float(um)) for s, um in rows if um != "n/a"][-MOST_READINGS:]

@@ -1,4 +1,4 @@
-"""The pages "Data" and "Pilots"."""
+"""The data page and the pilots page."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Row:
 
 
 def data(view: View) -> dict[str, object]:
-    """Return the values for the data page, with results only if they may be seen."""
+    """Return the values for the data page, including results only if they may be seen."""
     found, jobs = view.found, view.jobs
     people = found.roster.people if found.roster else ()
     rows = [
@@ -105,7 +105,7 @@ WORK: tuple[Kind, ...] = ("verify", "build", "export")
 def chosen_rows(rows: list[Row], view: View) -> list[Row]:
     """Return the requested runs in the requested order; newest first by default.
 
-    ``search`` is compared with label, flags and events; ``state`` with the run's state.
+    ``search`` is compared with the label, flags and events of a run, and ``state`` with its state.
     """
     words = view.query.get("search", "").casefold().split()
     state, sort = view.query.get("state", ""), view.query.get("sort", "")
@@ -120,7 +120,7 @@ def chosen_rows(rows: list[Row], view: View) -> list[Row]:
 
 
 def _told(row: Row) -> str:
-    """Return all searchable text of a run."""
+    """Return the text of a run in which a search looks."""
     events = " ".join(f"{event.kind} {event.words}" for event in row.summary.events)
     return f"{row.label} {' '.join(row.summary.flags)} {events}".casefold()
 
@@ -151,7 +151,7 @@ def _rounded(value: str) -> str:
 
 
 def pilot(view: View) -> dict[str, Any]:
-    """Return the values of the pilots page."""
+    """Return the values for the pilots page."""
     found, jobs = view.found, view.jobs
     job = jobs.last("pilot")
     return {
@@ -176,11 +176,11 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
         begun = newest.stat().st_mtime >= job.began_s - 1
         return sum(1 for _ in (newest / "sourcedata").glob("sub-*")) if begun else 0
     except (IndexError, OSError):
-        return 0  # its folder does not exist yet
+        return 0  # the folder of the new pilot does not exist yet
 
 
 def curve_plots(found: Sequence[Curve], view: View) -> list[CurvePlot]:
-    """Draw the curves; curves for the same task share a frame, so that they can be compared."""
+    """Draw the individual curves; curves of the same task have the same axes."""
     titles = titles_of(view.found, view.t)
     by_task: dict[str, list[Curve]] = {}
     for curve in found:

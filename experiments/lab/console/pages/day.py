@@ -72,12 +72,12 @@ def today(view: View) -> dict[str, object]:
 
 
 def _between(found: Snapshot, job: Job | None) -> str:
-    """Return whose session is starting or ending: it has a process but no open journal."""
+    """Return whose session is starting or ending, with a process but without an open journal."""
     return job.about if job and job.running and not found.live else ""
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:
-    """Return the participants to show if the table is long: pending ones, then the most recent."""
+    """Return the participants to show in a long table: pending ones first, then the most recent."""
     if len(people) <= MOST_PEOPLE:
         return list(people)
 
@@ -118,7 +118,7 @@ def live(view: View) -> dict[str, object]:
         return shown
     groups = deviations(found.live.summary.readings)
     status = found.live.status
-    # A pause removes the surface and presents it again later; this is not a plate fault.
+    # A pause removes the surface and later presents it again, which is not a plate fault.
     held = status is not None and status.state == "paused" and status.plate == "lost"
     return shown | {
         "plate": "silent" if held or status is None else status.plate,
@@ -142,7 +142,7 @@ def _doing(live: Live, t: Words) -> str:
 
 
 def _began(found: Snapshot, job: Job | None) -> bool:
-    """Return whether a session started from this console has recorded anything."""
+    """Return whether a session that this console started has recorded anything."""
     visits = (
         visit
         for roster in (found.roster, found.rehearsals)

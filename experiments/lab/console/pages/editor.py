@@ -27,11 +27,11 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Told
     from slipscale.stimuli.surface import Surface
 
-SIMULATED = 4  # number of simulated participants while editing: accurate to tenths of a minute
+SIMULATED = 4  # number of simulated participants, accurate to tenths of a minute
 
 
 def editor(view: View, text: str, template: str) -> dict[str, Any]:
-    """Return the editor content that is available immediately: form, errors, tasks and trials."""
+    """Return the immediately available contents of the editor: form, errors, tasks and trials."""
     source = _source(view, template)
     told: list[Told] = []
     study, whole = None, text
@@ -46,7 +46,7 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
     shown: dict[str, object] = {
         "told": told,
         "form": StudyForm(content, told),
-        "drawings": _drawings(tomllib.loads(whole)),  # with the images of friction maps
+        "drawings": _drawings(tomllib.loads(whole)),  # text with the images of friction maps
         "edited": study,
         "timeline": [],
     }
@@ -61,12 +61,12 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
 
 
 def _source(view: View, template: str) -> str:
-    """Return the file name for messages; texts files are expected in the same folder."""
+    """Return the name of the study file, for messages and to find its texts files."""
     return template if template in shipped_studies() else view.found.defaults.study
 
 
 def follow_up(view: View, text: str, template: str) -> dict[str, object]:
-    """Return the slower results: simulated duration and cost, orders and their balance."""
+    """Return the slower results: simulated duration, cost, orders and their balance."""
     source = _source(view, template)
     try:
         study, whole = parse_whole(text, source)
@@ -77,7 +77,7 @@ def follow_up(view: View, text: str, template: str) -> dict[str, object]:
     plans = [plan_of(found, f"{n:02d}") for n in range(1, min(study.participants, shown) + 1)]
     return {
         "edited": study,
-        # Not during a session, whose frames have priority.
+        # Not simulated during a session, whose frames have priority.
         "minutes": None if view.found.live else simulated_minutes(whole, source),
         "orders": [
             (plan.participant, plan.row + 1, [view.t.task(o, p, study) for p, o in plan.tasks()])

@@ -1,7 +1,7 @@
-"""The plate's history during a run: readback deviation, temperature and faults.
+"""Draw the plate's history during a run: readback deviation, temperature and faults.
 
-The deviation of a single presentation could reveal its amplitude. Deviations are therefore shown
-only for complete groups of eight presentations: the largest and the median of each group.
+The deviation of a single presentation could reveal its amplitude. Therefore only the largest and
+the median deviation of complete groups of eight presentations are shown.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Bar:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """The elements to draw, in SVG units.
+    """The elements of the drawing, in SVG units.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ class History:
     limit : float
         Position of the allowed deviation.
     warmth : tuple of (float, float)
-        Temperature over time; empty if the plate does not report one.
+        Temperature over time; empty if the plate does not report it.
     warmth_ticks : tuple of (float, str)
         Ticks of the temperature axis, in °C.
     faults : tuple of float

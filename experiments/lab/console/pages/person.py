@@ -1,4 +1,4 @@
-"""The participant page: runs, events, consent, exclusion and withdrawal."""
+"""The page of a participant: runs, events, consent, exclusion and withdrawal."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def person(view: View) -> dict[str, object]:
 
 
 def _decisions(dataset: Path, label: str) -> tuple[tuple[Decision, ...], str]:
-    """Return the manual exclusions of a participant, and the error if they cannot be read."""
+    """Return the exclusion decisions about a participant, and the error if they are unreadable."""
     path = dataset / "sourcedata" / f"sub-{label}" / RECORD
     try:
         return (decisions(path) if path.exists() else ()), ""

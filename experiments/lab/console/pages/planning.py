@@ -1,7 +1,8 @@
 """The planning page: sample size, duration and cost from a power analysis, and the frozen plan.
 
-One job simulates a whole grid of studies, and the sliders select from its conditions. Results are
-stored per study text, so that an edited study never shows the power of an earlier version.
+One job simulates a whole grid of studies, and the sliders select one condition of the grid. Results
+are stored per version of the study's text, so that an edited study never shows the power of an
+earlier version.
 """
 
 from __future__ import annotations
@@ -24,12 +25,12 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.pages.view import View
 
 AXES = ("participants", "repetitions", "effect")
-PROTOCOL = "magnitude_estimation"  # whose power is planned
+PROTOCOL = "magnitude_estimation"  # the task whose power is planned
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slider:
-    """One axis of the grid: its values, and the index of the selected one."""
+    """One axis of the grid: its values, and the index of the selected value."""
 
     axis: str
     values: tuple[float, ...]
@@ -37,12 +38,12 @@ class Slider:
 
     @property
     def value(self) -> float:
-        """The chosen value."""
+        """The selected value."""
         return self.values[self.at]
 
 
 def planning(view: View) -> dict[str, object]:
-    """Return the contents of the planning page."""
+    """Return the values for the planning page."""
     found, job, frozen = view.found, view.jobs.last("power"), view.jobs.last("freeze")
     shown: dict[str, object] = {
         "computing": bool(job and job.running),
@@ -84,13 +85,13 @@ def planning(view: View) -> dict[str, object]:
 
 
 def _progress(steps: list[str]) -> tuple[int, int]:
-    """Return the number of finished parts and the total."""
+    """Return the number of finished parts of the work, and the total."""
     done, _, of = (steps or ["0/1"])[-1].partition("/")
     return int(done), max(int(of), 1)
 
 
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
-    """Return an axis with the value from the URL, otherwise the study's, otherwise the last."""
+    """Return an axis with the value from the URL, from the study, or the largest value."""
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     asked = view.query.get(axis, "")
     if asked.isdecimal() and int(asked) < len(values):

@@ -1,4 +1,4 @@
-"""All screens in the study as participants see them, by language and screen size."""
+"""The page of all screens that participants see, by language and screen size."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIZE = re.compile(r"([0-9]{3,4})x([0-9]{3,4})")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """One screen on the page: its title, its drawing (SVG), and why it cannot be read."""
+    """One screen on the page: its title, its drawing (SVG), and why it is not readable."""
 
     title: str
     svg: str
@@ -92,7 +92,7 @@ def _pixels(size: str) -> tuple[int, int]:
 
 
 def _size_of_the_check(jobs: Jobs) -> str:
-    """Return the size of the participant's screen from the last checklist; empty if unknown."""
+    """Return the screen's size according to the last checklist; empty if it is unknown."""
     check = jobs.last("check")
     for finding in findings(check.said()) or () if check else ():
         size = re.search(r"([0-9]{3,4}) x ([0-9]{3,4})", str(finding.get("detail", "")))

@@ -1,4 +1,4 @@
-"""The settings page: one field per key in slipscale.toml."""
+"""The settings page, with one field per key in slipscale.toml."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.lab.console.page_texts import Words
     from slipscale.experiments.lab.console.state import Snapshot
 
-LOW_GB = 1.0  # a run needs a few megabytes, but a nearly full disk also causes failures elsewhere
+LOW_GB = 1.0  # a run needs only a few megabytes, but a nearly full disk also causes other failures
 
 
 def strip(found: Snapshot, t: Words, lab: str) -> list[tuple[str, str, str]]:

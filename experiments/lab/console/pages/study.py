@@ -22,14 +22,14 @@ KINDS = {"+": "now", "-": "before", "@": "gap"}
 
 
 class Line(NamedTuple):
-    """A line in a comparison: only in the current file, only in the earlier one, or in both."""
+    """A line in a comparison: only in the current file, only in the earlier file, or in both."""
 
     kind: str
     words: str
 
 
 def study(view: View) -> dict[str, object]:
-    """Return the values of the study page; the file is shown without the contents of text files."""
+    """Return the values for the study page; the contents of texts files are not shown."""
     found = view.found
     template = view.query.get("from", "")
     template = template if template in shipped_studies() else ""
@@ -51,7 +51,7 @@ def study(view: View) -> dict[str, object]:
 
 
 def _text(found: Snapshot, template: str) -> str:
-    """Return the text to edit; empty in a folder without settings or without the study's file."""
+    """Return the text to edit; empty in a folder without settings or without the study file."""
     if not template and found.defaults.file is None:
         return ""
     try:
@@ -61,7 +61,7 @@ def _text(found: Snapshot, template: str) -> str:
 
 
 def _compared(found: Snapshot) -> tuple[str, list[Line]]:
-    """Return the last run that used another version of the study, and the changes since then."""
+    """Return the last run with another version of the study, and the changes since then."""
     begun = [
         (visit.started_utc, person.label, visit)
         for person in (found.roster.people if found.roster else ())

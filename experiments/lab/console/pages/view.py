@@ -1,4 +1,4 @@
-"""The input of all pages, and functions that several pages share."""
+"""The common input of all pages, and functions that several pages share."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ MOST_PEOPLE = 60  # rows in a table, unless all are requested
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """A requested page.
+    """A request for a page, and the data that the page shows.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ def when_over(job: Job | None) -> str:
 def failure(job: Job | None) -> str:
     """Return the error message of a job that failed; empty if it succeeded.
 
-    A stopped session reports this itself and does not count as a failure.
+    A stopped session does not count as a failure.
     """
     stopped = 130
     return job.complained() if job and job.status not in (None, 0, stopped) else ""
