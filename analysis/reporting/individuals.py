@@ -1,4 +1,4 @@
-"""Tabulate results per participant: power function, d' and criterion."""
+"""Tabulate the results of individual participants."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame:
-    """Return one row per participant, with columns only for computed results.
+    """Return a table of individual results, with columns only for computed results.
 
     Parameters
     ----------
@@ -34,12 +34,11 @@ def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame
     Returns
     -------
     DataFrame
-        ``participant_id``; ``exponent``; ``estimate_at_1_um`` (the normalised estimate of the
-        power function at 1 µm peak to peak), ``points`` (number of amplitudes fitted) and
-        ``growth_function`` (with the smallest AICc); ``exponent_bayesian`` with ``_low`` and
-        ``_high`` if requested; ``hits changes false_alarms catches d_prime criterion``;
-        ``threshold_um_pp`` with ``_low`` and ``_high``. A participant who did not perform a task
-        has no values for it.
+        One row per participant. Columns: ``participant_id exponent estimate_at_1_um`` (the power
+        function at 1 µm peak to peak), ``points`` (number of amplitudes fitted),
+        ``growth_function`` (smallest AICc), ``exponent_bayesian`` with ``_low`` and ``_high``,
+        ``hits changes false_alarms catches d_prime criterion``, and ``threshold_um_pp`` with
+        ``_low`` and ``_high``. Cells of tasks that a participant did not perform are empty.
     """
     parts = []
     if prepared is not None and not prepared.refused and _wanted(prepared, "power_law"):

@@ -1,1 +1,1 @@
-"""One folder per kind of task, and the table that lists them."""
+"""The kinds of tasks, one folder each, and the table that lists them."""

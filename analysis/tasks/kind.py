@@ -1,15 +1,14 @@
-"""Represent the result of an analysis, and declare kinds of task.
+"""Define the result of an analysis, and the declaration of a kind of task.
 
-Each folder in `slipscale.analysis.tasks` and its ``effects`` contains one kind, the counterpart of
-a session's `Protocol`. Its ``declaration`` lists everything that the report and its files show
-about it, and `slipscale.analysis.tasks.table` lists the declarations. Other packages declare
-theirs with an entry point; see `slipscale.analysis.tasks.outside`. A small kind has two modules:
-``statistics`` (its trials and results) and ``declaration`` (its sentences, section and figures).
-Rules:
+Each folder in `slipscale.analysis.tasks` and in its ``effects`` contains one kind, the counterpart
+of a session's `Protocol`. The module ``declaration`` lists everything that the report and its files
+show about the kind; `slipscale.analysis.tasks.table` lists the declarations. Other packages declare
+kinds with an entry point; see `slipscale.analysis.tasks.outside`. A small kind has two modules:
+``statistics`` (trials and results) and ``declaration`` (sentences, section and figures). Rules:
 
-- shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and names no
-  particular kind;
-- every callable takes the whole `Analysis` and returns an empty result if the kind was not run.
+- shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not
+  refer to particular kinds;
+- every callable takes the whole `Analysis`, and returns an empty result if there are no trials.
 """
 
 from __future__ import annotations
@@ -59,28 +58,28 @@ def _no_sessions(_data: Dataset, _prepared: Prepared | None) -> tuple[SessionTab
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskAnalysis:
-    """A kind of task, as declared for the analysis.
+    """The declaration of a kind of task.
 
     Parameters
     ----------
     name : str
-        Name of its folder.
+        Name of the folder that contains the kind.
     trials : TaskTrials, optional
-        Which tables contain its trials, and how to read them; a study can choose the task label.
+        Which tables contain the trials, and how to read them. Studies can choose the task label.
     statistics : tuple of Statistic
-        Its statistics, in the order of computation and of ``inference.json``.
+        Statistics, in the order of computation and of ``inference.json``.
     questions : callable
-        Returns the questions at the start of the report's summary.
+        Returns the questions for the start of the summary.
     design : callable
-        Returns the numbers of trials and surfaces.
+        Returns a description of the numbers of trials and surfaces.
     answers : callable
         Returns the sentences for the summary.
     doubts : callable
         Returns the caveats for the summary.
     sentences : callable
-        Returns the results section: heading -> sentences.
+        Returns the sentences for the results section, keyed by heading.
     sections : tuple of callable
-        Each returns a report section, given the analysis and the figures (name -> SVG).
+        Functions that return a report section, given the analysis and the figures (name -> SVG).
     figures : callable
         Returns the figures, keyed by file name.
     tables : callable
@@ -88,7 +87,7 @@ class TaskAnalysis:
     session_tables : callable
         Returns the session measures of each participant.
     package, version : str
-        The package that provides it; empty for Slipscale.
+        Name and version of the package that provides the kind; empty for Slipscale.
     """
 
     name: str
@@ -107,12 +106,12 @@ class TaskAnalysis:
     version: str = ""
 
     def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle the declaration as its name, because its functions cannot be pickled."""
+        """Pickle only the name, because the functions of a declaration cannot be pickled."""
         return _kind_named, (self.name,)
 
 
 def _kind_named(name: str) -> object:
-    # Looked up by name when unpickling, because the declarations import this module.
+    # Imported when unpickling, because the declarations import this module.
     table = import_module("slipscale.analysis.tasks.outside.guard")
     return next(kind for kind in table.every_kind() if kind.name == name)
 
@@ -133,14 +132,14 @@ DeviationKind = Literal[
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """One deviation from the plan.
+    """A deviation from the plan.
 
     Parameters
     ----------
     kind : str
         What the deviation concerns.
     what : str
-        One sentence: what was planned, and what was done.
+        A sentence on what was planned and what was done.
     """
 
     kind: DeviationKind
@@ -149,12 +148,12 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlanCheck:
-    """An analysis compared with its plan.
+    """The comparison of an analysis with its plan.
 
     Parameters
     ----------
     plan : str
-        Name of the bundle.
+        Name of the bundle that contains the plan.
     frozen_utc : str
         Time at which the plan was frozen, according to the plan.
     digest : str
@@ -176,11 +175,11 @@ class Analysis:
     Parameters
     ----------
     dataset : Dataset
-        The analysed data: as read, minus the excluded participants.
+        The data without excluded participants.
     rule : str
-        The normalisation rule, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
+        Normalisation rule, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     estimates : DataFrame
-        Analysed trials with their ``normalised`` estimate, ``log``, ``position``, ``repetition``.
+        Analysed trials, with the columns ``normalised``, ``log``, ``position`` and ``repetition``.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     table3, description : DataFrame
@@ -188,28 +187,28 @@ class Analysis:
     textures : DataFrame
         See `slipscale.analysis.tasks.estimation.textures.describe`.
     prepared : Prepared or None
-        Input to the tests; None without magnitude estimates.
+        Estimates prepared for inference; None without magnitude estimates.
     inference : Inference
-        One field per test, see `slipscale.analysis.tasks.table`.
+        Results of all statistics; see `slipscale.analysis.tasks.table`.
     sensitivity : tuple of RuleSummary
-        Means and standard deviations under every normalisation rule.
+        Means and standard deviations under all applicable normalisation rules.
     robustness : tuple of SubsetSummary
-        The main results with and without flagged participants.
+        Main results with and without flagged participants.
     individuals : DataFrame
         See `slipscale.analysis.reporting.individuals`.
     measures, flags : DataFrame
-        Data quality of every participant, including excluded ones; see
+        Data quality of all participants, including excluded participants; see
         `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping
-        Participant -> the flags that excluded them.
+        Participant -> reasons for the exclusion.
     friction : MeasuredFriction or None
-        Ratings against measured friction; None if none was measured.
+        Relation between ratings and friction; None if friction was not measured.
     kinds : tuple of TaskAnalysis
-        Slipscale's kinds of task, then those of other packages, in the order of the report.
+        Slipscale's kinds of task and then the kinds of other packages, in the order of the report.
     plan : PlanCheck or None
         Deviations from a frozen plan; None without a plan.
     problems : tuple of str
-        Errors in the data, and results that could not be computed, one sentence each.
+        Sentences on errors in the data and on results that could not be computed.
     """
 
     dataset: Dataset
@@ -233,13 +232,13 @@ class Analysis:
     problems: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Return a few lines: participants, trials, normalisation, first conclusions."""
+        """Return a summary in a few lines of text."""
         return str(self._displays().text(self))
 
     def _repr_html_(self) -> str:
-        """Return the same text with Table III and the figure, for notebooks."""
+        """Return an HTML summary for notebooks."""
         return str(self._displays().html(self))
 
     def _displays(self) -> ModuleType:
-        # Imported when displayed, because the reports import this module.
+        # Imported when needed, because the module for reports imports this module.
         return import_module("slipscale.analysis.reporting.notebook")

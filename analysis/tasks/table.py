@@ -57,9 +57,10 @@ KINDS = (
     identification.ANALYSIS,
     pointing.ANALYSIS,
 )
-#: In the order of ``inference.json``; a statistic may use the results of earlier ones.
+#: Kinds in the order of ``inference.json``; statistics may use results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)
-#: Kinds whose tasks a study can label, in the order in which their tables are recognised.
+#: Kinds for which studies can choose the task label, in the order in which their tables are
+#: recognised.
 TRIALS = tuple(kind.trials for kind in KINDS if kind.trials is not None)
 
 
@@ -71,12 +72,12 @@ def conclude(
     bayesian: bool = False,
     kinds: Sequence[TaskAnalysis] | None = None,
 ) -> Inference:
-    """Compute every statistic that the study chose, and the mandatory ones.
+    """Compute all mandatory statistics and the statistics that the study chose.
 
     Parameters
     ----------
     kinds : sequence of TaskAnalysis, optional
-        Default: all of Slipscale's kinds.
+        Kinds of task to analyse. By default, all of Slipscale's kinds.
     data, prepared, rule, bayesian
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """

@@ -1,4 +1,4 @@
-"""Convert results to a table with one column per key of ``inference.json``."""
+"""Convert results to a flat table with the keys of ``inference.json`` as columns."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ if TYPE_CHECKING:
 
 
 def flat(results: Iterable[object]) -> pd.DataFrame:
-    """Return results as a table with the keys of inference.json; see `flat_rows`."""
+    """Return results as a table; for its columns, see `flat_rows`."""
     return pd.DataFrame(flat_rows({}, results))
 
 
 def flat_rows(above: JsonObject, results: Iterable[object]) -> list[JsonObject]:
-    """Return one row per result, each preceded by the cells of its parent.
+    """Return one row per result, starting with the cells in ``above``.
 
-    An interval ``[low, high]`` becomes two columns, such as ``ratio_ci_low ratio_ci_high``; a
-    field called ``interval`` becomes ``ci_low ci_high``.
+    An interval ``[low, high]`` becomes two columns, such as ``ratio_ci_low ratio_ci_high``; the
+    field ``interval`` becomes ``ci_low ci_high``.
     """
     rows = []
     for result in results:

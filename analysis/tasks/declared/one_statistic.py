@@ -1,4 +1,4 @@
-"""Declare a kind of task with trials and a single statistic, including its section."""
+"""Declare a kind of task that has a single statistic."""
 
 from __future__ import annotations
 
@@ -49,27 +49,30 @@ def of_one_statistic(
     rows: Callable[[T], Sequence[JsonObject]],
     **others: Any,
 ) -> TaskAnalysis:
-    """Return the declaration of a kind whose texts and figures are based on one result per task.
+    """Return the declaration of a kind of task whose texts and figures use one result per task.
 
-    Every callable is called once per task and also receives the quantity of the levels; texts have
-    placeholders for it.
+    The callables are called once per task, with the quantity of the levels as last argument. Texts
+    can contain placeholders for the quantity.
 
     Parameters
     ----------
     tasks : callable
-        Splits the statistic's result into one result per task. Default: it is a tuple of them.
+        Splits the result of the statistic into one result per task. By default, the result is a
+        tuple with one item per task.
     question, what, title : str
-        Question in the summary, name of the trials, and heading of the sentences.
+        Question for the summary, name of the trials, and heading of the sentences.
     answers, sentences, doubts : callable
-        Return texts, given the result and the confidence level. Default sentences: the answers.
+        Return texts, given the result and the confidence level. The sentences default to the
+        answers.
     heading : str
-        Heading of the section; default: as for the sentences.
+        Heading of the section. The default is ``title``.
     blocks : callable
-        Returns the section's blocks, given the result, the figures and the confidence level in %.
+        Returns the blocks of the section, given the result, the figures and the confidence level in
+        %.
     figures : callable
-        Returns figures, keyed by file name, given the result and the trials of every task.
+        Returns figures keyed by file name, given the result and the trials of all tasks.
     rows : callable
-        Returns rows of the CSV table, with the column names of a file in µm.
+        Returns rows of the CSV table, with the column names used for µm.
     others
         Further fields of `TaskAnalysis`.
     """

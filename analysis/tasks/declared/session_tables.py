@@ -1,4 +1,4 @@
-"""Compute participants-by-sessions tables, which a kind of task uses to compare sessions."""
+"""Compute participants-by-sessions tables for the comparison of sessions."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ def by_session(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def logarithms(values: pd.Series[float]) -> pd.Series[float]:
-    """Return natural logarithms, and NaN for 0."""
+    """Return natural logarithms; NaN for 0."""
     return pd.Series(np.log(values.where(values > 0).to_numpy(float)), index=values.index)
 
 
 def mean_by_session(
     trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
 ) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return a function that yields the mean of a value over main trials, task by task.
+    """Return a function that yields a table of mean values in main trials for each task.
 
-    ``what`` and ``unit`` have placeholders for the quantity.
+    ``what`` and ``unit`` can contain placeholders for the quantity.
     """
 
     def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:

@@ -1,4 +1,4 @@
-"""Write the table and sentence for an analysis of variance with a factor and the level."""
+"""Write the table and the sentence for a two-way analysis of variance."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Markup:
-    """Return the table for a factor, the level and their interaction."""
+    """Return the table with the effects of a factor, the level and their interaction."""
     names = (factor, quantity.name, f"{factor} x {quantity.name}")
     rows = [
         [
@@ -49,12 +49,12 @@ def anova_table(factor: str, effects: Effects, n: int, quantity: Quantity) -> Ma
 def anova_sentence(
     names: tuple[str, str], effects: Effects, n: int, confidence: float, quantity: Quantity
 ) -> str:
-    """Return the sentence on a factor and its interaction with the level.
+    """Return a sentence on the effect of a factor and its interaction with the level.
 
     Parameters
     ----------
     names : tuple of str
-        Name of the factor and the plural of its levels: ("session", "sessions").
+        Name of the factor and plural of its levels, such as ("session", "sessions").
     """
     factor, levels = names
     means, growth = (

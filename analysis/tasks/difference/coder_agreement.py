@@ -26,11 +26,11 @@ class CoderAgreement:
     coders : tuple of 2 str
         Names of the coders.
     reports : int
-        Number of reports coded by both.
+        Number of reports that both coders coded.
     kappa : float
-        Cohen's kappa; ``interval`` is its 95 % interval.
+        Cohen's kappa; ``interval`` contains its 95 % confidence interval.
     agreed : int
-        Number of reports given the same category by both.
+        Number of reports that both coders put in the same category.
     """
 
     coders: tuple[str, str]
@@ -50,7 +50,7 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     Parameters
     ----------
     codes : DataFrame
-        ``verbal_report coder category``: the file ``code/verbal_codes.tsv`` of a data set.
+        Columns ``verbal_report coder category``, from ``code/verbal_codes.tsv`` in a data set.
     """
     from statsmodels.stats.inter_rater import cohens_kappa  # noqa: PLC0415 - takes a second to import
 
@@ -71,7 +71,7 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     for first, second in both.to_numpy():
         table[names.index(first), names.index(second)] += 1
     with np.errstate(invalid="ignore", divide="ignore"):
-        # The test against 0 divides by a standard error that may be 0.
+        # statsmodels also tests against 0, which can divide by a standard error of 0.
         found = cohens_kappa(table)
     return CoderAgreement(
         coders=(coders[0], coders[1]),

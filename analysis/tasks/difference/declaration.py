@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.statistic import SessionTable
     from slipscale.analysis.tasks.kind import Analysis
 
-#: Columns of yes-no answers, included if they are not empty.
+#: Columns of yes/no answers that are included unless they are empty.
 ANSWERS = (
     *(PARTICIPANT, "session", "run", "series", "trial", "step"),
     *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),
@@ -35,9 +35,10 @@ ANSWERS = (
 
 
 def answers_table(analysis: Analysis) -> pd.DataFrame:
-    """Return the analysed yes/no answers, on which all results for the task are based.
+    """Return the analysed yes/no answers.
 
-    For a quantity other than the plate's, includes the stimulus and its reference.
+    For quantities other than the plate's amplitude, the table includes the stimulus and its
+    reference.
     """
     rows = analysis.dataset.differences
     kept = [name for name in ANSWERS if name in rows and not _empty(rows[name])]

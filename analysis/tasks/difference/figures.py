@@ -1,4 +1,4 @@
-"""Plot the descending difference task: each step, and "yes" against step size."""
+"""Plot the answers of the descending difference task."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, StepAnswers
 
-#: Area of a participant's ring, in square points.
+#: Area of the ring for one participant, in square points.
 RING = 34.0
 #: Height of a row in the upper panel, and of the lower panel, in inches.
 ROW, LOWER = 0.36, 2.9
@@ -39,16 +39,16 @@ def difference(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Plot the proportion of "yes" per step and for catch steps, and against the step size.
+    """Plot the proportion of "yes" for each step, and against the step size.
 
     Parameters
     ----------
     found : DescendingDifference
         Result of `slipscale.analysis.tasks.difference.yes_no.analyse_differences`.
     steps : DataFrame
-        `slipscale.analysis.reading.dataset.Dataset.differences`, from which it was computed.
+        The analysed steps: `slipscale.analysis.reading.dataset.Dataset.differences`.
     confidence : float
-        Confidence level of all intervals and of the curve's band.
+        Confidence level of the intervals and of the band around the curve.
     quantity : Quantity
         Quantity of the steps.
     """
@@ -70,13 +70,13 @@ def difference(
         above = ": above the reference" if steps["amplitude_um_pp"].any() else ""
         bottom.set_xlabel(f"{quantity.axis}{above}")
         bottom.set_ylabel(f"“{capitalised(quantity.yes)}”")
-    # Placed outside, because the data may be anywhere.
+    # The legend is outside, because data can be anywhere in the axes.
     figure.legend(*bottom.get_legend_handles_labels(), loc="outside lower center", ncols=2)
     return figure
 
 
 def step_label(step: StepAnswers, quantity: Quantity) -> str:
-    """Return "2.3 → 1.2 µm"; for another quantity, the stimulus and its reference, if any."""
+    """Return the label of a step, such as "2.3 → 1.2 µm"."""
     if quantity.stepped:
         return f"{step.from_um_pp:g} → {quantity.value(step.to_um_pp)}"
     stimulus = quantity.value(step.from_um_pp)
@@ -187,9 +187,9 @@ def _against_size(
 
 
 def _participants(axes: Axes, steps: pd.DataFrame) -> None:
-    """Plot participants' proportions; a ring's area is the number of people who share it.
+    """Plot participants' proportions as rings whose area shows the number of people.
 
-    Points are not jittered, because both axes are quantities.
+    Points are not jittered, because both axes are quantitative.
     """
     own = (
         steps.groupby(["size", steps[PARTICIPANT].astype(str)])["difference_felt"]
@@ -198,7 +198,7 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
     )
     counted = own.groupby(["size", "difference_felt"]).size()
     rows = counted.reset_index(name="people").to_numpy(float).tolist()
-    # The legend shows the ring for one person: the largest ring would cover other entries.
+    # The legend shows the ring of one person, because larger rings would cover other entries.
     axes.plot(
         [],
         linestyle="none",

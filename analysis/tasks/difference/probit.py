@@ -1,12 +1,12 @@
-"""Estimate d' with a probit model: random participant effects and a separate d' per step size.
+"""Estimate d' for each step size with a probit model that has random participant effects.
 
     P(yes | step of size s, participant i) = Φ(d'_s + τ v_i - c - σ u_i)
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
 Both the criterion and the sensitivity differ between people. Without τ, the coverage of the
-intervals was only .80 to .90 when sensitivities differed by 0.4 between people. The likelihood is
-integrated over u and v; confidence intervals use the profile likelihood. Proportions of 0 or 1
-need no correction. If every step was felt, or no catch step was, the interval has only a lower
+intervals was only .80 to .90 if the standard deviation of sensitivities was 0.4. The likelihood is
+integrated over u and v; confidence intervals use the profile likelihood. Proportions of 0 or 1 need
+no correction. If participants felt every step, or no catch step, the interval has only a lower
 bound.
 """
 
@@ -38,15 +38,16 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Search ranges for d', criterion and standard deviations; counts cannot determine a larger d'.
+#: Search ranges for d', criterion and standard deviations. Counts cannot determine a larger d'.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0
-#: With fewer answers to steps, or to catch steps, per participant (mean), counts do not separate a
-#: difference in sensitivity from a difference in criterion, and τ is set to 0. If τ was estimated
-#: from three steps and one catch step, the median d' was 15 % too large (30 people, d' = 3).
+#: Smallest mean numbers of answers to steps and to catch steps per participant for which τ is
+#: estimated; with fewer, τ is 0, because counts cannot separate differences in sensitivity from
+#: differences in criterion. When τ was estimated from three steps and one catch step, the median d'
+#: was 15 % too large (30 people, d' = 3).
 FEWEST_OF_A_KIND = 5
-#: Minimum and maximum number of nodes for u and v; it increases with a participant's answers.
+#: Smallest and largest number of nodes for u and v.
 FEWEST_NODES, MOST_NODES = 15, 161
-#: Number of nodes for u, per square root of a participant's answers; v has half as many.
+#: Number of nodes for u, per square root of a participant's number of answers; v has half as many.
 NODES = 8.0
 
 
@@ -57,15 +58,15 @@ class DPrimeOfSize:
     Parameters
     ----------
     removed_um_pp : float
-        Step size in µm peak to peak; NaN for all sizes together.
+        Step size in µm peak to peak; NaN for all sizes combined.
     steps, yes : int
-        Number of answers, and of "yes" answers.
+        Numbers of answers and of "yes" answers.
     d_prime : float or None
-        d' of a typical participant in the model; None if the likelihood increases without limit,
-        usually at ceiling.
+        d' of a typical participant. None if the likelihood has no maximum, usually because all
+        steps were felt.
     interval : ConfidenceInterval
-        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom); infinite on a
-        side that the counts do not bound.
+        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom). An end that the
+        counts do not determine is infinite.
     """
 
     removed_um_pp: float
@@ -76,7 +77,7 @@ class DPrimeOfSize:
 
     @property
     def at_ceiling(self) -> bool:
-        """Whether counts give only a lower bound."""
+        """Whether the counts give only a lower bound."""
         return self.d_prime is None or self.interval.high == inf
 
     def json_form(self) -> Mapping[str, object]:
@@ -94,7 +95,7 @@ def d_primes(
     sizes : array, shape (answers,)
         Amplitude removed, in µm peak to peak; 0 for catch steps.
     felt : array, shape (answers,)
-        1 for "yes".
+        1 for "yes", 0 for "no".
     who : int array, shape (answers,)
         Participant indices, 0 to participants - 1.
     confidence : float
@@ -112,7 +113,7 @@ def d_primes(
     shape = (people, len(kinds))
     total = np.bincount(who * len(kinds) + kind, minlength=people * len(kinds)).reshape(shape)
     yes = np.bincount(who * len(kinds) + kind, felt, people * len(kinds)).reshape(shape)
-    # Catch steps come first; people with the same counts are computed once.
+    # Catch steps come first. People with the same counts are computed once.
     columns = [catch, *(place for place in range(len(kinds)) if place != catch)]
     counts = np.stack([yes, total - yes], axis=-1)[:, columns]
     patterns, times = np.unique(counts, axis=0, return_counts=True)
@@ -153,14 +154,14 @@ def d_primes(
 
 
 class _Probit:
-    """Model predictions at (d'..., criterion, σ, τ); kind 0 is the catch step."""
+    """Predictions of the model, given (d'..., criterion, σ, τ); kind 0 is the catch step."""
 
     def __init__(self, kinds: int) -> None:
-        # Sensitivity differs between people only for steps.
+        # Differences in sensitivity affect steps but not catch steps.
         self.step = np.arange(kinds) > 0
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return log probabilities of "yes" and "no", (kinds, outer, inner)."""
+        """Return log probabilities of "yes" and "no", shape (kinds, outer, inner)."""
         from scipy import special  # noqa: PLC0415
 
         d, (criterion, spread, own) = np.append(0.0, theta[:-3]), theta[-3:]
@@ -169,7 +170,7 @@ class _Probit:
         yes, no = special.log_ndtr(where), special.log_ndtr(-where)
 
         def gradient(pull_yes: Array, pull_no: Array) -> Array:
-            # Computed as a logarithm of density over probability: both underflow in the tails, but
+            # Computed on logarithms, because density and probability underflow in the tails, but
             # their ratio does not.
             density = -(where**2) / 2 - 0.5 * np.log(2 * np.pi)
             slope = pull_yes * np.exp(density - yes) - pull_no * np.exp(density - no)

@@ -1,4 +1,4 @@
-"""Compute intervals for a proportion of "yes": exact, and adjusted for repeated answers."""
+"""Compute confidence intervals for the proportion of "yes" answers."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def exact_interval(yes: float, n: float, confidence: float = 0.95) -> ConfidenceInterval:
-    """Return the exact Clopper-Pearson interval for a proportion, for independent answers."""
+    """Return the exact Clopper-Pearson interval for a proportion of independent answers."""
     from statsmodels.stats.proportion import proportion_confint  # noqa: PLC0415
 
     low, high = proportion_confint(yes, n, alpha=1 - confidence, method="beta")
@@ -25,18 +25,18 @@ def exact_interval(yes: float, n: float, confidence: float = 0.95) -> Confidence
 def clustered_interval(
     yes: NDArray[np.float64], answers: NDArray[np.float64], confidence: float = 0.95
 ) -> ConfidenceInterval:
-    """Return the interval for a proportion if answers from the same participant are correlated.
+    """Return the interval for a proportion with correlated answers from each participant.
 
-    Uses the Clopper-Pearson interval with the effective sample size (Korn and Graubard 1998, Surv.
-    Methodol. 24, 193-201): the number of answers divided by the design effect, with a t-based
-    correction for few participants. If all participants have equal proportions, each participant
-    counts as one answer. With one answer per participant, the interval is the ordinary
+    Computes the Clopper-Pearson interval for the effective sample size, which is the number of
+    answers divided by the design effect (Korn and Graubard 1998, Surv. Methodol. 24, 193-201), with
+    a t-based correction for few participants. If all participants have equal proportions, each
+    participant counts as one answer. With one answer per participant, the interval is the ordinary
     Clopper-Pearson interval.
 
     Parameters
     ----------
     yes, answers : array, shape (participants,)
-        Counts per participant; every participant answered at least once.
+        Counts per participant. Every participant has at least one answer.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 

@@ -1,4 +1,4 @@
-"""Read the steps of a descending difference task from a data set or a single table."""
+"""Read the steps of a descending difference task."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def read_steps(
     entries: Entries, folder: Path, problems: Problems, _counts: dict[str, int]
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return every step, with its numbers and answers parsed."""
+    """Return all steps, with parsed numbers and answers."""
     if not entries:
         return empty_differences(), []
     frame, sources = read_protocol(DIFFERENCE, entries, folder, problems)
@@ -31,7 +31,7 @@ def read_steps(
 def divide(
     frame: pd.DataFrame, _problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return the answered main steps."""
+    """Return the main steps that were answered."""
     return {"differences": _keep_steps(frame, counts)}
 
 

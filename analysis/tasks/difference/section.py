@@ -1,4 +1,4 @@
-"""Write the section on the descending difference: its figure, verbal reports, coders."""
+"""Write the report section on the descending difference task."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-#: Maximum number of different wordings shown per category.
+#: Largest number of different wordings shown per category.
 WORDINGS_SHOWN = 40
 
 
@@ -42,7 +42,7 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
 
 
 def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on the descending difference: figure, steps, verbal reports."""
+    """Return the section with the figure, the steps and the verbal reports."""
     quantity = analysis.dataset.quantity
     section = ReportSection(capitalised(quantity.yes_no.name))
     found = analysis.inference[DIFFERENCE]

@@ -1,4 +1,4 @@
-"""Write the sentences on the descending difference, in APA style (7th edition)."""
+"""Write sentences on the descending difference task in APA style (7th edition)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 def _measured(
     found: PsychometricCurve, quantity: Quantity
 ) -> tuple[str, str, Callable[[str], str]]:
-    """Return what "yes" depends on, its unit, and a function that formats a value."""
+    """Return the name of the measure, its unit, and a function that formats its values."""
     if found.measure == "weber_fraction":
         return (
             f"the step's Weber fraction relative to the {quantity.name} before it",
@@ -46,7 +46,7 @@ def _measured(
 def psychometric(
     found: PsychometricCurve | NotComputed, confidence: float, quantity: Quantity
 ) -> str:
-    """Return the sentence on the curve of "yes" against step size."""
+    """Return a sentence on the curve of "yes" against step size."""
     if isinstance(found, NotComputed):
         size = quantity.yes_no.size
         return f"No curve of “{quantity.yes}” against {size} was fitted: {found.reason}."
@@ -73,7 +73,7 @@ def psychometric(
 
 
 def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
-    """Return the sentence on participants' own thresholds; empty if nobody has one."""
+    """Return a sentence on participants' own thresholds, if there are any."""
     own = [one for one in found.thresholds.values() if one]
     if not own:
         return []
@@ -89,10 +89,10 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 
 
 def finding(found: Finding, quantity: Quantity) -> str:
-    """Return the paper's finding: who felt a difference, and who said it was less slippery.
+    """Return a sentence on the paper's finding: participants felt a less slippery surface.
 
-    The code book covers slipperiness only. If another property was judged, the second part is
-    omitted.
+    The code book covers only slipperiness, so for other properties, the sentence does not mention
+    verbal reports.
     """
     n, fell = found.n, f"when the {quantity.name} fell"
     coded = quantity.judged == PLATE_AMPLITUDE.judged
@@ -111,7 +111,7 @@ def finding(found: Finding, quantity: Quantity) -> str:
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the answer to the task's question; for a plate, the paper's finding."""
+    """Return the answer to the question of the task, which for a plate is the paper's finding."""
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding, quantity)] if found.finding.n else []
@@ -120,7 +120,7 @@ def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -
 def difference_sentences(
     found: DescendingDifference | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on the descending difference; empty if it was not run."""
+    """Return the sentences on the descending difference task, if it was run."""
     if not found:
         return []
     texts = answer(found, confidence, quantity)
@@ -143,7 +143,7 @@ def difference_sentences(
 
 
 def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on d' per step size."""
+    """Return a sentence on d' for each step size."""
     if isinstance(found.by_size, NotComputed):
         return f"d′ was not computed: {found.by_size.reason}."
     words = quantity.yes_no

@@ -1,4 +1,4 @@
-"""Analyse a data set's descending difference task, with its own code book and coders."""
+"""Declare the statistic of the descending difference task."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def difference(data: Dataset) -> DescendingDifference | NotComputed:
-    """Return the analysis of yes/no answers, using the data set's own code book and coders."""
+    """Analyse yes/no answers, using the code book and the human codes of the data set."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
     found = analyse_differences(data.differences, book, data.choices.confidence, data.quantity)

@@ -1,7 +1,6 @@
 """Fit a population curve of "yes" against step size.
 
-Step size is the amplitude removed, in µm peak to peak or as a Weber fraction of the previous
-amplitude.
+The step size is the reduction in amplitude, in µm peak to peak or as a Weber fraction.
 """
 
 from __future__ import annotations
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Measure = Literal["removed_um_pp", "weber_fraction"]
-#: Coefficients of the curve: intercept and slope.
+#: Intercept and slope of the curve.
 COEFFICIENTS = 2
 
 
@@ -37,22 +36,22 @@ class PsychometricCurve:
     Parameters
     ----------
     measure : {"removed_um_pp", "weber_fraction"}
-        Measure of step size: µm peak to peak, or a fraction of the previous amplitude.
+        Measure of step size: µm peak to peak, or a fraction of the amplitude before the step.
     log_odds_per_unit, se : float
         Slope per unit of step size, and its standard error.
     interval : ConfidenceInterval
         t-based interval for the slope.
     t, df, p : float, int, float
-        Test of the slope against 0.
+        t test of the slope against 0.
     intercept : float
         Log odds of "yes" for a step of size 0.
     covariance : array-like, shape (2, 2)
         Covariance matrix of intercept and slope.
     half_yes : float or None
-        The step size with 50 % "yes"; None if the curve does not rise.
+        Step size with 50 % "yes"; None if the curve does not rise.
     half_yes_interval : ConfidenceInterval or None
-        Interval for ``half_yes`` by Fieller's theorem; None if the slope is not significantly
-        above 0, because then no size can be excluded.
+        Interval for ``half_yes`` by Fieller's theorem. None if the slope is not significantly above
+        0, because no size can then be excluded.
     correlation : float
         Correlation between answers of the same participant.
     n, answers : int
@@ -90,10 +89,10 @@ def psychometric(
 ) -> PsychometricCurve | NotComputed:
     """Fit a logistic curve of "yes" against step size, with catch steps at 0.
 
-    Uses generalised estimating equations (Liang and Zeger 1986, Biometrika 73, 13-22) from
-    statsmodels, with an exchangeable correlation within participants. Standard errors use the
-    Mancl-DeRouen correction (2001, Biometrics 57, 126-134), which suits small samples; the
-    interval uses the t distribution with n - 2 degrees of freedom.
+    The fit uses generalised estimating equations from statsmodels (Liang and Zeger 1986, Biometrika
+    73, 13-22), with an exchangeable correlation within participants. Standard errors have the
+    small-sample correction of Mancl and DeRouen (2001, Biometrics 57, 126-134). The interval uses
+    the t distribution with n - 2 degrees of freedom.
 
     Parameters
     ----------
@@ -101,10 +100,10 @@ def psychometric(
         `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, including catch
         steps.
     measure : {"removed_um_pp", "weber_fraction"}
-        Measure of step size; a step from 0 has no Weber fraction and is omitted from that curve.
+        Measure of step size. A step from 0 has no Weber fraction and is omitted.
     quantity : Quantity
         Quantity of the presented stimuli. A Weber fraction is relative to the plate's amplitude
-        before the step, or, for another quantity, to the stimulus' reference.
+        before the step or, for other quantities, to the reference of the stimulus.
     """
     base = "amplitude_before_um_pp" if quantity.stepped else "amplitude_um_pp"
     if measure == "weber_fraction":
@@ -131,7 +130,7 @@ def psychometric(
 def curve(
     found: PsychometricCurve, removed: NDArray[np.float64], confidence: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the fitted proportion of "yes" and its pointwise t-based band, on log odds.
+    """Return the fitted proportion of "yes", with a pointwise t-based band.
 
     Parameters
     ----------
@@ -160,7 +159,7 @@ def separated(
     felt: NDArray[np.float64],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> str | None:
-    """Return the reason why no finite slope exists, or None.
+    """Return the reason why the slope would be infinite, or None.
 
     >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:25]
     'the size of the step sepa'
@@ -197,7 +196,7 @@ def _fit(
         cov_struct=cov_struct.Exchangeable(),
     )
     try:
-        # A diverging fit is reported as "did not converge", without warnings from libraries.
+        # Libraries' warnings are suppressed; a diverging fit is reported as "did not converge".
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore", IterationLimitWarning)
             fit = model.fit(cov_type="bias_reduced")
@@ -238,8 +237,8 @@ def fieller(
 ) -> ConfidenceInterval | None:
     """Return the interval for the zero of a line a + b x; None if b is not significantly above 0.
 
-    Fieller (1954), J. R. Stat. Soc. B 16, 175-185: all x at which the line is less than
-    ``quantile`` standard errors from 0.
+    The interval contains all x at which the line is less than ``quantile`` standard errors from 0
+    (Fieller 1954, J. R. Stat. Soc. B 16, 175-185).
 
     >>> low, high = fieller((-2.0, 4.0), ((0.04, 0.0), (0.0, 0.0)), 2.0, 0.95)
     >>> round(low, 9), round(high, 9)

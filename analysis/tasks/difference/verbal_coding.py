@@ -1,4 +1,4 @@
-"""Code what verbal reports state about slipperiness, based on word stems."""
+"""Code verbal reports about slipperiness by word stems."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
-#: A stem without a letter would match every report.
+#: A stem contains at least one letter; other stems could match every report.
 Word = Annotated[str, Field(pattern=r"\w")]
 SHIPPED = Path(__file__).parent / "codebook.toml"
 OTHER = "other"
-#: Separators between statements: "less smooth, it sticks more".
+#: Separators between statements, as in "less smooth, it sticks more".
 CLAUSES = re.compile(r"[,;.!/]+| and | but | et | mais ")
 
 
 class Category(FrozenTable):
-    """A category: the stems that identify it, and its meaning for slipperiness.
+    """A category, with the stems that identify it and its meaning for slipperiness.
 
-    ``more_stems`` are comparatives that include "more" ("rougher").
+    ``more_stems`` are the stems of comparatives, such as "rougher".
     """
 
     stems: Annotated[tuple[Word, ...], Field(min_length=1)]
@@ -35,7 +35,7 @@ class Category(FrozenTable):
 
 
 class Codebook(FrozenTable):
-    """A code book, as defined in its TOML file."""
+    """A code book, as read from a TOML file."""
 
     title: str
     less: tuple[Word, ...] = ()
@@ -45,7 +45,7 @@ class Codebook(FrozenTable):
     categories: Annotated[dict[str, Category], Field(min_length=1)]
 
     def code(self, report: str) -> list[str]:
-        """Return the categories of a report, in code-book order; "other" if none matches.
+        """Return the categories of a report in the order of the code book, or "other".
 
         >>> load_codebook().code("C'est moins glissant, plus rugueux")
         ['slippery', 'rough']
@@ -55,15 +55,15 @@ class Codebook(FrozenTable):
         return found or [OTHER]
 
     def direction(self, report: str, category: str) -> Literal["less", "more", "bare"]:
-        """Return whether the report says less or more of a category, or only names it."""
+        """Return whether a report mentions less or more of a category, or only the category."""
         text = plain(report)
         if _has(text, self.less_phrases):
             return "less"
         entry = self.categories[category]
         if _has(text, entry.more_stems):
             return "more"
-        # The nearest direction word before the category decides, or else any direction word after
-        # it.
+        # The nearest direction word before the category decides; without one, any direction word
+        # after the category.
         place = max(_last(text, stem) for stem in entry.stems)
         before, after = text[: max(place, 0)], text[max(place, 0) :]
         for part, more_words in (
@@ -77,7 +77,7 @@ class Codebook(FrozenTable):
         return "bare"
 
     def meaning(self, report: str) -> Meaning:
-        """Return what a report says about slipperiness: "unclear" if it contradicts itself.
+        """Return the meaning of a report for slipperiness, or "unclear" if it is contradictory.
 
         >>> book = load_codebook()
         >>> [book.meaning(words) for words in ("less smooth, it sticks more", "warm")]
@@ -99,14 +99,14 @@ class Codebook(FrozenTable):
 
 
 def plain(text: str) -> str:
-    """Return text in lower case, without accents, with uniform apostrophes and single spaces."""
+    """Return text in lower case without accents, with plain apostrophes and single spaces."""
     bare = unicodedata.normalize("NFKD", text.replace("\u2019", "'")).casefold()
     bare = "".join(mark for mark in bare if not unicodedata.combining(mark))
     return re.sub(r"\s+", " ", bare).strip()
 
 
 def _last(text: str, stem: str) -> int:
-    """Return the last position at which a stem begins a word, or -1."""
+    """Return the last position at which a word begins with the stem, or -1."""
     found = [match.start() for match in re.finditer(rf"(?<!\w){re.escape(plain(stem))}", text)]
     return found[-1] if found else -1
 
@@ -121,6 +121,6 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     Raises
     ------
     UserError
-        If the file cannot be read or is not a code book; the message lists every error.
+        If the file cannot be read or is not a code book. The message lists all errors.
     """
     return read_toml(path, Codebook)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CategoryCount:
-    """Number of reports in a category, and the frequency of each wording."""
+    """Number of reports in a category, and number of uses of each wording."""
 
     count: int
     words: Mapping[str, int]
@@ -27,7 +27,7 @@ class CategoryCount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerbalReports:
-    """Verbal reports on steps at which a difference was felt.
+    """Verbal reports on steps at which the participant felt a difference.
 
     Parameters
     ----------
@@ -36,9 +36,10 @@ class VerbalReports:
     n : int
         Number of reports.
     categories : Mapping
-        Category -> count and words, in the order of the code book; a report may have several.
+        Category -> count and wordings, in the order of the code book. A report may belong to
+        several categories.
     meaning : Mapping
-        Statement about slipperiness -> number of reports.
+        Meaning for slipperiness -> number of reports.
     """
 
     codebook: str
@@ -48,12 +49,12 @@ class VerbalReports:
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> VerbalReports | NotComputed:
-    """Count reports by category, with their original words.
+    """Count reports and wordings by category.
 
     Parameters
     ----------
     changes : DataFrame
-        ``difference_felt verbal_report``, one row per step at which the amplitude changed.
+        Columns ``difference_felt verbal_report``, one row per step with a change in amplitude.
     book : Codebook
         Code book for the reports.
     """

@@ -1,6 +1,6 @@
-"""Analyse the descending difference task: "yes" to steps and catch steps, verbal reports.
+"""Analyse the answers and verbal reports of the descending difference task.
 
-Without catch steps, "yes" is confounded with bias, and d' cannot be computed.
+Without catch steps, "yes" is confounded with response bias, and d' cannot be computed.
 """
 
 from __future__ import annotations
@@ -42,15 +42,15 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.verbal_coding import Codebook
     from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports
 
-#: With fewer steps of a kind, a participant's own d' is determined mostly by the correction.
+#: With fewer steps or catch steps, d' of one participant depends mainly on the correction.
 TRIALS_FOR_OWN = 20
-#: Step sizes that differ by less than this fraction of the largest level are treated as equal.
+#: Step sizes are equal if they differ by less than this fraction of the largest level.
 SAME_SIZE = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswers:
-    """Answers to one kind of step; for the interval, see `proportions`."""
+    """Counts of answers to one kind of step, with the interval for the proportion of "yes"."""
 
     from_um_pp: float
     to_um_pp: float
@@ -65,7 +65,7 @@ class StepAnswers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CatchAnswers:
-    """Answers to catch steps; no interval if there are none."""
+    """Counts of answers to catch steps; without catch steps, there is no interval."""
 
     n: int
     yes: int
@@ -78,7 +78,7 @@ class CatchAnswers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sensitivity:
-    """Yes-no counts with d' and the criterion c, after the log-linear correction."""
+    """Yes/no counts, with d' and the criterion c after the log-linear correction."""
 
     hits: int
     changes: int
@@ -99,9 +99,9 @@ class SignalDetection:
     by_size : tuple of DPrimeOfSize or NotComputed
         d' for each step size, from a probit model that includes participant effects.
     all_sizes : DPrimeOfSize or NotComputed
-        The same with all step sizes combined.
+        d' from the same model for all step sizes combined.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Mean of participants' own d', if each has `TRIALS_FOR_OWN` steps of both kinds.
+        Mean of participants' own d', if all have `TRIALS_FOR_OWN` steps and catch steps.
     participants : Mapping
         Participant -> their own d' and criterion.
     """
@@ -135,7 +135,7 @@ class Finding:
     n : int
         Number of participants.
     felt_a_difference, felt_every_change : int
-        Number of participants who felt a change at least once, and every time.
+        Numbers of participants who felt a change at least once, and who felt every change.
     said_less_slippery : int
         Number of participants who reported that the surface became less slippery.
     """
@@ -165,26 +165,26 @@ class Finding:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DescendingDifference:
-    """All results for the descending difference task.
+    """All results of the descending difference task.
 
     Parameters
     ----------
     steps : tuple of StepAnswers
-        Steps with a change in amplitude, from the largest amplitude down.
+        Answers to steps with a change in amplitude, starting at the largest amplitude.
     catch : CatchAnswers
-        Steps without a change.
+        Answers to steps without a change.
     signal_detection, psychometric, verbal_reports, finding
-        See the respective classes.
+        Results described in the respective classes.
     weber : PsychometricCurve or NotComputed
-        Curve of "yes" against the Weber fraction of the previous amplitude.
+        Curve of "yes" against the Weber fraction of the step.
     thresholds : Mapping
-        Participant -> threshold on their own curve of "yes" against the amplitude removed,
-        half-way between their rate of false alarms and of "yes" to the largest steps; NotComputed
-        with fewer than `TRIALS_FOR_OWN` answers.
+        Participant -> threshold on their own curve of "yes" against step size, halfway between the
+        rate of false alarms and the rate of "yes" to the largest steps. NotComputed with fewer than
+        `TRIALS_FOR_OWN` answers.
     participants : int
         Number of participants who answered.
     answers_per_participant_and_step : float
-        Mean number of answers.
+        Mean number of answers per participant and step.
     coders : CoderAgreement, NotComputed or None
         Agreement between coders; None if the data set has no codes from human coders.
     """
@@ -212,8 +212,9 @@ class DescendingDifference:
 def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
     """Return d' and the criterion c for a yes/no task, with the log-linear correction.
 
-    Half a response is always added to hits and to false alarms, and one trial to each kind (Hautus
-    1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that rates of 0 and 1 stay finite.
+    The correction adds 0.5 to hits and to false alarms, and 1 to the numbers of signal and noise
+    trials (Hautus 1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that d' is always
+    finite.
 
     >>> d, c = d_prime(10, 20, 10, 20)
     >>> round(d, 12), round(c, 12)
@@ -232,7 +233,7 @@ def analyse_differences(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> DescendingDifference | NotComputed:
-    """Return all results for the descending difference task except coder agreement.
+    """Return all results of the descending difference task except coder agreement.
 
     Parameters
     ----------
@@ -281,7 +282,7 @@ def analyse_differences(
 
 
 def interval_of(answers: pd.DataFrame, confidence: float) -> ConfidenceInterval:
-    """Return the interval for the proportion of "yes", allowing for correlated answers."""
+    """Return the interval for the proportion of "yes", adjusted for repeated answers."""
     own = answers.groupby(answers[PARTICIPANT].astype(str))["difference_felt"].agg(["sum", "size"])
     return clustered_interval(own["sum"].to_numpy(float), own["size"].to_numpy(float), confidence)
 
@@ -296,7 +297,7 @@ def _repetitions(changes: pd.DataFrame) -> float:
 def signal_detection(
     changes: pd.DataFrame, catches: pd.DataFrame, confidence: float, quantity: Quantity
 ) -> SignalDetection | NotComputed:
-    """Return d' and c, pooled and for each participant with both kinds of step."""
+    """Return d' and c, pooled and for each participant with steps and catch steps."""
     if not len(catches):
         return NotComputed(
             f"no {quantity.yes_no.catch[1]}: “{quantity.yes}” cannot be separated from a tendency "
@@ -338,7 +339,7 @@ def signal_detection(
 
 
 def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
-    """Return the amplitude removed by each step, µm peak to peak, without rounding artefacts.
+    """Return the size of each step in µm peak to peak, without rounding artefacts.
 
     >>> step_sizes(
     ...     pd.DataFrame(
@@ -353,15 +354,15 @@ def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
     if not largest:
         return np.zeros(len(levels))
     decimals = -math.ceil(math.log10(largest * SAME_SIZE))
-    # Numbers are rounded one by one in decimal: NumPy rounds by multiplying and dividing, which
-    # turns 1e-12 into 1.0000000000000002e-12.
+    # Python rounds in decimal. NumPy rounds by multiplying and dividing, which turns 1e-12 into
+    # 1.0000000000000002e-12.
     return np.array([round(size, decimals) + 0.0 for size in removed.tolist()])
 
 
 def own_thresholds(
     steps: pd.DataFrame, confidence: float
 ) -> dict[str, PsychometricFunction | NotComputed]:
-    """Return each participant's threshold, if there are enough answers for one."""
+    """Return each participant's threshold, or the reason why there is none."""
     sizes = pd.Series(np.abs(step_sizes(steps)), index=steps.index)
     found: dict[str, PsychometricFunction | NotComputed] = {}
     for who, own in steps.groupby(steps[PARTICIPANT].astype(str)):
@@ -381,7 +382,7 @@ def own_thresholds(
 def _mean_of_own(
     own: Mapping[str, Sensitivity], confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> MeanOverParticipants | NotComputed:
-    """Return the mean of participants' own d', if their counts are large enough."""
+    """Return the mean of participants' own d', if all have enough steps."""
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
@@ -404,7 +405,7 @@ def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Se
 
 
 def finding(changes: pd.DataFrame, book: Codebook) -> Finding:
-    """Compute the paper's finding: everyone felt a difference, described as less slippery.
+    """Count the participants who agree with the paper's finding.
 
     "All of the subjects feel clearly the difference during the test, and they immediately say
     that it is 'less slippery'" (Section IV-B).

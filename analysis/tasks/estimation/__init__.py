@@ -1,1 +1,1 @@
-"""Magnitude estimation: tests, exponents, order effects, and their report sections."""
+"""Magnitude estimation: tests, exponents, order effects and report sections."""

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-#: Whether a pair differs significantly, and whether it is equal within the bound -> conclusion.
+#: Whether a pair differs significantly, and whether it is equivalent -> conclusion.
 DIFFER = "differ"
 CONCLUSIONS = {
     (True, False): DIFFER,
@@ -43,7 +43,7 @@ CONCLUSIONS = {
 
 
 def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return pairwise comparisons, and which tests could not be computed."""
+    """Return the section on pairwise comparisons and on tests without a result."""
     section = ReportSection("Comparisons")
     if analysis.prepared is None:
         return section
@@ -90,7 +90,7 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
 def _equivalence(
     tested: Sequence[tuple[PairComparison, PairedT]], confidence: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return equivalence tests and Bayes factors: a table, and a sentence on pairs that differ."""
+    """Return a table of equivalence tests and Bayes factors, and a sentence on other pairs."""
     bound = tested[0][1].equivalence.bound
     within = f"within a ratio of {1 / bound:.3g} to {bound:.3g}"
     rows, differ = [], []
@@ -166,7 +166,7 @@ def _row(pair: PairComparison) -> list[str]:
 
 
 def _parts(inference: Inference) -> dict[str, object]:
-    """Return every test on magnitude estimates, and the parts of tests that have parts."""
+    """Return all tests of magnitude estimates, and their parts, keyed by title."""
     table: tuple[Statistic[object], ...] = (*STATISTICS, SESSIONS, GROUPS)
     titled = [statistic for statistic in table if statistic.title]
     parts: dict[str, object] = {each.title: inference[each] for each in titled}

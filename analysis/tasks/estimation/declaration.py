@@ -77,7 +77,7 @@ def _answers(analysis: Analysis) -> list[str]:
 
 
 def _equal(analysis: Analysis) -> list[str]:
-    """Return the sentence on pairs with demonstrated equivalence, if there are any."""
+    """Return a sentence on pairs that were shown to be equivalent, if there are any."""
     level = analysis.dataset.choices.confidence
     pairs = analysis.inference.found(PAIRWISE) or ()
     if not any(reliable(pair.logs.equivalence_p_holm, level) for pair in pairs if pair.logs):
@@ -140,7 +140,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
 
 
 def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
-    """Return each participant's group, among the compared groups; None without groups."""
+    """Return the groups of participants whose groups are compared; None without groups."""
     compared, member = analysis.inference.found(GROUPS), membership(analysis.dataset)
     if compared is None or isinstance(member, NotComputed):
         return None

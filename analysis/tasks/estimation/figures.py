@@ -1,4 +1,4 @@
-"""Plot magnitude estimates: Fig. 15 with geometric means and as printed, and residuals."""
+"""Plot magnitude estimates and residuals."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def _individuals(
     axes: Axes, cells: pd.DataFrame, amplitudes: NDArray[np.float64], colour: str = PALE
 ) -> None:
-    """Draw each participant as a thin line, or bands of 50 % and 90 % if there are many."""
+    """Draw one thin line per participant, or 50 % and 90 % bands if there are many."""
     values = cells.to_numpy(float)
     if len(values) <= LINES_AT_MOST:
         for number, row in enumerate(values):
@@ -62,22 +62,22 @@ def fig15(
     quantity: Quantity = PLATE_AMPLITUDE,
     groups: pd.Series[str] | None = None,
 ) -> Figure:
-    """Draw geometric means of estimates against amplitude, with every participant.
+    """Plot geometric means of estimates against amplitude, with individual participants.
 
-    Participants are drawn after modulus equalisation (Lane, Catania and Stevens 1961). Each
-    participant's logarithms are shifted to the mean of all participants, or of the group. This
-    does not change the geometric means. Means and intervals are both computed on logarithms.
+    Individual lines are drawn after modulus equalisation (Lane, Catania and Stevens 1961): each
+    participant's logarithms are shifted to the mean of all participants or of the group, which does
+    not change the geometric means. Means and intervals are computed on logarithms.
 
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of normalised estimates.
     without_log : collection of float
-        Amplitudes at which estimates of zero are omitted; their means are drawn hollow.
+        Amplitudes with estimates of zero, which are omitted. Means at these amplitudes are hollow.
     unit : str
         Unit of the estimates.
     confidence : float
-        Level of the within-participant intervals (Cousineau-Morey, on logarithms).
+        Confidence level of the within-participant intervals.
     quantity : Quantity
         Quantity of the amplitudes.
     groups : Series, optional
@@ -89,8 +89,8 @@ def fig15(
     for number, (name, own) in enumerate(parts.items()):
         colour = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
         if len(logs) > 1:
-            # Relative to the amplitude means, so that a missing amplitude does not shift a
-            # participant.
+            # Lines are relative to the amplitude means, so that a missing amplitude does not shift
+            # them.
             equalised = own.sub(own.sub(own.mean()).mean(axis=1), axis=0)
             _individuals(
                 axes, equalised.map(np.exp), amplitudes, PALE if groups is None else colour
@@ -121,7 +121,7 @@ def fig15(
             )
     if without_log:
         axes.plot([], "o", color=BLUE, markerfacecolor="white", label="without estimates of zero")
-    # Set limits first: a single value does not define limits on a logarithmic axis.
+    # Limits are set first, because a single value does not define them on a logarithmic axis.
     axes.set_ylim(axes.dataLim.y0 / 1.2, axes.dataLim.y1 * 1.2)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))
@@ -140,7 +140,7 @@ def table3(
     unit: str = "% of the scale",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw Fig. 15 with arithmetic means, as in the paper, next to the paper's values.
+    """Plot arithmetic means as in the paper's Fig. 15, next to the published values.
 
     Parameters
     ----------
@@ -187,13 +187,13 @@ def table3(
 
 
 def in_the_paper(cells: pd.DataFrame, quantity: Quantity) -> bool:
-    """Whether the paper has a mean at every amplitude."""
+    """Return whether the paper has a mean at every amplitude."""
     return quantity.of_plate and set(cells.columns) <= set(biet2007.published_means())
 
 
 @styled
 def residuals(logs: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> Figure:
-    """Draw residuals from participant and amplitude means: normal Q-Q plot, and by amplitude.
+    """Plot residuals in a normal quantile plot and against amplitude.
 
     Parameters
     ----------

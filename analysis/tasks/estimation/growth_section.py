@@ -1,4 +1,4 @@
-"""Write the section on the growth of sensation: its figure and the models compared."""
+"""Write the report section on the growth of sensation."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the growth of sensation: figure and models."""
+    """Return the section with growth functions and exponents."""
     section = ReportSection("Growth of sensation")
     if "growth" not in svgs:
         return section
@@ -90,7 +90,7 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
 
 
 def _of_friction(found: FrictionGrowth) -> str:
-    """Return the best growth function against the predicted reduction of friction."""
+    """Return a sentence on the best function of the predicted reduction in friction."""
     compared = found.comparison
     weight = grouped(compared.models[compared.best].weight)
     verb = "is not clearly better than the next" if compared.undecided else "fits best"

@@ -1,4 +1,4 @@
-"""Compute the jackknife across participants, for estimates that are not simple means."""
+"""Compute jackknife tests and intervals across participants."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ def jackknife(
 ) -> MeanOverParticipants | NotComputed:
     """Return an estimate with its t-based interval and t test against 0.
 
-    Uses the jackknife standard error (Tukey 1958, Ann. Math. Stat. 29, 614). For a regression with
-    clusters, it is at least as large as the sandwich standard error, and coverage is nominal with
-    few clusters (Bell and McCaffrey 2002, Surv. Methodol. 28, 169-181). Degrees of freedom are n -
-    1.
+    The standard error is the jackknife estimate (Tukey 1958, Ann. Math. Stat. 29, 614), with n - 1
+    degrees of freedom. For a regression with clusters, it is at least as large as the sandwich
+    standard error, and coverage is nominal with few clusters (Bell and McCaffrey 2002, Surv.
+    Methodol. 28, 169-181).
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def jackknife(
     without : array, shape (participants,)
         Estimates with each participant omitted in turn.
     confidence : float
-        Level of the interval.
+        Confidence level of the interval.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 

@@ -1,4 +1,4 @@
-"""Estimate order effects: drift across trials and carry-over, fitted jointly."""
+"""Estimate drift across trials and carry-over from the previous surface."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: A column is not identifiable if the others leave less than this fraction of its variance.
+#: An effect is not identifiable if the other columns leave less than this fraction of its variance.
 IDENTIFIABLE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OrderEffects:
-    """Order effects on log estimates, each adjusted for amplitude and for the other effect.
+    """Order effects on log estimates, adjusted for amplitude and for each other.
 
     Parameters
     ----------
     log_slope_per_trial : MeanOverParticipants or NotComputed
-        Slope on trial position: drift.
+        Slope on the trial's position (drift).
     log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
-        Slope on the amplitude of the previous surface (µm peak to peak): carry-over.
+        Slope on the amplitude of the previous surface, µm peak to peak (carry-over).
     """
 
     log_slope_per_trial: MeanOverParticipants | NotComputed
@@ -59,14 +59,14 @@ class OrderEffects:
 
 
 def order_effects(data: Prepared) -> OrderEffects | NotComputed:
-    """Test whether estimates drift with trial position, or depend on the previous surface.
+    """Test whether estimates depend on the trial's position or on the previous surface.
 
-    Fits one least-squares model to all log estimates: a mean per participant, a mean per
-    amplitude, a slope on the position and a slope on the previous amplitude. Trials without a
-    previous amplitude (the first, and those after a texture) are omitted. If the two were fitted
-    separately, carry-over would appear as drift, because a participant's positions and previous
-    surfaces are correlated. Standard errors are from a jackknife across participants; tests and
-    intervals use the t distribution with n - 1 degrees of freedom.
+    A least-squares model of all log estimates has a mean per participant, a mean per amplitude, a
+    slope on position and a slope on the previous amplitude. First trials and trials after a texture
+    have no previous amplitude and are omitted. Fitted separately, carry-over would appear as drift,
+    because position and previous surface are correlated within a participant. Standard errors come
+    from a jackknife across participants; tests and intervals use the t distribution with n - 1
+    degrees of freedom.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -99,7 +99,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
-    """Return the reason why the order effect cannot be separated from amplitude, or None."""
+    """Return the reason why order is confounded with amplitude, or None if it is not."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
     amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
@@ -132,7 +132,7 @@ def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
 
 
 def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
-    """Return each participant's sums of products, so that omitting one is a subtraction."""
+    """Return each participant's sums of products, from which participants can be left out."""
     width = len(design)
     products = np.empty((people, width, width))
     for row in range(width):
@@ -143,7 +143,7 @@ def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Ar
 
 
 def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants | NotComputed:
-    """Return the slope on one column of the design; its last column is the log estimate."""
+    """Return the slope of the log estimate (last column) on another column of the design."""
     width = products.shape[1]
     total = products.sum(axis=0)
     target = width + place

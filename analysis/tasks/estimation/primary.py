@@ -1,4 +1,4 @@
-"""Write the sentences of the primary analysis, which the study declares, and of the others."""
+"""Write the sentences on the primary and the secondary analyses."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.analysis_choices import Primary
     from slipscale.stimuli.quantity import Quantity
 
-#: Primary analysis -> its name in a plan, for a quantity ``q``.
+#: Primary analysis -> name in a plan, with a placeholder for the quantity ``q``.
 TITLES: dict[Primary, str] = {
     "ranks": "Friedman's test, and Wilcoxon's test for each pair of {q.levels}, Holm-corrected",
     "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and a paired t "
@@ -30,7 +30,7 @@ def _written(
     *,
     of_primary: bool,
 ) -> Iterator[str | NotComputed]:
-    """Yield the sentences of one part, or why one is missing."""
+    """Yield the sentences on primary or secondary results, or reasons for missing results."""
     for statistic in STATISTICS:
         found = inference[statistic]
         for sentence in statistic.sentences:
@@ -45,7 +45,7 @@ def _written(
 def primary_sentences(
     inference: Inference, primary: Primary, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences of the primary analysis, or why there is none."""
+    """Return the sentences on the primary analysis, or the reason why it is missing."""
     found = list(_written(inference, primary, confidence, quantity, of_primary=True))
     if texts := [each for each in found if isinstance(each, str)]:
         return texts
@@ -56,6 +56,6 @@ def primary_sentences(
 def secondary_sentences(
     inference: Inference, primary: Primary, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences of every other test on magnitude estimates."""
+    """Return the sentences on all secondary tests of magnitude estimates."""
     found = _written(inference, primary, confidence, quantity, of_primary=False)
     return [each for each in found if isinstance(each, str)]

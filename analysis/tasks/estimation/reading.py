@@ -1,7 +1,7 @@
-"""Read trials of magnitude estimation from a data set or a single table.
+"""Read trials of magnitude estimation.
 
-The amplitude recorded for a texture is its maximum. To avoid treating it as a plain surface of
-that amplitude, texture trials are kept separate.
+Trials of textures are kept separate, because the amplitude recorded for a texture is its maximum
+and not the amplitude of a plain surface.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def read_estimates(
     entries: Entries, folder: Path, problems: Problems, _counts: dict[str, int]
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return every trial of magnitude estimation, with its numbers parsed."""
+    """Return all trials of magnitude estimation, with parsed numbers."""
     if not entries:
         return empty_estimates(), []
     factors = factors_of(folder)
@@ -39,14 +39,14 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return ``answers``, the answered trials among them (``estimates``), and ``textures``."""
+    """Divide trials into ``answers``, answered trials (``estimates``) and ``textures``."""
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
 
 
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    """Return main trials that were not voided or damaged, with columns for their events."""
+    """Return valid main trials, with columns for events such as faults."""
     counts["estimation_rows"] = len(frame)
     practice, voided = set_aside(frame)
     counts["practice"], counts["voided"] = int(practice.sum()), int(voided.sum())
@@ -65,7 +65,7 @@ def _part_textures(
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
     runs = [main[name] for name in IDENTITY]
-    # The plain surface in the previous row is then not the surface felt before.
+    # After a texture, the surface felt before is not the plain surface in the previous row.
     main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
     counts["textures"] = int(modulated.sum())
     if counts["textures"]:

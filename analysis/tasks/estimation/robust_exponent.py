@@ -1,10 +1,9 @@
-"""Estimate the exponent robustly, so that lapses and outlying people have little weight.
+"""Estimate the exponent with little weight for lapses and outlying participants.
 
-A lapse is a trial far from its participant's line; it changes a least-squares slope, but barely
-affects the median of the slopes between all pairs of trials (Theil 1950; Sen 1968). An outlying
-participant changes the mean exponent, but barely affects the 20 % trimmed mean (Tukey and
-McLaughlin 1963). The result is a sensitivity analysis: it does not replace the
-exponent.
+A lapse changes a participant's least-squares slope, but has little effect on the median slope
+between pairs of trials (Theil 1950; Sen 1968). An outlying participant changes the mean exponent,
+but has little effect on the 20 % trimmed mean (Tukey and McLaughlin 1963). This is a sensitivity
+analysis; it does not replace the mean exponent.
 """
 
 from __future__ import annotations
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: Proportion of participants' exponents trimmed at each end.
+#: Proportion of exponents trimmed at each end.
 TRIMMED = 0.2
 
 
@@ -41,7 +40,7 @@ class RobustExponent:
     interval : ConfidenceInterval
         Tukey-McLaughlin interval across participants.
     n, trimmed : int
-        Number of participants with a slope, and number trimmed at both ends together.
+        Number of participants with a slope, and number trimmed at both ends in total.
     """
 
     exponent: float
@@ -59,12 +58,12 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
     Notes
     -----
-    Equals `scipy.stats.theilslopes(y, x).slope`, which spends most of its time on checks and an
-    interval.
+    The result equals `scipy.stats.theilslopes(y, x).slope`, which is slower because it also
+    computes an interval.
     """
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
-    ends = np.flatnonzero(np.diff(x)) + 1  # of all points with the same x
+    ends = np.flatnonzero(np.diff(x)) + 1  # ends of runs of points with the same x
     slopes = [
         (y[end:, None] - y[start:end]) / (x[end:, None] - x[start])
         for start, end in zip((0, *ends), ends, strict=False)
@@ -73,7 +72,7 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
 
 def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
-    """Return the robust exponent, from all trials above 0."""
+    """Return the robust exponent of all trials with amplitudes and estimates above 0."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     if data.refused:

@@ -1,4 +1,4 @@
-"""Write the section on geometric means, Table III next to the paper's, and all descriptives."""
+"""Write the report section on means of estimates."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return geometric means, then Table III by the paper's convention."""
+    """Return the section with geometric means and Table III."""
     section = ReportSection("Magnitude estimates")
     prepared, quantity = analysis.prepared, analysis.dataset.quantity
     if prepared is None:
@@ -48,7 +48,7 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 
 def _geometric(analysis: Analysis) -> Markup:
-    """Return the table of geometric means with both intervals."""
+    """Return the table of geometric means and their intervals."""
     quantity, level = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
     return html.table(
         html.columns(
@@ -74,7 +74,7 @@ def _geometric(analysis: Analysis) -> Markup:
 
 
 def textures(analysis: Analysis) -> Markup:
-    """Return the same statistics for textures, which have no single amplitude."""
+    """Return the table of estimates of textures."""
     titles = ("Mean", "Max. dev.", "SD")
     return html.table(
         html.columns("Texture", "n", *titles, left=1),
@@ -88,7 +88,7 @@ def textures(analysis: Analysis) -> Markup:
 
 
 def table3(analysis: Analysis) -> Markup:
-    """Return Table III, next to the paper's if the amplitudes are the paper's."""
+    """Return Table III, with the published values if the amplitudes are the same."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
     beside = quantity.of_plate and any(

@@ -1,7 +1,4 @@
-"""Write the sentences of a results section, in APA style (7th edition).
-
-Each function takes a result and returns its sentence.
-"""
+"""Write sentences on results of magnitude estimation, in APA style (7th edition)."""
 
 from __future__ import annotations
 
@@ -42,7 +39,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent
     from slipscale.stimuli.quantity import Quantity
 
-#: Names of `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS` in a sentence.
+#: Names of growth functions in sentences, keyed as in
+#: `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS`.
 MODEL_NAMES = {
     "power": "Stevens's power law",
     "threshold": "the power law with a threshold",
@@ -53,20 +51,20 @@ MODEL_NAMES = {
 }
 
 
-#: Means of more levels, and more pairs without a difference, are not listed in a sentence.
+#: Largest number of means, and of pairs without a difference, listed in a sentence.
 MOST_LISTED = 6
-#: Bayes factors above this, or below its reciprocal, are only reported as such.
+#: Bayes factors above this value are reported as "> 100", below its reciprocal as "< 0.01".
 MOST_DECISIVE = 100.0
 
 
-#: Posterior predictive checks, in words, for a quantity ``q``.
+#: Posterior predictive check -> description with a placeholder for the quantity ``q``.
 CHECKS = {
     "curvature": "the curvature on logarithmic axes",
     "largest_residual": "the largest residual",
     "kurtosis": "the residuals' tails",
     "spread_ratio": "the ratio of the residuals' spreads at the largest and smallest {q.level}",
 }
-#: A posterior predictive p this close to 0 or 1 indicates a misfit of the model.
+#: A posterior predictive p-value this close to 0 or 1 indicates that the model does not fit.
 UNLIKELY = 0.025
 
 
@@ -75,7 +73,7 @@ def _ci(
     confidence: float,
     write: Callable[[float], str] = number,
 ) -> str:
-    """Return ", 95% CI [low, high]", or nothing if it is not defined."""
+    """Format an interval as ", 95% CI [low, high]"; return an empty string for None."""
     return "" if bounds is None else f", {level_of(confidence)} CI {bracketed(bounds, write)}"
 
 
@@ -85,7 +83,7 @@ def _degrees(df: float, epsilon: float) -> str:
 
 
 def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on the repeated-measures ANOVA, with Greenhouse–Geisser correction."""
+    """Return a sentence on the repeated-measures ANOVA."""
     epsilon = found.epsilon_gg
     verb = "differed" if reliable(found.p_gg, confidence) else "did not differ reliably"
     ci = _ci(found.eta2_generalised_interval, confidence, unit_number)
@@ -104,7 +102,7 @@ def rm_anova(found: RmAnova, confidence: float, quantity: Quantity) -> str:
 
 
 def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on Friedman's test."""
+    """Return a sentence on Friedman's test."""
     verb = "differed" if reliable(found.p, confidence) else "did not differ reliably"
     return (
         f"Estimates {verb} between {quantity.levels} (Friedman's test on ranks, "
@@ -114,12 +112,12 @@ def friedman(found: Friedman, confidence: float, quantity: Quantity) -> str:
 
 
 def page_trend(found: PageTrend, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on Page's test."""
+    """Return a sentence on Page's test."""
     return page_sentence("Estimates", found, confidence, quantity.name, quantity)
 
 
 def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> str | None:
-    """Return the sentence on the linear contrast; None if its slope was not tested."""
+    """Return a sentence on the linear contrast, or None if its slope was not tested."""
     slope = found.log_slope_per_um_pp
     if not slope:
         return None
@@ -132,7 +130,7 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
 
 
 def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
-    """Return the sentence on the geometric means; for many levels, only the first and the last."""
+    """Return a sentence on the geometric means; if there are many, only on the first and last."""
     rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
     listed = ", ".join(f"{number(mean)} at {quantity.value(level)}" for mean, level in shown)
@@ -140,7 +138,7 @@ def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
 
 
 def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on the exponent."""
+    """Return a sentence on the exponent."""
     return (
         f"The mean exponent of participants' power functions of {quantity.name} was "
         f"{number(found.exponent)}, {level_of(confidence)} CI {bracketed(found.interval)} (n = "
@@ -149,7 +147,7 @@ def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
 
 
 def robust_exponent(found: RobustExponent, confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence on the robust exponent."""
+    """Return a sentence on the robust exponent."""
     return (
         f"A robust estimate of the exponent, which gives little weight to lapses and outliers, "
         f"was {number(found.exponent)}{_ci(found.interval, confidence)} (n = {found.n})."
@@ -159,7 +157,7 @@ def robust_exponent(found: RobustExponent, confidence: float, _quantity: Quantit
 def pairwise_logs(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return one sentence on all pairs, using paired t tests on logarithms."""
+    """Return a sentence on the paired t tests of all pairs."""
     tested = [(pair, pair.logs) for pair in pairs if pair.logs]
     if len(pairs) == len(tested) == 1:
         only = tested[0][1]
@@ -184,9 +182,9 @@ def pairwise_logs(
 def equivalence(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return the result for pairs without a significant t test: equivalent or undecided.
+    """Return a sentence on the equivalence of pairs that do not differ significantly.
 
-    None if all pairs differ significantly.
+    Returns None if all pairs differ.
     """
     apart = [
         (pair, pair.logs)
@@ -224,7 +222,7 @@ def _equivalence(pair: PairComparison, logs: PairedT, quantity: Quantity) -> str
 
 
 def bayes_of_none(for_a_difference: float) -> str:
-    """Return the Bayes factor for no difference, as "= 4.23", "< 0.01" or "> 100".
+    """Format the Bayes factor in favour of no difference, with its relation sign.
 
     >>> bayes_of_none(0.236), bayes_of_none(float("inf")), bayes_of_none(0.0001)
     ('= 4.24', '< 0.01', '> 100')
@@ -239,7 +237,7 @@ def bayes_of_none(for_a_difference: float) -> str:
 def pairwise_ranks(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
-    """Return one sentence on all pairs, using Wilcoxon's test on estimates including zeros."""
+    """Return a sentence on the Wilcoxon tests of all pairs."""
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
         verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
@@ -256,7 +254,7 @@ def _pair(pair: PairComparison, quantity: Quantity) -> str:
 
 
 def _of(n: int, incomplete: int) -> str:
-    """Return "n = 12", with the total number if some are excluded."""
+    """Return "n = 12", or "n = 12 of 14" if participants are excluded."""
     return f"n = {n}" + (f" of {n + incomplete}" if incomplete else "")
 
 
@@ -266,7 +264,7 @@ def _all_pairs(
     confidence: float,
     quantity: Quantity,
 ) -> str:
-    """Return the sentence on pairs, each with its corrected p and number of participants."""
+    """Return a sentence on the tests of all pairs."""
     doubtful = [row for row in rows if not reliable(row[1], confidence)]
     counts = sorted({n for _, _, n in rows})
     people = f"n = {counts[0]}" + (f" to {counts[-1]}" if len(counts) > 1 else "")
@@ -293,7 +291,7 @@ def _all_pairs(
 
 
 def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence on the model comparison: favoured, or undecided."""
+    """Return a sentence on the comparison of growth functions."""
     compared = found.amplitude
     models, best = compared.models, compared.best
     others = sorted(
@@ -321,7 +319,7 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
 
 
 def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on the hierarchical power function; numbers only if it converged."""
+    """Return a sentence on the hierarchical power function, with numbers only if it converged."""
     if not found.converged:
         return (
             "The hierarchical Bayesian power function did not converge (largest R̂ = "
@@ -350,7 +348,7 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
 
 
 def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | None:
-    """Return the sentence on order and carry-over."""
+    """Return a sentence on order effects and carry-over."""
     texts = []
     for slope, words in (
         (found.log_slope_per_trial, "trial position"),
@@ -366,7 +364,7 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
 
 
 def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence on test-retest reliability."""
+    """Return a sentence on test-retest reliability."""
     single, mean = found.single, found.mean
     return (
         "Test-retest reliability of single log estimates was ICC = "
@@ -378,7 +376,7 @@ def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> s
 
 
 def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> str:
-    """Return the sentence on the mixed model, with numbers only if the fit converged."""
+    """Return a sentence on the mixed model, with numbers only if the fit converged."""
     if not found.converged:
         return (
             "The linear mixed model with random intercepts and slopes did not converge; its "

@@ -1,4 +1,4 @@
-"""Check whether repeated estimates have the same spread at every level, as rank tests assume."""
+"""Check whether repeated estimates have the same spread at all levels, as rank tests assume."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: Ratio of standard deviations above which rank tests of arithmetic means err noticeably.
+#: Ratio of standard deviations above which rank tests of arithmetic means are unreliable.
 NOTICEABLE = 1.75
-#: Minimum number of within-cell differences for comparing standard deviations.
+#: Smallest number of within-cell differences for a comparison of standard deviations.
 FEWEST = 12
 
 
 def unequal_spread(data: Prepared) -> list[str]:
-    """Return a warning if the spread of log estimates within cells is unequal.
+    """Return a warning if the spread of repeated log estimates differs between levels.
 
-    Arithmetic means of skewed estimates increase with their spread. If geometric means are equal
-    but spreads are not, arithmetic cell means differ, and rank tests reject. In 1,000 simulated
-    studies with standard deviations of 0.3 and 0.6 (natural logarithms) and 12 participants,
-    Wilcoxon's test at the 5 % level rejected in 9 % of studies with 3 repetitions and in 21 % with
-    6. With equal spread, it rejected in 4 %.
+    The arithmetic mean of skewed estimates increases with their spread. With equal geometric means
+    and unequal spreads, arithmetic means therefore differ, and rank tests reject too often. In
+    1,000 simulated studies with standard deviations of 0.3 and 0.6 (natural logarithms) and 12
+    participants, Wilcoxon's test at the 5 % level rejected in 9 % of studies with 3 repetitions and
+    in 21 % with 6. With equal spread, it rejected in 4 %.
     """
     usable = data.trials[data.trials["log"].notna()]
     cells = usable.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)["log"]

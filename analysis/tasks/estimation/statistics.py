@@ -1,7 +1,6 @@
-"""List the statistics for magnitude estimates; add new ones to this table.
+"""Declare the statistics of magnitude estimates.
 
-The functions that compute results and write text are in their own modules; each declaration
-combines them.
+Each declaration combines functions that compute a result with functions that describe it.
 """
 
 from __future__ import annotations
@@ -43,18 +42,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NormalisationUsed:
-    """How estimates were brought to a common scale.
+    """The rules by which estimates were normalised.
 
     Parameters
     ----------
     rule : str or None
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`; None without estimates.
     zero_rule : str
-        How estimates of zero were treated before taking logarithms.
+        Rule for estimates of zero before taking logarithms.
     zeros : int
         Number of estimates that are zero.
     standard_deviation : {"sample", "population"}
-        Convention of Table III.
+        Convention of the standard deviation in Table III.
     """
 
     rule: str | None
@@ -68,7 +67,7 @@ def _logs(pairs: Pairs) -> list[PairedT]:
 
 
 def slope_ps(slopes: Sequence[MeanOverParticipants | NotComputed]) -> list[float]:
-    """Return the p-value of each mean slope that could be computed."""
+    """Return the p-values of the mean slopes that could be computed."""
     return [slope.p for slope in slopes if isinstance(slope, MeanOverParticipants)]
 
 
@@ -268,7 +267,7 @@ NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     test=False,
 )
 
-#: In the order of ``inference.json`` and of the results section; add new statistics here.
+#: All statistics, in the order of ``inference.json`` and of the results section.
 STATISTICS: tuple[Statistic[object], ...] = (
     FRIEDMAN,
     RM_ANOVA,

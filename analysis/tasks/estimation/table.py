@@ -1,4 +1,4 @@
-"""Tabulate magnitude estimates and their results."""
+"""Build the CSV tables for magnitude estimation."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
 
 
 def wide(analysis: Analysis) -> pd.DataFrame:
-    """Return one row per participant, the format in which JASP, jamovi and SPSS read such data.
+    """Return a table with one row per participant, as required by JASP, jamovi and SPSS.
 
-    Names contain letters, digits and underscores: ``estimate_0_5`` is the mean normalised estimate
-    at 0.5 µm peak to peak, ``log_0_5`` the mean natural logarithm.
+    Column names contain only letters, digits and underscores. For example, ``estimate_0_5`` is the
+    mean normalised estimate at 0.5 µm peak to peak, and ``log_0_5`` is the mean natural logarithm.
     """
 
     def named(table: pd.DataFrame, prefix: str) -> pd.DataFrame:
@@ -59,7 +59,7 @@ def wide(analysis: Analysis) -> pd.DataFrame:
     about = analysis.dataset.participants
     if len(about.columns) > 1:
         about = about.drop_duplicates("participant_id")
-        # Our columns keep their names; a column of participants.tsv with the same name is marked.
+        # If a column of participants.tsv has the name of a result, the column gets a suffix.
         table = table.merge(
             about, on="participant_id", how="left", suffixes=("", "_participants_tsv")
         )

@@ -1,8 +1,8 @@
-"""Describe estimates of textures, separately from the statistics across amplitudes.
+"""Describe the estimates of textures.
 
-A texture has no single amplitude: its maximum may equal that of a plain surface that feels quite
-different. Textures therefore do not affect the scale; they are normalised with the scale of the
-plain surfaces in the same run.
+A texture has no single amplitude, and a plain surface with the same maximum can feel different.
+Estimates of textures therefore do not affect the normalisation. They are normalised like the
+estimates of plain surfaces in the same run.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ def describe(
     textures, estimates : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.textures` and ``estimates``.
     rule : str
-        A key of `slipscale.analysis.preprocessing.normalisation.RULES`: each is one division
-        within a run.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. Within a run, every rule is
+        a division by one number.
     standard_deviation : {"sample", "population"}
-        Divide by n - 1 or by n.
+        Whether to divide by n - 1 or by n.
 
     Returns
     -------
     DataFrame
-        ``texture n mean maximum_deviation standard_deviation``, sorted by name; empty without
-        textures. A run without an estimate of a plain surface has no scale and is omitted.
+        Columns ``texture n mean maximum_deviation standard_deviation``, sorted by name; empty
+        without textures. Runs without an estimate of a plain surface are omitted.
     """
     columns = ["texture", "n", "mean", "maximum_deviation", "standard_deviation"]
     if not len(textures) or not len(estimates):
@@ -46,6 +46,6 @@ def describe(
     trials = textures.astype(dict.fromkeys([*RUN, "texture"], str)).merge(scales, on=RUN)
     trials["normalised"] = trials["estimate"] / trials["divisor"] * normalisation.RULES[rule].top
     means = trials.groupby([PARTICIPANT, "texture"])["normalised"].mean()
-    cells = means.unstack("texture")  # noqa: PD010 - the index is already made
+    cells = means.unstack("texture")  # noqa: PD010 - the index already exists
     found = descriptives.over_participants(cells, standard_deviation)
     return found.assign(texture=cells.columns.to_numpy())[columns]

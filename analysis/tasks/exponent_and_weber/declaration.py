@@ -1,4 +1,4 @@
-"""Declare the comparison between exponent and Weber fraction in the same participants."""
+"""Declare the comparison of exponent and Weber fraction."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
-#: Text of each verdict, after "The exponent".
+#: Verdict -> text that follows "The exponent".
 VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",
@@ -46,7 +46,7 @@ def _sentences(analysis: Analysis) -> list[str]:
 
 
 def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> str:
-    """Return the measured and expected values, and whether they agree."""
+    """Return a sentence on the measured and the expected values, with the verdict."""
     level = level_of(confidence)
     low, high = PUBLISHED
     people = counted(len(one.participants), "participant has", "participants have")
@@ -75,11 +75,11 @@ def _bracketed(found: Estimate) -> str:
 
 
 def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section; if a study has both measures but no comparison, it states why."""
+    """Return the section with the comparison, or with the reason why it is missing."""
     section = ReportSection("Exponent and Weber fraction")
     found = analysis.inference[EXPONENT_AND_WEBER]
     if isinstance(found, NotComputed):
-        # A study with only one of the two has nothing to report.
+        # Without estimates or without Weber fractions, there is nothing to report.
         if analysis.prepared is not None and not isinstance(
             analysis.inference[THRESHOLDS], NotComputed
         ):
@@ -111,11 +111,11 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 @styled
 def exponent_and_weber(found: ExponentAndWeber) -> Figure:
-    """Plot participants, means with intervals, and the curve predicted by Ekman's law."""
+    """Plot participants, means with intervals, and the curve according to Ekman's law."""
     figure, axes = canvas()
     weber = np.array([each.weber_fraction for each in found.participants])
     own = np.array([each.exponent for each in found.participants])
-    # An interval that reaches 0 has no end on a logarithmic axis: it extends beyond the figure.
+    # On a logarithmic axis, an interval that reaches 0 extends beyond the figure.
     ends = [end for end in (*weber, *found.weber_fraction.interval) if end > 0]
     fine = np.geomspace(min(ends) / 1.4, max(ends) * 1.4, 100)
     low, high = (np.log1p(k) / np.log1p(fine) for k in PUBLISHED)

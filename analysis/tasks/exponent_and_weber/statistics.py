@@ -5,8 +5,8 @@ For a power function with exponent *n* and a Weber fraction *w*
 
     k = (1 + w)^n - 1,    n = log(1 + k) / log(1 + w)
 
-According to Teghtsoonian 1971 (Psychol. Rev. 78, 71-80), *k* is near 0.03 for every sense: steep
-functions go with fine discrimination.
+According to Teghtsoonian 1971 (Psychol. Rev. 78, 71-80), *k* is near 0.03 for every sense, so steep
+power functions imply fine discrimination.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
-#: Teghtsoonian's k.
+#: Value of k according to Teghtsoonian.
 EKMAN = 0.03
-#: k from the Weber fractions and exponents of nine continua, from brightness (0.079 and 0.33) to
-#: vibration at 60 Hz (0.036 and 0.95).
+#: Range of k, computed from published Weber fractions and exponents of nine continua, from
+#: brightness (0.079 and 0.33) to vibration at 60 Hz (0.036 and 0.95).
 PUBLISHED = (0.025, 0.035)
-#: An interval agrees if it lies within this factor of `EKMAN` and overlaps the published values;
-#: the bound is our own.
+#: The interval of k agrees with the law if it lies within this factor of `EKMAN` and overlaps the
+#: published range. The factor is a choice of Slipscale.
 FACTOR = 2.0
 
 Verdict = Literal["agrees", "does not agree", "undecided"]
@@ -42,7 +42,7 @@ Verdict = Literal["agrees", "does not agree", "undecided"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnExponentAndWeber:
-    """One participant's exponent and Weber fraction."""
+    """The exponent and the Weber fraction of one participant."""
 
     participant: str
     exponent: float
@@ -51,29 +51,30 @@ class OwnExponentAndWeber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExponentAndWeber:
-    """Exponent and Weber fraction for one task, from the participants who have both.
+    """Comparison of exponent and Weber fraction, for participants who have both.
 
     Parameters
     ----------
     task : str
-        Label, in file names, of the task that gives the Weber fraction.
+        Label of the task that gives the Weber fraction.
     standard_um_pp : float
-        Standard of the comparison, µm peak to peak.
+        Standard of that task, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
-        One entry per participant.
+        Values of each participant.
     exponent : Estimate
-        Mean with t-based interval.
+        Mean exponent, with t-based interval.
     weber_fraction : Estimate
-        Weber fraction of the population (`TaskThresholds.weber_fraction`).
+        Weber fraction of the population; see `TaskThresholds.weber_fraction`.
     expected_exponent : Estimate
-        Exponent predicted by the Weber fraction and its interval with k = 0.03.
+        Exponent computed from the Weber fraction and its interval, with k = 0.03.
     ekman_fraction : Estimate
-        k for these participants, with a t-based interval of log(1 + k).
+        Value of k for these participants, with a t-based interval computed on log(1 + k).
     verdict : {"agrees", "does not agree", "undecided"}
-        Agrees if that interval lies within a factor of 2 of 0.03 and overlaps the published 0.025
-        to 0.035; does not agree if it lies outside those; otherwise undecided.
+        "agrees" if the interval of k lies within a factor of 2 of 0.03 and overlaps the published
+        range, 0.025 to 0.035; "does not agree" if it lies outside that range; otherwise
+        "undecided".
     grows : bool
-        Whether the exponent's interval lies above 0.
+        Whether the interval of the exponent lies above 0.
     """
 
     task: str
@@ -92,7 +93,7 @@ def exponent_and_weber(
     tasks: tuple[TaskThresholds, ...] | NotComputed,
     confidence: float = 0.95,
 ) -> tuple[ExponentAndWeber, ...] | NotComputed:
-    """Return the comparison for each task that has Weber fractions.
+    """Return a comparison for each task with Weber fractions.
 
     Parameters
     ----------
@@ -141,7 +142,7 @@ def _task(
     if not (exponent and whole and log_ekman):
         return missing([exponent, whole, log_ekman])[0]
     fraction = np.array([whole.value, *whole.interval])
-    with np.errstate(divide="ignore"):  # a fraction of 0 allows any exponent, however large
+    with np.errstate(divide="ignore"):  # a fraction of 0 gives an infinite exponent
         expected = np.log1p(EKMAN) / np.log1p(fraction)
     ekman = np.expm1([log_ekman.mean, *log_ekman.interval])
     return ExponentAndWeber(

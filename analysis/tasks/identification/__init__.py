@@ -1,1 +1,1 @@
-"""Identification: the confusion matrix and the information transferred."""
+"""Identification: confusion matrix and transferred information."""

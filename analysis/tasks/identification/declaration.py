@@ -1,4 +1,4 @@
-"""Declare identification."""
+"""Declare the identification task."""
 
 from __future__ import annotations
 
@@ -84,13 +84,13 @@ def _blocks(
     ]
 
 
-#: Proportions above this are written in white.
+#: Proportions above this value are written in white.
 DARK = 0.5
 
 
 @styled
 def named(task: TaskIdentification) -> Figure:
-    """Draw the proportion of each name among the answers to each presented surface."""
+    """Plot the confusion matrix as proportions of the answers to each surface."""
     figure, axes = canvas(size=(4.6, 4.2))
     counts = np.array(task.table, np.float64)
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1)

@@ -1,15 +1,16 @@
-"""Compute the information transferred in identification.
+"""Compute the information transferred in an identification task.
 
 Rules:
 
 - information is the mutual information between presented and named surface, in bits (Miller 1956,
-  Psychol. Rev. 63, 81-97): 2 to this power is the number of surfaces that are identified without
-  error;
-- few trials make it too large. The first-order Miller-Madow correction (Miller 1955, in
-  Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each entropy;
-- a corrected value is at most the information of the presented surfaces;
-- a participant's own value needs many trials: the report notes when there are fewer than five per
-  cell of the table on average.
+  Psychol. Rev. 63, 81-97); 2 to this power is the number of surfaces that could be identified
+  without error;
+- with few trials, information is overestimated. The first-order Miller-Madow correction (Miller
+  1955, in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each
+  entropy;
+- a corrected value does not exceed the information in the presented surfaces;
+- the report contains a note if participants have fewer than five trials per cell on average,
+  because individual values require many trials.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ ITEMS = ("presented", "named")
 
 
 def _known(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return trials with the column ``right``; NaN without a name or an answer."""
+    """Return trials with the column ``right``, which is NaN without a name or an answer."""
     whole = (frame["presented"] != "") & (frame["named"] != "")
     right = (frame["presented"] == frame["named"]).astype(float)
     return frame.assign(**{name: frame[name].map(plain) for name in ITEMS}).assign(
@@ -63,7 +64,7 @@ TRIALS = task_trials(
 )
 
 
-#: With fewer trials per cell, a corrected value is still too large (our rule of thumb).
+#: With fewer trials per cell, corrected values are still too large (rule of thumb).
 TRIALS_PER_CELL = 5
 
 
@@ -77,13 +78,13 @@ class TaskIdentification:
     participants, answers : int
     items : tuple of str
     table : tuple of tuple of int
-        Counts over all participants: one row per presented item, one column per named item.
+        Counts of all participants' answers: rows are presented items, columns are named items.
     information_bits, corrected_bits : float
-        Information transferred in the pooled table, and its corrected value.
+        Information transferred in ``table``, without and with correction.
     most_bits : float
-        Information in the presented items, the largest possible value.
+        Information in the presented items, which is the largest possible value.
     mean_information_bits : MeanOverParticipants or NotComputed
-        Mean of participants' own corrected values.
+        Mean of the corrected values of individual participants.
     share_right : MeanOverParticipants or NotComputed
         Mean of participants' proportions of correct answers.
     trials_per_cell : float
@@ -104,7 +105,7 @@ class TaskIdentification:
 
 
 def entropy_bits(counts: Array) -> tuple[float, float]:
-    """Return the entropy of counts, and the value with the Miller-Madow correction.
+    """Return the entropy of counts, without and with the Miller-Madow correction.
 
     >>> [round(each, 3) for each in entropy_bits(np.array([5.0, 5.0, 0.0]))]
     [1.0, 1.072]
@@ -115,7 +116,7 @@ def entropy_bits(counts: Array) -> tuple[float, float]:
 
 
 def information_bits(table: Array) -> tuple[float, float]:
-    """Return the information transferred in a table of counts, and its corrected value.
+    """Return the information transferred in a table of counts, without and with correction.
 
     >>> [round(each, 3) for each in information_bits(np.diag([50.0, 50.0]))]
     [1.0, 1.0]

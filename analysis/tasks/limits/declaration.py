@@ -49,7 +49,7 @@ def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
 
 
 def _sentences(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-    """Return one paragraph, with the constant error."""
+    """Return one paragraph on the threshold and the constant error."""
     parts = [_threshold(task, confidence, quantity), *_remarks(task, confidence, quantity)]
     return [" ".join(parts)]
 
@@ -108,7 +108,7 @@ NAMES = ("Ascending", "Descending", "Both")
 
 @styled
 def transitions(task: TaskLimits, quantity: Quantity) -> Figure:
-    """Plot participants' mean transitions by direction, and the means with intervals."""
+    """Plot mean transitions by direction, for participants and for the group."""
     figure, axes = canvas(size=SIZE)
     rows = [(p.ascending_um_pp, p.descending_um_pp, p.threshold_um_pp) for p in task.people]
     draw_people(axes, np.arange(3.0), np.array(rows, np.float64))

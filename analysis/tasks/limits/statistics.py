@@ -1,14 +1,14 @@
-"""Estimate thresholds by the method of limits: the mean of a participant's transitions.
+"""Estimate thresholds by the method of limits.
 
 Rules:
 
-- a series has a transition if its last answer differs from the earlier answers: half-way between
-  the last level and the nearest earlier level in the direction of the series; series without a
-  transition are counted;
-- a participant's threshold is the mean of the ascending and the descending mean, so that both
-  directions have equal weight;
-- descending minus ascending is the constant error: above 0 if answers change too early
-  (anticipation), below 0 if they change too late (habituation).
+- a series has a transition if its last answer differs from the earlier answers. The transition lies
+  halfway between the last level and the nearest earlier level in the direction of the series.
+  Series without a transition are counted;
+- a participant's threshold is the mean of the mean ascending and the mean descending transition, so
+  that both directions have equal weight;
+- the constant error is the descending minus the ascending transition. It is above 0 if answers
+  change too early (anticipation), and below 0 if they change too late (habituation).
 """
 
 from __future__ import annotations
@@ -73,12 +73,12 @@ class TaskLimits:
     ----------
     task : str
     participants, answers, series, without_transition : int
-        Number of participants, answers, series, and series without a transition.
+        Numbers of participants, answers, series, and series without a transition.
     standard_um_pp : float or None
-        The standard; None if it was not constant.
+        Level of the standard; None if it was not constant.
     threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed
     constant_error_um_pp : MeanOverParticipants or NotComputed
-        Descending minus ascending transition.
+        Mean of descending minus ascending transition.
     people : tuple of PersonLimits
     """
 
@@ -96,7 +96,7 @@ class TaskLimits:
 
 
 def transition_um_pp(rows: pd.DataFrame) -> float:
-    """Return the transition of a series with rows in order; NaN if it has none."""
+    """Return the transition of a series, or NaN if it has none. Rows must be in order."""
     rising = rows["direction"].iloc[0] == ASCENDING
     last, ended = float(rows["comparison_um_pp"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
     levels = rows["comparison_um_pp"].to_numpy(float)

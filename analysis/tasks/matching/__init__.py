@@ -1,1 +1,1 @@
-"""Matching of a reference."""
+"""Matching of a reference by adjustment."""

@@ -1,4 +1,4 @@
-"""Declare matching."""
+"""Declare the matching task."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     Task = list[MatchedReference]
 
-#: Fields that become columns; the tests of bias and direction follow.
+#: Fields of `MatchedReference` that become columns, before the tests of bias and direction.
 TABULATED = (
     *("task", "reference_um_pp", "matches", "participants", "mean_um_pp", "variability_um_pp"),
     *("ascending_um_pp", "descending_um_pp", "felt_again", "catch_trials", "catch_error_um_pp"),
@@ -51,7 +51,7 @@ def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
 
 
 def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on one reference."""
+    """Return a sentence on one reference."""
     written = measured(quantity)
     what = (
         f"{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
@@ -71,7 +71,7 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
 
 
 def blocks(task: Task, svgs: Mapping[str, str], _level: float, quantity: Quantity) -> list[Markup]:
-    """Return the section for one task: a figure, and one row per reference."""
+    """Return the figure and the table for one task."""
     return [
         *html.figure_if_drawn(
             svgs,
@@ -137,14 +137,14 @@ def _row(each: MatchedReference) -> JsonObject:
 
 @styled
 def matches(found: Sequence[MatchedReference], trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Plot matches against references: individual ones, and means from below and from above.
+    """Plot matches against references, by direction of adjustment.
 
     Parameters
     ----------
     found : sequence of MatchedReference
         References of one task.
     trials : DataFrame
-        The task's trials, as read by `slipscale.analysis.tasks.matching.statistics.TRIALS`.
+        Trials of the task, as read by `slipscale.analysis.tasks.matching.statistics.TRIALS`.
     quantity : Quantity
     """
     figure, axes = canvas(size=(5.6, 4.2))

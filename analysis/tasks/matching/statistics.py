@@ -1,7 +1,7 @@
-"""Analyse matching by adjustment: bias, variability and effect of direction.
+"""Analyse bias, variability and the effect of direction in matching by adjustment.
 
-In the trials, ``felt_again`` is the number of times the reference was repeated; NaN in tables
-without that column.
+The column ``felt_again`` is the number of times the reference was repeated in a trial, or NaN if
+the data do not contain it.
 """
 
 from __future__ import annotations
@@ -61,18 +61,18 @@ class MatchedReference:
     matches, participants : int
         Numbers of matches and participants.
     mean_um_pp : float
-        Mean of participants' mean matches.
+        Mean across participants of their mean match.
     bias_um_pp : MeanOverParticipants or NotComputed
-        Match minus reference (constant error), and its test against 0.
+        Mean of match minus reference (constant error), tested against 0.
     variability_um_pp : float or None
-        Root mean square of participants' own standard deviations within a direction (variable
-        error); None if nobody matched twice from one side.
+        Root mean square of participants' standard deviations within a direction (variable error).
+        None if nobody made two matches in the same direction.
     ascending_um_pp, descending_um_pp : float or None
         Mean matches from below and from above.
     direction_um_pp : MeanOverParticipants or NotComputed
-        Match from above minus match from below, per participant, tested against 0.
+        Mean of match from above minus match from below, tested against 0.
     catch_trials : int
-        Number of trials that started at the reference itself; they do not count as matches.
+        Number of trials that started at the reference; they do not count as matches.
     catch_error_um_pp : float or None
         Mean absolute difference from the reference in catch trials; None without catch trials.
     felt_again : float or None
@@ -98,12 +98,12 @@ class MatchedReference:
 def matching(
     matches: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[MatchedReference, ...] | NotComputed:
-    """Return the results for each reference.
+    """Return results for each reference.
 
     Parameters
     ----------
     matches : DataFrame
-        The trials, as read by `slipscale.analysis.tasks.matching.statistics.TRIALS`.
+        Trials as read by `slipscale.analysis.tasks.matching.statistics.TRIALS`.
     """
     if not len(matches) or matches["catch"].all():
         return NotComputed("no trials of matching")

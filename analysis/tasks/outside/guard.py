@@ -1,12 +1,13 @@
-"""Load kinds of task from other packages: the same `TaskAnalysis` as ours, with guarded calls.
+"""Load kinds of task from other packages, and guard calls to their functions.
 
-A package declares a kind with an entry point in the group ``slipscale.analyses``. Rules:
+A package declares a `TaskAnalysis` with an entry point in the group ``slipscale.analyses``. Rules:
 
-- an exception or a wrong return value from outside code becomes one sentence that names the
-  package and the part; the rest of the report is still written;
-- texts, tables and figures are computed before anything is written, so that the report can list
-  what failed; only sections are computed later, because they need the figures;
-- keys and files are called ``own_NAME`` or ``own_NAME_...``, so that they cannot clash with ours.
+- if outside code raises an exception or returns a wrong type, the report contains a sentence that
+  names the package and the part; the rest of the report is still written;
+- texts, tables and figures are computed before any file is written, so that the report can list
+  failures. Only sections are computed later, because they need the figures;
+- keys and files are called ``own_NAME`` or ``own_NAME_...``, so that they cannot clash with
+  Slipscale's names.
 """
 
 from __future__ import annotations
@@ -43,17 +44,17 @@ T = TypeVar("T")
 
 
 def every_kind() -> tuple[TaskAnalysis, ...]:
-    """Return Slipscale's kinds of task, then those of installed packages."""
+    """Return Slipscale's kinds of task and then the kinds of installed packages."""
     return (*KINDS, *installed_kinds([]))
 
 
 def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
-    """Return the kinds from installed packages that can be loaded, keyed by name.
+    """Return the kinds of installed packages that can be loaded, sorted by name.
 
     Parameters
     ----------
     faults : list of str
-        Receives one sentence per failure, now and whenever a part is called.
+        List to which one sentence per failure is appended, now and when a part is called.
 
     Raises
     ------
@@ -65,12 +66,12 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
 
 
 def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
-    """Return the analysis with every part of outside kinds computed, and with any failures.
+    """Compute all parts of outside kinds, and add failures to the problems of the analysis.
 
     Parameters
     ----------
     faults : list of str
-        As passed to `installed_kinds`.
+        The list that was passed to `installed_kinds`.
     """
     kinds = tuple(_made(kind, analysis) if kind.package else kind for kind in analysis.kinds)
     problems = (*analysis.problems, *(f"{fault}." for fault in faults))
@@ -78,7 +79,7 @@ def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
 
 
 def _made(kind: TaskAnalysis, analysis: Analysis) -> TaskAnalysis:
-    """Return a kind whose parts are computed values."""
+    """Return a copy of a kind in which the parts are already computed."""
     made = {part: getattr(kind, part)(analysis) for part in PARTS}
     parts: dict[str, Any] = {part: lambda _, value=value: value for part, value in made.items()}
     return replace(kind, **parts)
@@ -98,12 +99,12 @@ class _Guard:
         return self.point.dist.version if self.point.dist else "unknown"
 
     def call(self, part: str, action: Callable[[], T], otherwise: Callable[[str], T]) -> T:
-        """Return the result of outside code; on failure, a value made from the error sentence."""
+        """Call outside code; if it fails, return ``otherwise`` of a sentence on the error."""
         subject = f"{self.named}: its {part}" if part else self.named
         try:
             return called(self.point, action, subject)
         except UserError as error:
-            # A sentence raised by the package itself does not name the package.
+            # The text of an exception raised by the package may not name the package.
             text = str(error)
             sentence = text if text.startswith(self.named) else f"{subject}: {text}"
             if sentence not in self.faults:
@@ -111,7 +112,7 @@ class _Guard:
             return otherwise(sentence)
 
     def kind(self) -> TaskAnalysis | None:
-        """Return the guarded kind; None if it cannot be loaded."""
+        """Return the guarded kind, or None if it cannot be loaded."""
         kind = self.call("", lambda: _declared(self.point.name, self.point.load()), lambda _: None)
         if kind is None:
             return None
@@ -136,7 +137,7 @@ class _Guard:
 
     def _statistic(self, statistic: Statistic[object]) -> Statistic[object]:
         def computed(inputs: Inputs) -> object:
-            # Copies, so that changes by a package do not affect other analyses.
+            # The package receives copies, so that it cannot change the data of other analyses.
             data = inputs.data.with_tables(lambda rows: rows.copy())
             found = statistic.compute(replace(inputs, data=data))
             if not isinstance(found, NotComputed):
@@ -202,7 +203,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """Type check of a part: its empty value, and the type of one of its values."""
+    """A type check for one part of a kind, with the part's empty value."""
 
     empty: list[str] | dict[str, object]
     expected: str
@@ -210,7 +211,7 @@ class _Check:
     files: bool = False
 
     def __call__(self, name: str, value: object) -> object:
-        """Return a part. Raises `UserError` if it has another type."""
+        """Return the value if its type is correct; else raise `UserError`."""
         found: list[object] | dict[object, object]
         if isinstance(self.empty, list) and isinstance(value, list | tuple):
             found = values = list(value)
@@ -238,11 +239,11 @@ def _is_figure(value: object) -> bool:
 
     if not isinstance(value, Figure):
         return False
-    figure_style.svg(value)  # a figure that fails later would stop the whole report
+    figure_style.svg(value)  # drawn now, because a failure later would stop the whole report
     return True
 
 
-#: The parts of a kind that are computed from the analysis alone.
+#: Parts of a kind that are computed only from the analysis.
 _TEXTS = _Check([], "a list of texts", _is_text)
 PARTS: Mapping[str, _Check] = {
     "questions": _TEXTS,
@@ -262,7 +263,7 @@ def _is_own(name: str, key: str) -> bool:
 
 
 def _declared(name: str, kind: object) -> TaskAnalysis:
-    # The name is used for files and for a key of inference.json.
+    # The name is used in file names and in a key of inference.json.
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         raise UserError("expected a name of lower-case letters, digits and underscores")
     if not isinstance(kind, TaskAnalysis):

@@ -1,7 +1,7 @@
-"""Define an outside kind in short form: one function that turns data into sentences and numbers.
+"""Create the declaration of an outside kind of task from a single function.
 
-`own_analysis` returns the `TaskAnalysis` that an entry point needs. Everything here is frozen and
-checked on creation, so that an error names the package that caused it.
+`own_analysis` returns the `TaskAnalysis` for an entry point. All values are checked when they are
+created, so that errors name the package that caused them.
 """
 
 from __future__ import annotations
@@ -31,21 +31,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
 CELL = (str, int, float, bool, type(None))
-#: Maximum number of table rows in the report; the CSV file contains all rows.
+#: Largest number of table rows in the report; the CSV file contains all rows.
 ROWS_SHOWN = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnInput:
-    """Input to an analysis function from another package.
+    """Input of an analysis function in another package.
 
     Parameters
     ----------
     dataset : Dataset
-        Trials, participants and the frozen choices, after the study's exclusions; tables are
-        copies. Tables of tasks that have no Slipscale analysis are in ``dataset.others``.
+        Trials, participants and choices of the study, after exclusions. Tables are copies. Tables
+        of tasks that Slipscale does not analyse are in ``dataset.others``.
     study : Study or None
-        The study; None if the data have no study file, or if it cannot be read here.
+        The study; None if the data contain no study file or it cannot be read.
     """
 
     dataset: Dataset
@@ -54,29 +54,29 @@ class OwnInput:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnResult:
-    """Return value of an analysis function from another package.
+    """Result of an analysis function in another package.
 
     Parameters
     ----------
     sentences : tuple of str
-        The findings, as in a results section; at least one.
+        At least one sentence for the results section.
     numbers : Mapping
-        Name -> number, string or None, or a tuple or mapping of these, for inference.json. Names
-        include their unit: ``slope_per_um_pp``. NaN is written as null.
+        Content for inference.json: names with a number, a string, None, or a tuple or mapping of
+        these. Names include the unit, as in ``slope_per_um_pp``. NaN is written as null.
     table : DataFrame, optional
-        One row per case, with named columns of numbers and words.
+        Table of numbers and strings, with named columns.
     table_caption : str
-        Description of the rows and columns.
+        Description of the table.
     figure : Figure, optional
         A Matplotlib figure.
     figure_caption, figure_alt : str
-        Caption of the figure, and a text alternative for people who cannot see it. Both are
-        required with a figure.
+        Caption, and text alternative for people who cannot see the figure. Both are required with a
+        figure.
 
     Raises
     ------
     UserError
-        If a field has the wrong type; the message names it.
+        If a field has the wrong type.
     """
 
     sentences: tuple[str, ...]
@@ -129,9 +129,9 @@ def own_analysis(
     name : str
         Name of the entry point. Files and the key in inference.json are called ``own_NAME``.
     title : str
-        Heading of its section in the report.
+        Heading of the section in the report.
     run : callable
-        Returns the findings, or `NotComputed` with the reason why there are none.
+        Returns an `OwnResult`, or `NotComputed` with the reason why there is no result.
     """
     if not isinstance(title, str) or not title.strip():
         raise UserError(f"analysis '{name}': its title is {title!r}, expected a text")
@@ -149,7 +149,7 @@ def own_analysis(
 
 @dataclass(frozen=True)
 class _Short:
-    """The parts of a kind that are derived from one `OwnResult`."""
+    """The parts of a `TaskAnalysis` that are derived from an `OwnResult`."""
 
     key: str
     title: str
@@ -193,7 +193,7 @@ class _Short:
 
 
 def study_of(data: Dataset) -> Study | None:
-    """Return the data set's study; None if there is none or it cannot be read here."""
+    """Return the study of a data set, or None if it is missing or cannot be read."""
     path = data.folder / "code" / "study.toml" if data.folder else None
     if path is None or not path.is_file():
         return None
@@ -219,7 +219,7 @@ def _table(key: str, table: pd.DataFrame, caption: str) -> Markup:
 
 
 def _cell(value: object) -> str:
-    if value is None or value != value:  # noqa: PLR0124 - NaN alone is not itself
+    if value is None or value != value:  # noqa: PLR0124 - only NaN differs from itself
         return DASH
     return significant(value) if isinstance(value, float) else str(value)
 

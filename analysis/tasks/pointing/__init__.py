@@ -1,1 +1,1 @@
-"""Pointing (Fitts): effective width, throughput, and movement time by index of difficulty."""
+"""Pointing (Fitts's law): throughput, and movement time by index of difficulty."""

@@ -1,4 +1,4 @@
-"""Declare pointing."""
+"""Declare the pointing task."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _mean(found: MeanOrReason, digits: int = 2) -> str:
 
 
 def _answers(task: TaskPointing, confidence: float, _q: Quantity) -> list[str]:
-    """Return one sentence per condition, and one on the effect of feedback."""
+    """Return a sentence on each condition and on the effect of feedback."""
     return [
         *(_throughput(task.task, each, confidence) for each in task.conditions),
         *_gain(task, confidence),
@@ -91,7 +91,7 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
 
 
 def _sentences(task: TaskPointing, confidence: float, q: Quantity) -> list[str]:
-    """Return the answers, the regressions, and the omitted cells."""
+    """Return sentences on throughput, on regressions and on omitted cells."""
     said = _answers(task, confidence, q)
     for each in task.conditions:
         said.append(
@@ -142,7 +142,7 @@ def _blocks(
 
 
 def _rows(task: TaskPointing) -> list[JsonObject]:
-    """Return one row per participant and condition."""
+    """Return table rows, one per participant and condition."""
     return [
         row
         for each in task.conditions
@@ -155,7 +155,7 @@ def _rows(task: TaskPointing) -> list[JsonObject]:
 
 @styled
 def movement_times(task: TaskPointing) -> Figure:
-    """Draw participants' mean movement times, their means, and the mean line per condition."""
+    """Plot movement times of participants, with the mean and the mean line per condition."""
     figure, axes = canvas(size=SIZE)
     for condition, colour in zip(task.conditions, (BLUE, ORANGE), strict=False):
         cells = [cell for each in condition.people for cell in each.cells]

@@ -3,15 +3,15 @@
 Sources: ISO/TS 9241-411:2012; Soukoreff and MacKenzie 2004, Int. J. Hum.-Comput. Stud. 61, 751-789.
 Rules:
 
-- a cell contains a participant's movements with one feedback, distance and width, over all
-  sessions; cells with fewer than `FEWEST` movements, or without spread, are omitted and counted;
-- the effective width is 4.133 (the root of 2 pi e) times the standard deviation of the selections
-  along the movement, the effective distance their mean, and the effective index of difficulty
-  log2(distance / width + 1) in bits (Shannon formulation);
-- a participant's throughput is the mean of index / movement time over cells;
-- movement time = a + b * index is fitted to a participant's cells with the nominal distance and
-  width; means across participants have t-based intervals;
-- all movements count, including those that miss.
+- a cell contains one participant's movements with one feedback, distance and width, in all
+  sessions. Cells with fewer than `FEWEST` movements, or without spread, are omitted and counted;
+- the effective width is 4.133 (the square root of 2 pi e) times the standard deviation of the
+  selected positions along the movement; the effective distance is their mean; the effective index
+  of difficulty is log2(distance / width + 1) in bits (Shannon formulation);
+- a participant's throughput is the mean of index / movement time across cells;
+- the line movement time = a + b * index is fitted to each participant's cells, with the nominal
+  distance and width; means across participants have t-based intervals;
+- all movements are included, even if they miss the target.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ SELECTED = ("selection_x_mm", "selection_y_mm")
 
 
 def _along(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return trials with ``moved_mm``, the movement projected on the axis from start to target."""
+    """Return trials with ``moved_mm``, the movement along the axis from start to target."""
     x, y, to_x, to_y, end_x, end_y = (
         pd.to_numeric(frame[name], errors="coerce").to_numpy(float) for name in (*PLACES, *SELECTED)
     )
@@ -77,12 +77,12 @@ MeanOrReason = MeanOverParticipants | NotComputed
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """One participant's movements with one distance and width.
+    """A participant's movements with one distance and width.
 
     Parameters
     ----------
     bits, effective_bits : float
-        Index of difficulty, nominal and effective.
+        Nominal and effective index of difficulty.
     movement_time_s : float
         Mean movement time.
     """
@@ -94,7 +94,7 @@ class Cell:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonPointing:
-    """Results for one participant in one condition; NaN if they cannot be computed."""
+    """Results of one participant in one condition; NaN if a value cannot be computed."""
 
     participant: str
     movements: int
@@ -114,7 +114,7 @@ class FeedbackPointing:
     ----------
     feedback : str
     movements, left_out : int
-        Number of movements, and number of omitted cells.
+        Numbers of movements and of omitted cells.
     throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
     intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
         Regression of movement time on the index of difficulty.
@@ -140,9 +140,9 @@ class TaskPointing:
     ----------
     task : str
     conditions : tuple of FeedbackPointing
-        Conditions; the one without feedback is first.
+        Conditions, starting with the condition without feedback.
     throughput_gain_bit_s, time_gain_s : MeanOverParticipants or NotComputed
-        Second condition minus first, within participants.
+        Mean within-participant difference, second condition minus first.
     """
 
     task: str
@@ -161,7 +161,7 @@ def pointing(inputs: Inputs) -> tuple[TaskPointing, ...] | NotComputed:
 
 
 def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
-    """Return the results for a task, given its movements as read by `TRIALS`."""
+    """Return the results for a task, given movements as read by `TRIALS`."""
     conditions = tuple(
         _condition(str(feedback), own, confidence)
         for feedback, own in rows.groupby("feedback", sort=True)
@@ -207,7 +207,7 @@ def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> Feedback
 
 
 def _person(who: str, rows: pd.DataFrame) -> tuple[PersonPointing, int]:
-    """Return the results for a participant, and the number of omitted cells."""
+    """Return the results of a participant, and the number of omitted cells."""
     cells, left_out = [], 0
     for _, own in rows.groupby(["distance_mm", "width_mm"], sort=True):
         width = WIDTH_IN_SD * float(np.std(own["moved_mm"], ddof=1)) if len(own) > 1 else 0.0

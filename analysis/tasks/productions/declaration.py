@@ -45,7 +45,7 @@ def _title(found: TaskProductions) -> str:
 
 
 def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
-    """Return the main sentence on production."""
+    """Return a sentence on the exponent of production."""
     what = (
         f"{_title(found)}, {counted(found.answers, 'production', 'productions')} by "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
@@ -70,7 +70,7 @@ def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> st
 
 
 def _both(found: BothExponents, confidence: float) -> str:
-    """Return the sentence that compares production with estimation."""
+    """Return a sentence that compares production with estimation."""
     low, high = found.ratio_interval
     differs = (
         "which is not a reliable difference"
@@ -90,7 +90,7 @@ def _both(found: BothExponents, confidence: float) -> str:
 
 
 def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the main sentences on a production task."""
+    """Return sentences on the exponent and its comparison with estimation."""
     texts = [_answer(found, confidence, quantity)]
     if found.both:
         texts.append(_both(found.both, confidence))
@@ -98,13 +98,13 @@ def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> l
 
 
 def _sentences(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return one paragraph: the answers, and biases in productions."""
+    """Return one paragraph on exponents and biases."""
     own = (found, confidence, quantity)
     return [" ".join([*_answers(*own), *_biases(*own)])]
 
 
 def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the sentences on biases in productions: start, limits and catch trials."""
+    """Return sentences on the effects of start and limits, and on catch trials."""
     texts = []
     beginning = found.beginning
     if beginning:
@@ -134,7 +134,7 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
 def _blocks(
     task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks for one task: figures and tables."""
+    """Return the figure and the tables for one task."""
     levels = quantity.levels
     return [
         html.heading(_title(task)),
@@ -190,7 +190,7 @@ def _production_table(task: TaskProductions, quantity: Quantity) -> Markup:
 
 @styled
 def productions(found: TaskProductions, trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Plot produced levels against numbers on logarithmic axes: participants, and means."""
+    """Plot produced levels against numbers on logarithmic axes."""
     figure, axes = canvas(size=SIZE)
     table = log_cells(trials[~trials["catch"]], "number", "produced_um_pp")
     numbers = table.columns.to_numpy(float)

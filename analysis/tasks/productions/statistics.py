@@ -1,11 +1,10 @@
-"""Analyse magnitude production: produced amplitudes, exponent, and comparison with estimation.
+"""Analyse magnitude production, and compare its exponent with estimation.
 
-The number is given and the amplitude is the response, so log amplitude is regressed on log number;
-the exponent of sensation is the inverse of the slope. People compress the range of the variable
-that they control (the regression effect). In production, they control amplitudes, which makes the
-exponent too large. In estimation, they control numbers, which makes the exponent too small. The
-geometric mean of both exponents is the usual remedy (Stevens and Greenbaum 1966, Percept.
-Psychophys. 1, 439-446).
+The amplitude is the response to a given number, so log amplitude is regressed on log number, and
+the exponent is the inverse of the slope. People compress the range of the variable that they
+control (the regression effect). In production, they control amplitudes, so the exponent is too
+large. In estimation, they control numbers, so the exponent is too small. The usual remedy is the
+geometric mean of both exponents (Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
 """
 
 from __future__ import annotations
@@ -66,13 +65,13 @@ class ProducedNumber:
     Parameters
     ----------
     number : float
-        The number, as shown.
+        The number shown.
     participants, productions : int
         Numbers of participants and productions.
     amplitude_um_pp : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
-        t-based interval for the mean logarithm, transformed back; None if undefined.
+        t-based interval, computed on logarithms; None if not defined.
     """
 
     number: float
@@ -84,21 +83,21 @@ class ProducedNumber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BothExponents:
-    """Exponents from production and from estimation, for participants who did both.
+    """Exponents of production and estimation, for participants who did both.
 
     Parameters
     ----------
     counterpart : str
-        Task with which production is compared: "magnitude estimation" or "ratio judgements".
+        Task for comparison: "magnitude estimation" or "ratio judgements".
     n : int
         Number of participants with both exponents above 0.
     estimation, production : float
         Geometric means of participants' exponents.
     ratio : float
-        Production exponent divided by estimation exponent: above 1 if people compress the range
+        Production exponent divided by estimation exponent; above 1 if people compress the range
         that they control.
     ratio_interval : ConfidenceInterval
-        t-based interval, from the logarithms of participants' ratios.
+        t-based interval, computed on the logarithms of participants' ratios.
     combined : float
         Geometric mean of both exponents.
     combined_interval : ConfidenceInterval
@@ -124,24 +123,24 @@ class TaskProductions:
     task : str
         Task label in file names.
     standard_um_pp, modulus : float
-        The standard (µm peak to peak) and its number.
+        Amplitude of the standard (µm peak to peak) and its number.
     participants, answers, catch_trials : int
-        Number of participants, answers (without catch trials) and catch trials.
+        Numbers of participants, answers (without catch trials) and catch trials.
     catch_um_pp : float or None
-        Geometric mean for catch trials, in which the number is that of the standard.
+        Geometric mean amplitude in catch trials, which show the number of the standard.
     at_bounds : int
-        Number of productions that ended within one notch of the plate's limits. They are kept; if
-        people wanted to go further, the slope is too small.
+        Number of productions that ended within one notch of the plate's limits. These productions
+        are included; if people wanted to go further, the slope is too small.
     numbers : tuple of ProducedNumber
-        Results by number, in ascending order.
+        Results for each number, in ascending order.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes of log amplitude on log number.
     exponent : float or None
         Inverse of the slope; None if the slope is not above 0.
     exponent_interval : ConfidenceInterval or None
-        Inverses of the slope's bounds; None if they are not above 0.
+        Inverses of the bounds of the slope; None if both are not above 0.
     beginning : MeanOverParticipants or NotComputed
-        Log amplitude with a high start minus log amplitude with a low start, per participant.
+        Mean difference in log amplitude between high and low starts.
     both : BothExponents or NotComputed
         Comparison with estimation.
     """
@@ -164,7 +163,7 @@ class TaskProductions:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counterpart:
-    """Exponents from another task, for comparison with exponents from production.
+    """Exponents of another task, for comparison with production.
 
     Parameters
     ----------
@@ -181,14 +180,14 @@ class Counterpart:
 def productions(
     trials: pd.DataFrame, confidence: float = 0.95, counterpart: Counterpart | None = None
 ) -> tuple[TaskProductions, ...] | NotComputed:
-    """Return the results for each production task.
+    """Return results for each production task.
 
     Parameters
     ----------
     trials : DataFrame
-        The trials, as read by `slipscale.analysis.tasks.productions.statistics.TRIALS`.
+        Trials as read by `slipscale.analysis.tasks.productions.statistics.TRIALS`.
     counterpart : Counterpart, optional
-        Exponents from estimation by the same people.
+        Exponents of estimation by the same people.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no trials of magnitude production")
@@ -200,7 +199,7 @@ def productions(
 
 
 def slopes(main: pd.DataFrame) -> pd.Series[float]:
-    """Return each participant's slope of log amplitude on log number; NaN for fewer than two."""
+    """Return each participant's slope of log amplitude on log number; NaN with one number."""
     table = log_cells(main, "number", "produced_um_pp")
     lines = fit_lines(np.log(table.columns.to_numpy(float)), table.to_numpy(float))
     return pd.Series(lines.slope, index=table.index)
@@ -249,7 +248,7 @@ def _task(
 def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
-    """Return the exponent and its interval from the slope; None if it is not above 0."""
+    """Return the exponent and its interval; None if the slope is not above 0."""
     if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval
@@ -268,7 +267,7 @@ def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | 
 def both_exponents(
     own: pd.Series[float], counterpart: Counterpart, confidence: float
 ) -> BothExponents | NotComputed:
-    """Return both exponents for participants who did both tasks, and their means.
+    """Compare the exponents of participants who did both tasks.
 
     Parameters
     ----------
@@ -303,7 +302,7 @@ def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
 
 
 def counterpart(inputs: Inputs) -> Counterpart | None:
-    """Return the exponents for comparison with production: from estimates, or else from ratios."""
+    """Return exponents for comparison with production: of estimates, else of ratio judgements."""
     prepared = inputs.prepared
     if prepared is not None and not prepared.refused:
         return Counterpart(

@@ -1,11 +1,11 @@
-"""Compare ratings, on a line or in categories, between the levels of a study's factors.
+"""Compare ratings between the levels of experimental factors.
 
-In other results, each condition is a separate task (`slipscale.analysis.reading.task_tables`).
-Here, a participant's rating at a level of a factor is the mean over the other factors and over the
-surfaces that the participant rated at every level. Levels are compared by Friedman's test and, in
-pairs, by signed-rank tests. Ordered categories have no cumulative model: statsmodels fits none with
-random effects, and without them intervals are too narrow. Whether the effect of a factor differs
-between surfaces is not tested.
+Ratings are made on a line or in categories. A participant's rating at a level of a factor is the
+mean across the other factors and across the surfaces that the participant rated at every level.
+Levels are compared by Friedman's test and, in pairs, by signed-rank tests. Other results treat each
+condition as a separate task (`slipscale.analysis.reading.task_tables`). Ordered categories are not
+fitted by a cumulative model, because statsmodels supports none with random effects, and without
+random effects intervals are too narrow. Interactions between factor and surface are not tested.
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FactorRatings:
-    """Ratings compared between the levels of one factor.
+    """Comparison of ratings between the levels of one factor.
 
     Parameters
     ----------
     task, factor : str
     friedman : Friedman or NotComputed
-        Test of all levels; not computed for two.
+        Test of all levels; not computed for two levels.
     pairs : tuple of RatedPair
-        Comparisons of two levels, in place of surfaces.
+        Comparisons of pairs of levels; the fields for surfaces contain levels.
     """
 
     task: str
@@ -64,7 +64,7 @@ class FactorRatings:
 def rating_conditions(
     trials: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[FactorRatings, ...] | NotComputed:
-    """Return the comparisons for each task and factor."""
+    """Return a comparison for each task and factor."""
     named = [str(name) for name in trials.columns if str(name).startswith(FACTOR)]
     main = trials[~trials["catch"].astype(bool)] if len(trials) else trials
     found = [
@@ -92,7 +92,7 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
 
 
 def _sentences(analysis: Analysis) -> list[str]:
-    """Return the sentences on every task and factor."""
+    """Return a sentence on each task and factor."""
     confidence = analysis.dataset.choices.confidence
     return [
         f"{each.task}, {each.factor}: {'; '.join(parts)}."
@@ -120,7 +120,7 @@ def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the table of all comparisons; empty without factors."""
+    """Return the section with a table of all comparisons, which is empty without factors."""
     written = ReportSection("Ratings by condition")
     rows = [
         [
@@ -172,7 +172,7 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
 
 
 def with_conditions(kind: TaskAnalysis) -> TaskAnalysis:
-    """Return the declaration of ratings, with the comparison of conditions added."""
+    """Add the comparison of conditions to the declaration of ratings."""
     return replace(
         kind,
         statistics=(*kind.statistics, CONDITIONS),

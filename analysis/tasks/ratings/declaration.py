@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Field -> column, if they differ.
+#: Field -> column name, if they differ.
 COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}
 
 
@@ -68,7 +68,7 @@ def _answer(found: TaskRatings, quantity: Quantity) -> str:
 
 
 def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
-    """Return the tests of ratings, and what ratings cannot show."""
+    """Return sentences on the tests of ratings."""
     texts = []
     friedman, trend = found.friedman, found.page_trend
     if isinstance(friedman, NotComputed):
@@ -86,7 +86,7 @@ def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
 
 
 def _biases(found: TaskRatings, confidence: float) -> list[str]:
-    """Return the sentences on biases of ratings: the start, the ends of the line, lapses."""
+    """Return sentences on the effects of start and end positions, and on catch trials."""
     if found.categories is not None:
         told = "Categories are ordinal: tests use ranks; means treat them as equally spaced."
         return [told]
@@ -124,7 +124,7 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
 
 
 def _surface(name: str, quantity: Quantity) -> str:
-    """Format a surface for a sentence: an amplitude with its unit, or a texture's name."""
+    """Format a surface for a sentence: an amplitude with its unit, or the name of a texture."""
     try:
         return quantity.value(float(name))
     except ValueError:
@@ -134,7 +134,7 @@ def _surface(name: str, quantity: Quantity) -> str:
 def _blocks(
     task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks for one task: figures and tables."""
+    """Return the figure and the tables for one task."""
     return [
         html.heading(_title(task)),
         *html.figure_if_drawn(
@@ -207,13 +207,13 @@ def _one(value: float) -> str:
 
 @styled
 def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Draw the scale from 0 to 100: participants' mean ratings, and the means with intervals.
+    """Plot participants' mean ratings, and means with intervals.
 
     Parameters
     ----------
     found : TaskRatings
     trials : DataFrame
-        The task's trials, as read by `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
+        Trials of the task, as read by `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
     quantity : Quantity
     """
     figure, axes = canvas(size=SIZE)
@@ -221,7 +221,7 @@ def ratings(found: TaskRatings, trials: pd.DataFrame, quantity: Quantity) -> Fig
     table = cells(main)
     plain = main.loc[main["amplitude_um_pp"].notna(), "surface"].astype(str).unique()
     whole = set(table.columns) == set(plain)
-    # Textures have no position on an amplitude axis, so all surfaces are then drawn side by side.
+    # Textures have no amplitude, so if there are any, all surfaces are drawn side by side.
     places = np.array(
         [float(name) for name in table.columns] if whole else range(len(table.columns)), float
     )

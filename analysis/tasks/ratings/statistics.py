@@ -1,13 +1,13 @@
-"""Analyse ratings on a visual analogue scale, or in categories, by means and ranks.
+"""Analyse ratings on a visual analogue scale or in categories.
 
-Categories are numbered from 1. Means treat them as equally spaced; ranks do not.
+Categories are numbered from 1. Means treat categories as equally spaced; ranks do not.
 
-The scale is bounded and has no unit, so the position of a mark does not justify ratios. Ratings
-are not divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces
-are compared by ranks within participants.
+Positions on a bounded scale without a unit do not justify ratios. Ratings are therefore not divided
+by a participant's maximum, and no logarithms or exponents are computed. Surfaces are compared by
+ranks within participants.
 
-In the trials, ``surface`` is the texture name, or the amplitude (µm peak to peak); a texture has no
-``amplitude_um_pp``.
+In the tables of trials, ``surface`` is the name of a texture or an amplitude (µm peak to peak).
+Textures have no ``amplitude_um_pp``.
 """
 
 from __future__ import annotations
@@ -94,15 +94,15 @@ class RatedSurface:
     Parameters
     ----------
     surface : str
-        Amplitude (µm peak to peak), or texture name.
+        Amplitude (µm peak to peak), or name of the texture.
     participants, ratings : int
         Numbers of participants and ratings.
     mean, sd : float, float or None
         Mean and standard deviation (n - 1) of participants' mean ratings.
     interval : ConfidenceInterval or None
-        t-based interval for the mean across participants; None for fewer than three.
+        t-based interval for the mean; None for fewer than three participants.
     at_left, at_right : int
-        Number of ratings at the left and right end of the scale.
+        Numbers of ratings at the left and right ends of the scale.
     """
 
     surface: str
@@ -123,12 +123,12 @@ class RatedPair:
     ----------
     from_surface, to_surface : str
     difference : MeanOverParticipants or NotComputed
-        Mean rating of the second surface minus mean rating of the first, per participant.
+        Mean difference in rating, second surface minus first surface.
     participants : int
-        Number of participants who rated both.
+        Number of participants who rated both surfaces.
     p_wilcoxon, p_wilcoxon_holm : float
-        Two-sided signed-rank test, uncorrected and corrected across all pairs in the task; NaN if
-        no rating differs or fewer than three people rated both.
+        Two-sided signed-rank test, uncorrected and Holm-corrected across all pairs in the task. NaN
+        if no rating differs or fewer than three people rated both surfaces.
     """
 
     from_surface: str
@@ -148,9 +148,9 @@ class TaskRatings:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Number of participants, answers (without catch trials) and catch trials.
+        Numbers of participants, answers (without catch trials) and catch trials.
     catch_mean : float or None
-        Mean rating in catch trials (the bare plate).
+        Mean rating in catch trials, which present the bare plate.
     categories : int or None
         Number of ordered categories; None for ratings on a line.
     resolution : float or None
@@ -158,13 +158,13 @@ class TaskRatings:
     surfaces : tuple of RatedSurface
         Surfaces in ascending order of amplitude, then textures.
     friedman : Friedman or NotComputed
-        Test of a difference between surfaces.
+        Friedman's test of differences between surfaces.
     page_trend : PageTrend or NotComputed
-        Test of an increase with amplitude (without textures); one-sided.
+        One-sided test of an increase with amplitude; textures are excluded.
     pairs : tuple of RatedPair
     start_effect : MeanOverParticipants or NotComputed
-        Change in rating per unit of the mark's starting position: mean of participants' slopes,
-        within surfaces.
+        Mean of participants' slopes of ratings on the starting position of the mark, within
+        surfaces.
     """
 
     task: str
@@ -189,7 +189,7 @@ def ratings(
     Parameters
     ----------
     trials : DataFrame
-        The trials, as read by `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
+        Trials as read by `slipscale.analysis.tasks.ratings.statistics.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")
@@ -261,7 +261,7 @@ def _surface(
 
 
 def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
-    """Return the comparisons of all pairs of columns; rows are participants."""
+    """Compare all pairs of columns in a table with one row per participant."""
     pairs = list(combinations(table.columns, 2))
     steps = [(table[other] - table[one]).dropna().to_numpy(float) for one, other in pairs]
     raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
@@ -281,8 +281,8 @@ def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
 def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
     """Return the slope of ratings on the starting position of the mark.
 
-    Ratings and starting positions are centred within each participant and surface, with one slope
-    per participant, so that surfaces and people do not confound it.
+    Each participant has one slope, fitted to ratings and starting positions centred within
+    surfaces. Differences between surfaces or people therefore do not affect the slope.
     """
     known = main[main["cursor_start"].notna()]
     cell = known.groupby([PARTICIPANT, "surface"], observed=True)

@@ -72,7 +72,7 @@ def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
 def _blocks(
     task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks for one task: figures and tables."""
+    """Return the figure and the table for one task."""
     return [
         html.heading(_title(task, quantity)),
         *html.figure_if_drawn(
@@ -113,7 +113,7 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
 
 @styled
 def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Plot ratios to the standard on logarithmic axes: participants, and geometric means."""
+    """Plot judged ratios to the standard on logarithmic axes."""
     figure, axes = canvas(size=SIZE)
     main = trials[~trials["catch"] & (trials["standard_um_pp"] == found.standard_um_pp)]
     table = log_cells(main, "comparison_um_pp", "ratio")

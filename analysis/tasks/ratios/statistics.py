@@ -1,6 +1,6 @@
 """Analyse ratio judgements against a standard: geometric means and exponent.
 
-Ratios need no normalisation, because every participant's scale is 1 at the standard. All
+Ratios need no normalisation, because the ratio of the standard is 1 for every participant. All
 computations use logarithms.
 """
 
@@ -46,7 +46,7 @@ TRIALS = task_trials(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedSurface:
-    """Judgements of one surface: how many times as slippery as the standard.
+    """Judged ratios between the slipperiness of a surface and of the standard.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class JudgedSurface:
     ratio : float
         Geometric mean of participants' geometric means.
     interval : ConfidenceInterval or None
-        t-based interval for the mean logarithm, transformed back; None if undefined.
+        t-based interval, computed on logarithms; None if not defined.
     """
 
     comparison_um_pp: float
@@ -78,16 +78,16 @@ class TaskRatios:
     standard_um_pp : float
         Amplitude in µm peak to peak.
     name : str
-        Name of the figure: task label, followed by the standard in nm if there are several
+        Name of the figure: the task label, followed by the standard in nm if the task has several
         standards.
     participants, answers, catch_trials : int
-        Number of participants, answers (without catch trials) and catch trials.
+        Numbers of participants, answers (without catch trials) and catch trials.
     catch_ratio : float or None
-        Geometric mean for catch trials (the standard against itself).
+        Geometric mean ratio in catch trials, which compare the standard with itself.
     surfaces : tuple of JudgedSurface
         Surfaces in ascending order.
     power_law : PowerLaw or NotComputed
-        Power law from each participant's log ratios and log amplitudes.
+        Power law, fitted to each participant's log ratios and log amplitudes.
     """
 
     task: str
@@ -102,12 +102,12 @@ class TaskRatios:
 
 
 def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, ...] | NotComputed:
-    """Return the results for each ratio-judgement task, one entry per standard.
+    """Return results for each ratio-judgement task and standard.
 
     Parameters
     ----------
     trials : DataFrame
-        The trials, as read by `slipscale.analysis.tasks.ratios.statistics.TRIALS`.
+        Trials as read by `slipscale.analysis.tasks.ratios.statistics.TRIALS`.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratio judgements")
@@ -132,7 +132,7 @@ def log_cells(main: pd.DataFrame, by: str, value: str) -> pd.DataFrame:
 
 
 def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, ConfidenceInterval | None]:
-    """Return the geometric mean across participants, and its interval if defined."""
+    """Return the geometric mean across participants, and its interval if it is defined."""
     values = np.asarray(logs.dropna(), np.float64)
     found = mean_over_participants(values, confidence)
     if not found:
@@ -142,7 +142,7 @@ def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, Confide
 
 
 def catch_mean(catch: pd.DataFrame, value: str) -> float | None:
-    """Return the geometric mean for catch trials, with equal weight for each participant."""
+    """Return the geometric mean in catch trials, with equal weight for each participant."""
     if not len(catch):
         return None
     logs = catch.assign(log=np.log(catch[value].to_numpy(float)))

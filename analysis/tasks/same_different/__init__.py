@@ -1,1 +1,1 @@
-"""Same–different task: sensitivity from the differencing model."""
+"""Same–different task, analysed with the differencing model."""

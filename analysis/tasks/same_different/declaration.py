@@ -1,4 +1,4 @@
-"""Declare same–different trials."""
+"""Declare the same–different task."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ HEADS = (
 
 
 def _answer(task: TaskPairs) -> str:
-    """Return one sentence: d' of each pair."""
+    """Return a sentence with d' of each pair."""
     pairs = (f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs)
     return (
         f"Same–different ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
@@ -78,7 +78,7 @@ def _blocks(
 
 @styled
 def sensitivities(task: TaskPairs) -> Figure:
-    """Draw d' for each pair: means across participants with intervals, and d' from all answers."""
+    """Plot d' for each pair, averaged across participants and from pooled answers."""
     figure, axes = canvas(size=SIZE)
     for place, each in enumerate(task.pairs):
         if found := computed(each.mean_d_prime):

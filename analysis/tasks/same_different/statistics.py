@@ -2,11 +2,11 @@
 
 Rules (Macmillan and Creelman 2005, Detection Theory, chapter 9):
 
-- a participant answers "different" if two impressions, each with standard deviation 1, are further
-  apart than a criterion k; the mean impressions of two different surfaces are d' apart;
-- false alarms for a pair are "different" answers when either of its surfaces is presented twice;
-- one is added to each count of trials, and a half to each count of answers (log-linear correction,
-  Hautus 1995, Behav. Res. Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
+- a participant answers "different" if two sensations differ by more than a criterion k. Sensations
+  have a standard deviation of 1; the mean sensations of two surfaces differ by d';
+- false alarms for a pair are "different" answers when one of its surfaces is presented twice;
+- the log-linear correction adds 0.5 to each count of answers and 1 to each count of trials (Hautus
+  1995, Behav. Res. Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
 """
 
 from __future__ import annotations
@@ -54,26 +54,25 @@ TRIALS = task_trials(
 )
 
 
-#: Beyond this d', the criterion and the answers no longer depend on d'.
+#: Largest d'; for larger values, criterion and answers hardly depend on d'.
 LARGEST = 20.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairSensitivity:
-    """Answers to one pair of surfaces, and to each of the two surfaces presented twice.
+    """Answers and sensitivity for one pair of surfaces.
 
     Parameters
     ----------
     first, second : str
     participants : int
     different, different_n, same, same_n : int
-        Number of "different" answers and of trials, with different surfaces and with the same
-        surface twice.
+        Numbers of "different" answers and of trials, for different surfaces and for the same
+        surface presented twice.
     d_prime, criterion : float
-        Values from all answers together; the criterion k is in standard deviations of one
-        impression.
+        d' and criterion k from all answers pooled, in standard deviations of one sensation.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Mean of the participants' individual d' values.
+        Mean of participants' individual d' values.
     """
 
     first: str
@@ -90,7 +89,7 @@ class PairSensitivity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskPairs:
-    """Results for the pairs in one task; ``answers`` excludes catch trials."""
+    """Results for all pairs in one task; ``answers`` excludes catch trials."""
 
     task: str
     participants: int
@@ -99,18 +98,18 @@ class TaskPairs:
 
 
 def differencing(different: float, same: float) -> tuple[float, float]:
-    """Return d' and criterion k from the proportions of "different" for different and same pairs.
+    """Return d' and criterion k, given the proportions of "different" for different and same pairs.
 
-    d' is 0 if different pairs are not judged different more often than same pairs.
+    d' is 0 if "different" is not more frequent for different pairs than for same pairs.
 
     >>> d_prime, criterion = differencing(0.7, 0.3)
     >>> round(d_prime, 2), round(criterion, 2)
     (2.19, 1.47)
     """
-    from scipy.optimize import brentq  # noqa: PLC0415 - only for such data
+    from scipy.optimize import brentq  # noqa: PLC0415 - only needed for this task
     from scipy.stats import norm  # noqa: PLC0415
 
-    # The difference between two impressions has a standard deviation of √2.
+    # The difference between two sensations has a standard deviation of √2.
     criterion = float(-np.sqrt(2) * norm.ppf(same / 2))
 
     def excess(d_prime: float) -> float:
@@ -127,7 +126,7 @@ def _of_counts(yes: int, n: int, false: int, m: int) -> tuple[float, float]:
 
 
 def pairs(inputs: Inputs) -> tuple[TaskPairs, ...] | NotComputed:
-    """Return the sensitivity for each pair in each task."""
+    """Return the sensitivities for all pairs in each task."""
     trials = inputs.data.of(TRIALS)
     main = trials[~trials["catch"].astype(bool)]
     if not len(main):

@@ -37,7 +37,7 @@ def _title(found: TaskScale) -> str:
 
 
 def _fit(found: TaskScale) -> str:
-    """Return the goodness of fit of one scale, for the table's caption."""
+    """Return sentences on the fit of a scale, for the caption of the table."""
     texts, fitted = [], []
     for name, scale in (("Bradley-Terry", found.bradley_terry), ("Thurstone V", found.thurstone)):
         if isinstance(scale, NotComputed):
@@ -85,7 +85,7 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
 def _blocks(
     task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks for one task: figures and tables."""
+    """Return the figure and the tables for one task."""
     values = bool(task.consistency) or computed(task.differences) is not None
     return [
         html.heading(_title(task)),
@@ -154,7 +154,7 @@ def _counts(found: Consistency) -> list[str]:
 
 
 def _rows(task: TaskScale) -> list[JsonObject]:
-    """Return one row per model and surface."""
+    """Return table rows, one per model and surface."""
     rows: list[JsonObject] = []
     for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
         share = {"value": chosen / compared if compared else None}
@@ -172,7 +172,7 @@ def _rows(task: TaskScale) -> list[JsonObject]:
 
 @styled
 def scale(found: TaskScale, quantity: Quantity) -> Figure:
-    """Plot a task's scale: Bradley-Terry for pairs, difference scale for triads."""
+    """Plot a Bradley-Terry scale for pairs, or a difference scale for triads."""
     figure, axes = canvas(size=(5.6, 3.4))
     for scaled, kind in (
         (found.bradley_terry, "log odds, Bradley-Terry"),
@@ -193,7 +193,7 @@ def _points(
 ) -> None:
     numbers = [amplitude_of(name) for name in surfaces]
     known = [each for each in numbers if each is not None]
-    # Textures have no position on an amplitude axis, so all surfaces are then drawn side by side.
+    # Textures have no amplitude, so if there are any, all surfaces are drawn side by side.
     amplitudes = len(known) == len(surfaces)
     places = known if amplitudes else [float(place) for place in range(len(surfaces))]
     if amplitudes:

@@ -1,8 +1,8 @@
 """Fit a scale of perceived differences by maximum likelihood difference scaling.
 
-Maloney and Yang 2003, J. Vis. 3(8):5; Knoblauch and Maloney 2008, J. Stat. Softw. 25(2): the
-choice of the larger of two differences follows a probit model of scale values, the first of which
-is 0.
+The choice of the larger of two differences follows a probit model of scale values, the first of
+which is 0 (Maloney and Yang 2003, J. Vis. 3(8):5; Knoblauch and Maloney 2008, J. Stat. Softw.
+25(2)).
 """
 
 from __future__ import annotations
@@ -19,31 +19,30 @@ from slipscale.faults import UserError
 
 Array = npt.NDArray[np.float64]
 
-#: A difference of this many times the noise is never misjudged, so the data do not bound it.
+#: Largest scale, in units of the noise; larger differences would never be misjudged.
 LARGEST = 30.0
-#: Fisher scoring stops at a step this small, or after this many steps.
+#: Size of the step at which Fisher scoring stops, and largest number of steps.
 PRECISION, ITERATIONS = 1e-10, 50
-#: Minimum distance of a probability from 0 and 1: closer than this, its variance is a rounding
-#: error.
+#: Smallest distance of probabilities from 0 and 1, so that variances are not rounding errors.
 EDGE = 1e-12
-#: Maximum proportion of simulated data sets without a scale for which an interval is reported.
+#: Largest proportion of simulated data sets without a scale for which intervals are reported.
 MOST_FAILED = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DifferenceScale:
-    """Surfaces on a difference scale.
+    """A scale of perceived differences between surfaces.
 
     Parameters
     ----------
     values : tuple of float
-        One per surface, from 0 for the first to 1 for the last.
+        Scale values, from 0 for the first surface to 1 for the last.
     intervals : tuple of ConfidenceInterval or None
-        One per surface: bootstrap percentiles; None for the two fixed values.
+        Bootstrap percentile intervals, one per surface; None for the two fixed values.
     noise : float
-        Standard deviation of a judgement, as a fraction of the whole scale (sigma).
+        Standard deviation of a judgement (sigma), as a fraction of the whole scale.
     noise_interval : ConfidenceInterval
-        Bias-corrected bootstrap percentiles of the noise.
+        Bias-corrected bootstrap percentile interval of the noise.
     log_likelihood : float
         Log likelihood of the fit.
     answers, simulations : int
@@ -60,7 +59,7 @@ class DifferenceScale:
 
 
 def triads_as_quadruples(triads: npt.ArrayLike) -> npt.NDArray[np.int64]:
-    """Return triads (a, b, c), a-b against b-c, as quadruples (a, b, b, c)."""
+    """Convert triads (a, b, c), which compare a-b with b-c, to quadruples (a, b, b, c)."""
     surfaces = np.asarray(triads, int)
     if surfaces.ndim != 2 or surfaces.shape[1] != 3:  # noqa: PLR2004 - three surfaces
         raise UserError("triads: expected three surfaces per row")
@@ -75,22 +74,22 @@ def difference_scale(
     simulations: int = 1000,
     seed: int = 2008,
 ) -> DifferenceScale | NotComputed:
-    """Fit a difference scale, with a parametric bootstrap.
+    """Fit a difference scale, with intervals from a parametric bootstrap.
 
     Parameters
     ----------
     quadruples : array_like of int, shape (trials, 4)
-        Ranks of surfaces, 0 for the weakest: (a, b) against (c, d). Each pair is sorted in
-        ascending order, because on one scale the sign of a difference is not related to its size.
+        Ranks of surfaces (0 for the weakest) in a comparison of (a, b) with (c, d). Each pair is
+        sorted in ascending order, because only the size of a difference matters.
     second_larger : array_like of bool, shape (trials,)
-        Whether the difference between c and d was judged the larger.
+        Whether the difference between c and d was judged to be larger.
     simulations : int
         Number of data sets simulated from the fit and refitted.
 
     Raises
     ------
     UserError
-        If the shapes or ranks are not possible in such an experiment.
+        If the shapes or ranks are impossible.
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
@@ -102,8 +101,7 @@ def difference_scale(
         return NotComputed(few("surfaces", count))
     if missing := sorted(set(range(count)) - set(surfaces.ravel().tolist())):
         raise UserError(f"quadruples: surface {missing[0]} was never presented")
-    # Trials of the same four surfaces are counted together: the model is fitted to their
-    # proportions.
+    # The model is fitted to proportions of trials with the same four surfaces.
     same, place = np.unique(_design(surfaces, count), axis=0, return_inverse=True)
     trials = np.bincount(place).astype(float)
     yes = np.bincount(place, weights=larger).astype(float)
@@ -125,7 +123,7 @@ def difference_scale(
 
 
 def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
-    """Return each trial's weights for the scale values, shape (trials, surfaces - 1)."""
+    """Return the weight of each scale value in each trial, shape (trials, surfaces - 1)."""
     first, second = np.sort(surfaces[:, :2], axis=1), np.sort(surfaces[:, 2:], axis=1)
     rows = np.arange(len(surfaces))
     design = np.zeros((len(surfaces), count))
@@ -140,7 +138,7 @@ def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
 
 
 def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotComputed:
-    """Return scale values in units of the noise, and each trial's probability."""
+    """Return scale values in units of the noise, and the predicted probability of each trial."""
     from scipy.special import ndtr  # noqa: PLC0415
 
     if np.linalg.matrix_rank(design) < design.shape[1]:
@@ -152,10 +150,9 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 
 
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
-    """Return each data set's scale values, shape (sets, surfaces), from a vectorised probit model.
+    """Fit the scale values of several data sets by Fisher scoring, shape (sets, surfaces).
 
-    Uses Fisher scoring. The likelihood has one peak or none; without a peak, values grow beyond
-    `LARGEST`.
+    The likelihood has at most one peak; without a peak, values grow beyond `LARGEST`.
 
     Parameters
     ----------
@@ -181,12 +178,12 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
         going = going[(np.abs(step).max(axis=1) > PRECISION) & (most <= LARGEST)]
         if not len(going):
             break
-    values[going] = np.inf  # it did not converge
+    values[going] = np.inf  # these data sets did not converge
     return np.concatenate([np.zeros((len(yes), 1)), values], axis=1)
 
 
 def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
-    """Return the reason why each data set's values are not a scale; empty if they are."""
+    """Return, for each data set, the reason why its values are not a scale, or ""."""
     return np.select(
         [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
         [
@@ -208,11 +205,11 @@ def _result(
 
     _, yes, trials, share = data
     tails = [50 * (1 - confidence), 50 * (1 + confidence)]
-    # The maximum of a scale is its unit, in simulated data sets as well as in the observed one.
+    # The unit of a scale is its maximum, in simulated data sets as well.
     low, high = np.percentile(simulated / simulated[:, -1:], tails, axis=0)
     noise = 1 / scale[-1]
-    # With few answers, the fit overestimates discrimination, and the simulations repeat this bias:
-    # the overestimation of simulated fits relative to the fit is an estimate of the fit's own bias.
+    # With few answers, the fit overestimates discrimination. The simulated fits overestimate it
+    # again by about the same factor, which is therefore used for the correction.
     noise_low, noise_high = noise**2 / np.percentile(1 / simulated[:, -1], tails[::-1])
     inner = [
         ConfidenceInterval(float(a), float(b), confidence)

@@ -1,13 +1,13 @@
 """Scale surfaces from paired comparisons.
 
-In the Bradley-Terry model (1952, Biometrika 39, 324-345), the log odds of a choice equal the
-difference between two scale values. In Thurstone's case V (1927, Psychol. Rev. 34, 273-286), the
-probit of the choice does.
+In the Bradley-Terry model (1952, Biometrika 39, 324-345), the difference between two scale values
+is the log odds of a choice. In Thurstone's case V (1927, Psychol. Rev. 34, 273-286), it is the
+probit of the probability of a choice.
 
 The likelihood is multiplied by the square root of the determinant of the information matrix (Firth
-1993, Biometrika 80, 27-38). The values are then finite for all answers, even if a surface was
-never chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82). Small-sample bias is removed to
-first order. No package on PyPI fits these scales with this correction.
+1993, Biometrika 80, 27-38). All values are then finite, even if a surface was never chosen
+(Kosmidis and Firth 2021, Biometrika 108, 71-82), and small-sample bias is removed to first order.
+No package on PyPI fits these scales with this correction.
 """
 
 from __future__ import annotations
@@ -31,24 +31,23 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 Model = Literal["Bradley-Terry", "Thurstone V"]
 
-#: Probability of a choice, and derivative of its log density at z with probability p.
+#: Distribution function of z, and derivative of the log density at z with probability p.
 MODELS: dict[Model, tuple[Curve, Callable[[Array, Array], Array]]] = {
     "Bradley-Terry": (CURVES["logistic"], lambda _z, p: 1 - 2 * p),
     "Thurstone V": (CURVES["normal"], lambda z, _p: -z),
 }
 
-#: With at least this many participants, answers need not be independent within participants.
+#: Smallest number of participants for which intervals allow for correlated answers.
 FEWEST_CLUSTERS = 3
-#: Minimum distance of a fitted probability from 0 and 1: closer than this, its variance is a
-#: rounding error.
+#: Smallest distance of probabilities from 0 and 1, so that variances are not rounding errors.
 EDGE = 1e-12
-#: The search stops at a step this small, or fails after this many steps.
+#: Size of the step at which the search stops, and number of steps after which it fails.
 PRECISION, ITERATIONS = 1e-10, 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleTest:
-    """Test whether one scale describes all pairs: deviance from the observed proportions."""
+    """Goodness of fit of a scale, by its deviance from the observed proportions."""
 
     deviance: float
     df: int
@@ -57,20 +56,21 @@ class ScaleTest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonScale:
-    """Surfaces on one scale.
+    """A scale of surfaces from paired comparisons.
 
     Parameters
     ----------
     model : {"Bradley-Terry", "Thurstone V"}
-        Determines the unit: natural log odds, or the standard deviation of a difference.
+        Model, which determines the unit of the scale: natural log odds, or the standard deviation
+        of a difference.
     values : tuple of float
-        One per surface; their sum is 0.
+        Scale values of the surfaces; their sum is 0.
     intervals : tuple of ConfidenceInterval
-        One per surface, for its distance from the mean of all surfaces.
+        Intervals of the scale values.
     covariance : tuple of tuple of float
-        Covariance of the values, for distances between any two surfaces.
+        Covariance matrix of the scale values.
     fit : ScaleTest or NotComputed
-        Goodness-of-fit test; assumes independent answers.
+        Goodness-of-fit test, which assumes independent answers.
     answers, participants : int
         Numbers of answers and participants.
     """
@@ -85,15 +85,15 @@ class ComparisonScale:
 
 
 def checked_choices(chosen: npt.ArrayLike) -> Array:
-    """Return counts as (participants, surfaces, surfaces). Raises `UserError` if invalid.
+    """Return counts with shape (participants, surfaces, surfaces); raise `UserError` if invalid.
 
     Parameters
     ----------
     chosen : array_like, shape (surfaces, surfaces) or (participants, surfaces, surfaces)
-        How often the row surface was chosen over the column surface.
+        Number of times that the row's surface was chosen over the column's surface.
     """
     counts = np.asarray(chosen, float)
-    counts = counts[None] if counts.ndim == 2 else counts  # noqa: PLR2004 - one table of pairs
+    counts = counts[None] if counts.ndim == 2 else counts  # noqa: PLR2004 - a single table
     if counts.ndim != 3 or counts.shape[1] != counts.shape[2] or counts.shape[1] < 2:  # noqa: PLR2004
         raise UserError("choices: expected a square table of at least two surfaces")
     if not np.isfinite(counts).all() or np.any(counts < 0) or np.any(counts != np.round(counts)):
@@ -109,20 +109,19 @@ def bradley_terry(chosen: npt.ArrayLike, confidence: float = 0.95) -> Comparison
     Parameters
     ----------
     chosen : array_like
-        As in `checked_choices`. If counts are given per participant for at least three
-        participants, intervals account for correlated answers within participants (sandwich
-        estimator, t quantiles).
+        See `checked_choices`. With separate counts for at least three participants, intervals allow
+        for correlated answers of a participant (sandwich estimator, t quantiles).
     """
     return _scale("Bradley-Terry", checked_choices(chosen), confidence)
 
 
 def thurstone(chosen: npt.ArrayLike, confidence: float = 0.95) -> ComparisonScale | NotComputed:
-    """Return Thurstone's case V scale, a probit model; see `bradley_terry`."""
+    """Return Thurstone's case V scale with Firth's correction; see `bradley_terry`."""
     return _scale("Thurstone V", checked_choices(chosen), confidence)
 
 
 class _Fit(NamedTuple):
-    """Scale values, their predictions for each pair (row over column), and their covariance."""
+    """Scale values, predicted probabilities (row over column), and covariance matrix."""
 
     values: Array
     p: Array
@@ -131,7 +130,7 @@ class _Fit(NamedTuple):
 
 
 def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
-    """Return the values with the highest penalised likelihood, by Fisher scoring."""
+    """Maximise the penalised likelihood by Fisher scoring."""
     from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
     if connected_components(pooled, directed=False)[0] > 1:
@@ -145,9 +144,9 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         p = np.clip(curve.distribution(z), EDGE, 1 - EDGE)
         relative = np.asarray(curve.density(z) / (p * (1 - p)))
         weight = trials * relative * curve.density(z)
-        # The information matrix for sum-zero values is a graph Laplacian; its pseudo-inverse is
-        # their covariance. Its null space is the vector of equal values, which an eigenvalue
-        # cut-off would not identify when choices are nearly certain.
+        # The information matrix is a graph Laplacian, and its pseudo-inverse is the covariance of
+        # values that sum to 0. The null space is the vector of equal values. An eigenvalue cut-off
+        # would not identify it if choices are nearly certain.
         laplacian = np.diag(weight.sum(axis=1)) - weight
         equal = np.full_like(laplacian, np.trace(laplacian) / len(laplacian) ** 2)
         undetermined = 1 / (len(laplacian) ** 2 * equal)
@@ -171,8 +170,7 @@ def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | 
         return found
     covariance, participants = found.covariance, len(counts)
     quantile = float(stats.norm.ppf((1 + confidence) / 2))
-    # If all participants chose alike, there is no spread between them, and answers count as
-    # independent.
+    # If all participants made the same choices, answers are treated as independent.
     if participants >= FEWEST_CLUSTERS and np.ptp(counts, axis=0).any():
         trials = counts + counts.transpose(0, 2, 1)
         scores = ((counts - trials * found.p) * found.relative_density).sum(axis=2)

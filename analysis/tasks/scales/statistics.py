@@ -1,7 +1,7 @@
-"""Compute scales from comparison tasks: from pairs and from triads.
+"""Compute scales from comparisons of pairs and triads.
 
-In the trials, stimuli are labels; the third is empty for pairs. ``response`` is the number of the
-chosen interval or of the larger step.
+In the tables of trials, stimuli are labels, and the third stimulus is empty for pairs. ``response``
+is the number of the chosen interval (pairs) or of the larger step (triads).
 """
 
 from __future__ import annotations
@@ -75,18 +75,18 @@ class TaskScale:
     task : str
         Task label in file names.
     surfaces : tuple of str
-        Surfaces in the order of all scale values: ascending if they are amplitudes (µm peak to
-        peak), else by name.
+        Surfaces in the order of the scale values: amplitudes (µm peak to peak) in ascending order,
+        then textures by name.
     participants, answers, catch_trials : int
-        Number of participants, answers and catch trials.
+        Numbers of participants, answers and catch trials.
     chosen, compared : tuple of int
-        For pairs: how often each surface was chosen, and how often it was presented.
+        For pairs, number of times each surface was chosen and presented.
     bradley_terry, thurstone : ComparisonScale or NotComputed
         Scales from pairs.
     transitivity : StochasticTransitivity or NotComputed
-        Transitivity over the pairs of all participants.
+        Stochastic transitivity of the pooled choices.
     consistency : Mapping of str to Consistency or NotComputed
-        Consistency, keyed by participant.
+        Consistency of each participant.
     differences : DifferenceScale or NotComputed
         Scale from triads.
     """
@@ -108,12 +108,12 @@ class TaskScale:
 def scales(
     comparisons: pd.DataFrame, confidence: float = 0.95
 ) -> tuple[TaskScale, ...] | NotComputed:
-    """Return the scales for every comparison task.
+    """Return the scales for each comparison task.
 
     Parameters
     ----------
     comparisons : DataFrame
-        The trials, as read by `slipscale.analysis.tasks.scales.statistics.TRIALS`.
+        Trials as read by `slipscale.analysis.tasks.scales.statistics.TRIALS`.
     """
     if not len(comparisons):
         return NotComputed("no trials of paired comparison")
@@ -153,7 +153,7 @@ def _counts(values: NDArray[np.float64]) -> tuple[int, ...]:
 
 
 def in_order(names: set[str]) -> tuple[str, ...]:
-    """Return surfaces in ascending order of amplitude, followed by textures by name.
+    """Return amplitudes in ascending order, followed by textures sorted by name.
 
     >>> in_order({"2.3", "0.5", "fine", "1.2"})
     ('0.5', '1.2', '2.3', 'fine')
@@ -167,7 +167,7 @@ def in_order(names: set[str]) -> tuple[str, ...]:
 
 
 def choices(main: pd.DataFrame, surfaces: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-    """Return each participant's choices: how often the row was chosen over the column."""
+    """Return a table for each participant that counts choices of the row over the column."""
     number = {name: place for place, name in enumerate(surfaces)}
     found = {}
     for who, rows in main.groupby(PARTICIPANT, observed=True):

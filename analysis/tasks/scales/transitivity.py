@@ -1,7 +1,7 @@
-"""Check whether choices fit a single scale: circular triads and stochastic transitivity.
+"""Count circular triads and violations of stochastic transitivity.
 
-Kendall and Babington Smith 1940 (Biometrika 31, 324-345): a participant who chooses A over B, B
-over C and C over A has no consistent order of the three.
+A participant who chooses A over B, B over C and C over A has no consistent order of the three
+(Kendall and Babington Smith 1940, Biometrika 31, 324-345).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from slipscale.analysis.tasks.scales.paired_comparison_scale import checked_choi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-#: Up to this many surfaces, all possible sets of choices are enumerated (32,768 for 6).
+#: Largest number of surfaces for which all possible choices are enumerated (32,768 for 6).
 ENUMERATED = 6
 #: Number of simulated participants who choose at random, and their seed.
 SIMULATIONS, SEED = 10_000, 1940
@@ -34,17 +34,17 @@ class Consistency:
     Parameters
     ----------
     circular_triads : float
-        Number of circular triads: the mean over all ways to break ties.
+        Number of circular triads, averaged over all ways to break ties.
     ties : int
         Number of pairs in which both surfaces were chosen equally often.
     triads : int
-        Number of all triads.
+        Total number of triads.
     zeta : float
         Coefficient of consistence: 1 without circular triads, 0 for the largest possible number.
     p : float
-        Probability of at most this many circular triads if every choice were random. Without ties,
-        exact for up to 6 surfaces and from Kendall's chi-square for more; with ties, from
-        `SIMULATIONS` simulated participants who choose at random equally often.
+        Probability of at most this many circular triads if all choices were random. Without ties,
+        exact for up to 6 surfaces and from Kendall's chi-square for more. With ties, from
+        `SIMULATIONS` simulated participants who make the same number of random choices.
     """
 
     circular_triads: float
@@ -55,14 +55,15 @@ class Consistency:
 
 
 def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
-    """Count a participant's circular triads, from the surface chosen more often in each pair.
+    """Count a participant's circular triads.
 
-    A tied pair counts as half in each direction.
+    In each pair, the surface that was chosen more often counts; a tie counts half in each
+    direction.
 
     Parameters
     ----------
     chosen : array_like, shape (surfaces, surfaces)
-        How often the row's surface was chosen over the column's.
+        Number of times that the row's surface was chosen over the column's surface.
     """
     counts = checked_choices(chosen).sum(axis=0)
     k = len(counts)
@@ -81,7 +82,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
         )
         tossed[:, one, other] = 2 * first - trials
         few_or_fewer = _circular_triads(tossed - tossed.transpose(0, 2, 1)) <= circular
-        # The participant is counted among those who may have chosen at random.
+        # The participant counts as one more simulated participant, so that p is never 0.
         p = float((1 + few_or_fewer.sum()) / (1 + SIMULATIONS))
     else:
         p = _p_so_few(k, round(circular))
@@ -92,28 +93,28 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
 
 
 def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the mean number of circular triads over all ways to break the ties, shape (tables,).
+    """Return the mean number of circular triads over all ways to break ties, shape (tables,).
 
     Parameters
     ----------
     more : array, shape (tables, surfaces, surfaces)
-        How much more often the row surface was chosen; only the sign matters.
+        Number of choices of the row minus choices of the column; only the sign is used.
     """
     k = more.shape[1]
     wins, ties = (more > 0).sum(axis=2), (more == 0).sum(axis=2) - 1
-    # A score is the number of wins plus a binomial part for ties; its mean square follows from its
-    # mean and variance.
+    # A score is the number of wins plus a binomial number of broken ties. Its mean square follows
+    # from its mean and variance.
     score = wins + ties / 2
     return np.asarray(comb(k, 3) - (score**2 + ties / 4 - score).sum(axis=1) / 2)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StochasticTransitivity:
-    """Number of triads that violate transitivity, among those for which it is defined.
+    """Numbers of triads that violate weak, moderate and strong transitivity.
 
-    Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity
-    then requires A over C at least half of the time; moderate transitivity, at least as often as
-    the smaller of the two proportions; strong transitivity, at least as often as the larger.
+    Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity then
+    requires that A is chosen over C at least half of the time. Moderate and strong transitivity
+    require at least the smaller and the larger of the two proportions, respectively.
     """
 
     triads: int
@@ -123,11 +124,11 @@ class StochasticTransitivity:
 
 
 def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | NotComputed:
-    """Count violations over all triads whose three pairs were compared.
+    """Count violations of transitivity in all triads whose three pairs were compared.
 
-    A triad counts as a violation if the condition holds for no order of its three surfaces. These
-    are counts, not a test: with few answers, proportions violate strong transitivity by chance
-    (`ComparisonScale.fit` tests it).
+    A triad violates transitivity if the condition holds for no order of its three surfaces. With
+    few answers, strong transitivity is often violated by chance; for a test, see
+    `ComparisonScale.fit`.
     """
     counts = checked_choices(chosen).sum(axis=0)
     trials = counts + counts.T
@@ -157,7 +158,7 @@ def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | N
 
 @cache
 def circular_triads_by_chance(surfaces: int) -> tuple[int, ...]:
-    """Return how many of all possible choices have 0, 1, 2 ... circular triads."""
+    """Return the numbers of possible sets of choices with 0, 1, 2 ... circular triads."""
     one, other = np.triu_indices(surfaces, k=1)
     ways = np.arange(1 << len(one))
     scores = np.zeros((len(ways), surfaces), dtype=int)
@@ -176,7 +177,7 @@ def _p_so_few(surfaces: int, circular: int) -> float:
     from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     df = surfaces * (surfaces - 1) * (surfaces - 2) / (surfaces - 4) ** 2
-    # Kendall's one half is for at least this many; at most this many is the complement of one
-    # more.
+    # Kendall's continuity correction applies to "at least"; the probability of "at most n" is the
+    # complement of "at least n + 1".
     statistic = 8 / (surfaces - 4) * (comb(surfaces, 3) / 4 - circular - 0.5) + df
     return float(stats.chi2.sf(statistic, df))

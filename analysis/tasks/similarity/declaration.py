@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def _answer(found: TaskMap | NotComputed) -> str:
-    """Return the stress of maps by their dimensions."""
+    """Return a sentence on the stress of maps with different numbers of dimensions."""
     if isinstance(found, NotComputed):
         return f"No map of the dissimilarities was computed: {found.reason}."
     stress = ", ".join(unit_number(value, 3) for value in found.stress.values())
@@ -86,7 +86,7 @@ def _rows(task: TaskMap | NotComputed) -> list[JsonObject]:
 
 @styled
 def similarity(found: TaskMap) -> Figure:
-    """Draw items on the first two principal axes with equal scales, and stress by dimensions."""
+    """Plot the map on its first two principal axes, and stress against number of dimensions."""
     figure, (left, right) = canvas(1, 2, size=(6.8, 3.6), width_ratios=[1.7, 1])
     for item, place in found.coordinates.items():
         x, y = (*place, 0.0)[:2]

@@ -1,7 +1,7 @@
-"""Read dissimilarities: ratings of two items, ``first`` and ``second``, or sorted items.
+"""Read dissimilarities from ratings of pairs or from sorted items.
 
-Items are names or levels; they are compared as text. In sorting, an item's last group counts: the
-dissimilarity between two items is 1 if their groups differ and 0 otherwise.
+Items are names or levels, which are compared as text. In sorting, the dissimilarity between two
+items is 1 if their final groups differ, and 0 otherwise.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _pairs(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
 
 
 def _separated(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return each participant's pairs of sorted items, from the last group of each item."""
+    """Return each participant's pairs of sorted items, from the final group of each item."""
     rows = []
     run = [name for name in COMMON if name not in ("trial", "catch")]
     answered = frame[frame["group"].notna() & (frame["item"] != "")].sort_values("trial")

@@ -2,17 +2,17 @@
 
 Rules:
 
-- a participant's dissimilarity of a pair is the mean over orders and repetitions, divided by the
+- a participant's dissimilarities are averaged over orders and repetitions, and divided by the
   participant's root mean square, so that all participants have equal weight;
 - in free sorting, the dissimilarity of a pair is the proportion of participants who put the two
-  items into different groups; a single participant's value is 0 or 1, so no weights are computed;
-- the map of the group is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129), fitted
-  with scikit-learn's SMACOF from the classical solution and from random starts; the solution with
-  the lowest stress-1 is used, rotated to principal axes;
-- individual weights for the axes of the group map are the non-negative weights of squared
-  distances along the axes that best fit a person's squared dissimilarities (the subject step of
-  Carroll and Chang 1970, Psychometrika 35, 283-319, on a fixed map). Unlike INDSCAL, the axes
-  themselves are not estimated from these differences.
+  items into different groups. Individual values are 0 or 1, so no weights are computed;
+- the group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). scikit-learn's
+  SMACOF starts from the classical solution and from random maps; the solution with the lowest
+  stress-1 is rotated to its principal axes;
+- a participant's weights are the non-negative weights of squared distances along the axes that best
+  fit the participant's squared dissimilarities (the subject step of Carroll and Chang 1970,
+  Psychometrika 35, 283-319). Unlike in INDSCAL, the axes are not estimated together with the
+  weights.
 """
 
 from __future__ import annotations
@@ -38,24 +38,24 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: With fewer items than this, any map fits.
+#: Smallest number of items; with fewer, any map fits.
 FEWEST_ITEMS = 4
-#: Maximum number of dimensions, number of dimensions drawn and weighted, and number of random
+#: Largest number of dimensions, number of dimensions shown and weighted, and number of random
 #: starts.
 MOST_DIMENSIONS, SHOWN, STARTS, SEED = 4, 2, 12, 1
-#: Iterations for every start, and for the two best.
+#: Number of iterations from every start, and for the two best solutions.
 SOME, MANY = 25, 300
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Person:
-    """How a participant weights the axes of the map.
+    """The weights that a participant gives to the axes of the map.
 
     Parameters
     ----------
     participant : str
     weights : tuple of float
-        Weights of squared distances along each axis; near 1 for the group.
+        Weights of squared distances along the axes, near 1 on average.
     r2 : float
         Proportion of variance explained in the participant's squared dissimilarities.
     """
@@ -67,21 +67,21 @@ class Person:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskMap:
-    """The map of one task.
+    """The map for one task.
 
     Parameters
     ----------
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Number of participants, answers (without catch trials) and catch trials.
+        Numbers of participants, answers (without catch trials) and catch trials.
     items : tuple of str
     stress : Mapping
         Number of dimensions -> stress-1 of the map.
     coordinates : Mapping
-        Item -> position on `SHOWN` principal axes.
+        Item -> coordinates on the first `SHOWN` principal axes.
     people : tuple of Person
-        Participants who rated every pair; empty for free sorting.
+        Weights of participants who rated every pair; empty for free sorting.
     sorting : bool
         Whether the items were sorted into groups.
     """
@@ -146,7 +146,7 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
 
 
 def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
-    """Return mean dissimilarities: 0 between an item and itself, NaN for an unrated pair."""
+    """Return a matrix of mean dissimilarities, with 0 on the diagonal and NaN for unrated pairs."""
     place = {item: number for number, item in enumerate(items)}
     first, second = (rows[name].map(place).to_numpy(int) for name in ("first", "second"))
     sums, counts = np.zeros((2, len(items), len(items)))
@@ -159,7 +159,7 @@ def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
 
 
 def _scaled(table: Array) -> Array:
-    """Return a table with a root mean square of 1 over its pairs; NaN if all are 0."""
+    """Scale a table to a root mean square of 1 over its pairs; NaN if all are 0."""
     known = table[np.triu_indices(len(table), 1)]
     size = np.sqrt(np.nanmean(known**2)) if np.isfinite(known).any() else 0.0
     return table / size if size > TINY else np.full_like(table, np.nan)
@@ -171,7 +171,7 @@ def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
     Parameters
     ----------
     dissimilarities : array, shape (items, items)
-        Dissimilarities; symmetric and complete.
+        Symmetric matrix without missing values.
     """
     from sklearn.manifold import smacof  # noqa: PLC0415 - takes a second to import
 
@@ -191,13 +191,13 @@ def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
     random = np.random.default_rng(SEED)
     starts = [_classical(dissimilarities, dimensions)]
     starts += [random.normal(size=starts[0].shape) for _ in range(STARTS)]
-    # A few iterations show which starts lead to a low stress.
+    # A few iterations from every start show which solutions have a low stress.
     begun = sorted((improved(start, SOME) for start in starts), key=lambda each: each[1])
     return min((improved(places, MANY) for places, _ in begun[:2]), key=lambda each: each[1])
 
 
 def _classical(dissimilarities: Array, dimensions: int) -> Array:
-    """Return Torgerson's solution."""
+    """Return Torgerson's classical solution."""
     n = len(dissimilarities)
     centre = np.eye(n) - 1 / n
     values, vectors = np.linalg.eigh(-centre @ dissimilarities**2 @ centre / 2)
@@ -206,18 +206,18 @@ def _classical(dissimilarities: Array, dimensions: int) -> Array:
 
 
 def _principal(coordinates: Array) -> Array:
-    """Return a map on its principal axes, each pointing towards the last item."""
+    """Rotate a map to its principal axes, which point towards the last item."""
     centred = coordinates - coordinates.mean(axis=0)
     turned = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
     return np.asarray(turned * np.where(turned[-1] < 0, -1.0, 1.0))
 
 
 def _person(who: str, table: Array, coordinates: Array) -> Person:
-    from scipy.optimize import nnls  # noqa: PLC0415 - only for such data
+    from scipy.optimize import nnls  # noqa: PLC0415 - only needed for this task
 
     pairs = np.triu_indices(len(table), 1)
     squares = (coordinates[pairs[0]] - coordinates[pairs[1]]) ** 2
-    # The map has the scale of the group: a root mean square distance of 1.
+    # Like the dissimilarities, the map is scaled to a root mean square distance of 1.
     squares = squares / squares.sum(axis=1).mean()
     wanted = table[pairs] ** 2
     weights, _ = nnls(squares, wanted)

@@ -1,1 +1,1 @@
-"""Thresholds from forced choice."""
+"""Thresholds from forced choice and constant stimuli."""

@@ -1,9 +1,9 @@
-"""State the biases that simulations found in population thresholds, where they apply.
+"""Warn about biases that simulations found in population thresholds.
 
 `CAUTIONS` explains every coverage of 95 % intervals outside .93 to .97 in the table of
-`benchmarks.population_thresholds` (docs/validation/measured/statistics.md); a test compares the
-two. Biases of just noticeable differences come from 120 data sets per case, as the tests of
-`friction_axis` draw them: 6 people who never lapse, with 20 comparisons at each of 5 levels.
+`benchmarks.population_thresholds` (docs/validation/measured/statistics.md); a test compares both.
+Biases of just noticeable differences come from 120 simulated data sets per case, as in the tests of
+`friction_axis`: 6 people who never lapse, with 20 comparisons at each of 5 levels.
 """
 
 from __future__ import annotations
@@ -25,13 +25,14 @@ class Caution(NamedTuple):
     Parameters
     ----------
     text : str
-        Sentence without its full stop; ``{covered}`` is replaced by the coverage.
+        Sentence without its full stop; ``{covered}`` is replaced with the coverage.
     applies : callable
-        Whether the bias concerns a task.
+        Returns whether the bias affects a task.
     observers : tuple of str
-        Rows of the table that it explains.
+        Rows of the table that the bias explains.
     coverage : tuple of (int, float)
-        Numbers of people, and coverage of 95 % intervals with them; empty if it is .93 to .97.
+        Numbers of people, each with the coverage of 95 % intervals; empty if coverage is .93 to
+        .97.
     """
 
     text: str

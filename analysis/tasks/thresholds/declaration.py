@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def rows(task: TaskThresholds) -> list[JsonObject]:
-    """Return one row per participant; missing numbers if nothing was fitted."""
+    """Return one row per participant; without a fit, its numbers are missing."""
     found: list[JsonObject] = []
     for each in task.participants:
         row: JsonObject = {
@@ -66,7 +66,7 @@ def rows(task: TaskThresholds) -> list[JsonObject]:
 
 
 def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
-    """Return one participant's means of reversals, one cell per condition."""
+    """Return a participant's means of reversals, one cell per condition."""
     if isinstance(task.reversals, NotComputed):
         return {}
     return {
@@ -82,13 +82,13 @@ def _column(condition: str) -> str:
 
 
 def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
-    """Yield log10 thresholds, participants by sessions; NaN if they cannot be determined."""
+    """Yield tables of log10 thresholds, participants by sessions."""
     for task, rows in by_task(data.of(TRIALS)):
         yield f"{task}, threshold", f"log10 {data.quantity.unit_in_short}", _thresholds(rows)
 
 
 def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return log10 thresholds, participants by sessions; NaN if they cannot be determined."""
+    """Return log10 thresholds, participants by sessions; NaN if a threshold is not determined."""
     main = rows[~rows["catch"]]
     method = str(rows["method"].iloc[0])
     keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]

@@ -1,4 +1,4 @@
-"""Plot forced choice: each participant's psychometric function, and the tracks."""
+"""Plot psychometric functions and the tracks of adaptive rules."""
 
 from __future__ import annotations
 
@@ -26,25 +26,24 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
-#: Number of bins of levels for the dots, because an adaptive track has a different level per
-#: trial.
+#: Number of bins into which levels are grouped, because adaptive tracks have many levels.
 BINS = 8
-#: Number of track panels per row, and their size in inches.
+#: Number of panels per row, and size of a panel in inches.
 ACROSS, PANEL = 3, (2.5, 1.7)
-#: With more participants than this, individual panels are omitted.
+#: Largest number of participants with individual panels.
 PANELS_AT_MOST = 24
-#: With more thresholds than this, participant names are omitted.
+#: Largest number of thresholds that are labelled with participants' names.
 NAMED_AT_MOST = 30
 
 
 @styled
 def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Draw participants' psychometric functions, the answers, and the thresholds with intervals.
+    """Plot participants' psychometric functions, the answers, and thresholds with intervals.
 
     Parameters
     ----------
     found : TaskThresholds
-        The task.
+        Results for the task.
     trials : DataFrame
         Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     quantity : Quantity
@@ -101,10 +100,10 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
 
 
 def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> PsychometricFunction:
-    """Return a participant's curve with asymptotes that match the answers at the outermost levels.
+    """Return a participant's curve with asymptotes that match the outermost answers.
 
-    The lapse rate of a participant without errors is the mean of the possible rates, which is
-    above 0. A curve drawn with it would stay below the observed 100 %.
+    For a participant without errors, the estimated lapse rate is the posterior mean, which is above
+    0. A curve with this rate would remain below the observed 100 %.
     """
     levels, right = rows["level_um_pp"], rows["correct"].astype(float)
     wrong_at_top = 1 - float(right[levels == levels.max()].mean())
@@ -115,7 +114,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
 
 
 def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic: bool) -> None:
-    """Draw the proportion of all answers per level bin; dot area shows the number of answers."""
+    """Draw the proportion of answers per bin; dot area shows the number of answers."""
     levels = rows["level_um_pp"].to_numpy(float)
     levels = np.log(levels) if logarithmic else levels
     distinct = np.unique(levels)
@@ -143,7 +142,7 @@ def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic:
 
 
 def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
-    """Draw each participant's threshold and the population threshold, with intervals."""
+    """Draw individual thresholds and the population threshold, with intervals."""
     people = [each for each in found.participants if each.function]
     for place, each in enumerate(people):
         if not each.function:
@@ -176,7 +175,7 @@ def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
 
 @styled
 def tracks(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -> Figure:
-    """Draw the levels trial by trial, one panel per participant; wrong answers are hollow."""
+    """Plot the levels trial by trial, in one panel per participant."""
     main = trials[~trials["catch"]]
     people = [each for each in found.participants if each.trials][:PANELS_AT_MOST]
     rows = -(-len(people) // ACROSS)

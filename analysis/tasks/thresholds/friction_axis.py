@@ -1,19 +1,18 @@
 """Estimate thresholds and just noticeable differences in measured friction.
 
-The plate's amplitude determines friction only together with the finger. If normal and lateral
-force were measured in each interval, the same answers are fitted against friction. Rules:
+Friction depends on the plate's amplitude and on the finger. If normal and lateral force were
+measured in each interval, the answers are also fitted against friction. Rules:
 
-- the level of a trial is its change in friction: the mean coefficient in the other intervals minus
-  the coefficient in the target's. If the friction rises with the plate's level, the sign is
-  reversed, so that curves rise;
-- a single measurement is uncertain, which flattens a curve and makes its just noticeable
-  difference too large (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a
-  participant's changes are therefore averaged by plate level, session and condition. Changes in
-  single trials are rounded to `STEP` standard deviations, because the time for a fit rises with
-  the number of different levels;
-- changes can be 0 or negative, so a curve of the level's logarithm is replaced by the same curve
-  of the level;
-- trials without a measurement in some interval are omitted and counted.
+- the level of a trial is the change in friction: the mean coefficient in the other intervals minus
+  the coefficient in the target's interval. If friction increases with the plate's level, the sign
+  is reversed, so that curves rise;
+- noise in single measurements flattens a curve and makes the just noticeable difference too large
+  (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes
+  are therefore averaged by plate level, session and condition. Changes in single trials are rounded
+  to `STEP` standard deviations, because fits with many different levels take long;
+- changes can be 0 or negative, so a logarithmic curve is replaced with the same curve on a linear
+  axis;
+- trials with a missing measurement are omitted and counted.
 """
 
 from __future__ import annotations
@@ -36,26 +35,26 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 STEP = 0.1
-#: Columns of the trials: measured coefficients of the target, and the mean of the other intervals.
+#: Columns for the measured coefficient in the target's interval, and for the mean in the others.
 TARGET_FRICTION, OTHER_FRICTION = "target_friction", "other_friction"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionThreshold:
-    """The population's threshold in measured friction.
+    """The threshold of the population in measured friction.
 
     Parameters
     ----------
     lower : bool
-        Whether the changes are reductions in friction.
+        Whether changes are reductions in friction.
     averaged : bool
-        Whether changes are means per participant and plate level, not those of single trials.
+        Whether changes are means per participant and plate level, instead of single trials.
     change : Estimate
-        Change in the coefficient at the threshold; for a comparison, at the point of subjective
+        Change in the coefficient at the threshold or, for a comparison, at the point of subjective
         equality.
     just_noticeable : Estimate or NotComputed
-        Just noticeable difference in the coefficient: half the distance between the 25 and 75 %
-        points of a comparison; otherwise ``change``.
+        Just noticeable difference in the coefficient. For a comparison, it is half the distance
+        between the 25 % and 75 % points; otherwise it equals ``change``.
     weber_fraction : Estimate or NotComputed
         ``just_noticeable`` divided by ``standard``.
     standard : float
@@ -63,11 +62,11 @@ class FrictionThreshold:
     sd : float
         Standard deviation of ``change`` between participants.
     scatter : float
-        Standard deviation of a trial's change around the mean of its participant and plate level.
+        Standard deviation of single-trial changes around the mean per participant and plate level.
     participants : Mapping of str to float
-        Participant -> change in this fit, shrunk towards the population.
+        Participant -> change at the individual threshold, shrunk towards the population.
     n, answers, left_out : int
-        Numbers of participants and of answers, and of trials without a measurement.
+        Numbers of participants, of answers, and of trials without a measurement.
     """
 
     lower: bool
@@ -87,14 +86,14 @@ class FrictionThreshold:
 def friction_threshold(
     rows: pd.DataFrame, choices: AnalysisChoices, *, method: str, curve: str
 ) -> FrictionThreshold | NotComputed:
-    """Fit all participants' answers to one task against measured friction.
+    """Fit all participants' answers in one task against measured friction.
 
     Parameters
     ----------
     rows : DataFrame
         Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     method, curve : str
-        Method and curve fitted against the plate's level.
+        Method and curve of the fit against the plate's level.
     """
     if choices.threshold_friction is None:
         return NotComputed("the study does not set threshold_friction")
@@ -112,7 +111,7 @@ def friction_threshold(
     means = change.groupby(by, observed=True, dropna=False).transform("mean")
     averaged = choices.threshold_friction == "level_means"
     linear = OTHER_AXIS[curve] if CURVES[curve].logarithmic else curve
-    levels = rows["level_um_pp"].where(caught)  # catch trials keep theirs: only lapses miss it
+    levels = rows["level_um_pp"].where(caught)  # only lapses miss catch trials
     step = STEP * float(change.std()) or 1.0
     levels.update(means if averaged else (change / step).round() * step)
     measured = rows.assign(level_um_pp=levels)[known | caught]

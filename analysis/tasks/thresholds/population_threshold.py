@@ -35,19 +35,18 @@ if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.adaptive.curves import Curve
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
-#: A curve is clearly better if its log likelihood is higher by this much (a difference of 4 in
-#: AIC).
+#: Difference in log likelihood above which a curve is clearly better (a difference of 4 in AIC).
 CLEARLY = 2.0
-#: Separators between the names and between the labels of combined factors.
+#: Separators between names, and between labels, of combined factors.
 COMBINED = ", "
 
 
 def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estimate | NotComputed:
     """Return the just noticeable difference as a fraction of the standard.
 
-    In a forced choice between intervals, levels are differences from the standard, so the just
-    noticeable difference is the threshold. In a comparison, levels are amplitudes, and it is half
-    the distance between the 25 and 75 % points on the curve.
+    In a forced choice between intervals, levels are differences from the standard, and the just
+    noticeable difference is the threshold. In a comparison, levels are amplitudes, and the just
+    noticeable difference is half the distance between the 25 % and 75 % points on the curve.
 
     Raises
     ------
@@ -83,9 +82,9 @@ class Contrast:
     ----------
     first, second : str
     change : Estimate
-        The second threshold divided by the first; for a curve on a linear axis, minus the first.
+        Ratio of the second threshold to the first; for a curve on a linear axis, their difference.
     p, p_holm : float
-        Test of no change: uncorrected, and corrected across all pairs of the factor.
+        Test against no change, uncorrected and Holm-corrected across all pairs of the factor.
     """
 
     first: str
@@ -97,7 +96,7 @@ class Contrast:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Factor:
-    """Thresholds by group, by session or by a study factor.
+    """Thresholds by group, by session or by the levels of a study factor.
 
     ``contrasts`` is empty for combinations of factors.
     """
@@ -109,37 +108,36 @@ class Factor:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PopulationThreshold:
-    """The threshold of a population, from a hierarchical model of all participants' answers.
+    """A population threshold, from a hierarchical model of all participants' answers.
 
     Parameters
     ----------
     threshold_um_pp : Estimate
-        Threshold of the typical participant: the centre of the population's normal distribution,
-        on the axis of the curve.
+        Threshold of the typical participant: the centre of the normal distribution of thresholds on
+        the axis of the curve.
     sd : float
-        Standard deviation between participants: in decades for a logarithmic curve, otherwise in
-        µm peak to peak.
+        Standard deviation of thresholds between participants, in decades for a logarithmic curve,
+        otherwise in µm peak to peak.
     slope : Estimate or NotComputed
         Slope of the typical participant's curve.
     sd_log_slope : float or NotComputed
-        Standard deviation of the log slope (natural logarithm) between participants. With several
-        sessions or conditions, a single slope is fitted.
+        Standard deviation of the natural logarithm of the slope between participants. With several
+        sessions or conditions, all participants have the same slope.
     half_width_um_pp : Estimate or NotComputed
-        For comparisons, and for curves on a linear axis: half the distance between the 25 and 75 %
-        points.
+        Half the distance between the 25 % and 75 % points, for comparisons and for curves on a
+        linear axis.
     lapse : float
-        Lapse rate, shared by all participants.
+        Common lapse rate of all participants.
     n, answers : int
         Numbers of participants and answers.
     participants : Mapping of str to float
-        Participant -> threshold in this fit, shrunk towards the population; µm peak to peak.
+        Participant -> threshold in µm peak to peak, shrunk towards the population.
     factors : tuple of Factor
-        Thresholds by group, by session, by each study factor and by combinations of them, if there
-        are several.
+        Thresholds by group, by session, by each study factor and by combinations of factors, each
+        if there are several.
     better_curve : str
-        For comparisons: the same curve on the other axis, if it describes the answers clearly
-        better. A curve on the wrong axis shifts the point of subjective equality, or treats misfit
-        as lapses.
+        For comparisons, the same curve on the other axis, if it fits clearly better. A curve on the
+        wrong axis shifts the point of subjective equality or overestimates lapses.
     """
 
     threshold_um_pp: Estimate
@@ -163,7 +161,7 @@ def population_threshold(
     curve: str,
     group_of: Mapping[str, str] | None = None,
 ) -> PopulationThreshold | NotComputed:
-    """Fit all participants' answers to one task.
+    """Fit a hierarchical model to all participants' answers in one task.
 
     Parameters
     ----------
@@ -227,23 +225,23 @@ def population_threshold(
 def population_weber(
     found: PopulationThreshold, method: str, standard_um_pp: float
 ) -> Estimate | NotComputed:
-    """Return the population's just noticeable difference as a fraction of the standard."""
+    """Return the Weber fraction of the population."""
     compared = METHODS[method].guess == "equal to lapse"
     part = found.half_width_um_pp if compared else found.threshold_um_pp
     return over(part, standard_um_pp) if isinstance(part, Estimate) else part
 
 
 def over(found: Estimate, standard: float) -> Estimate:
-    """Return an estimate as a fraction of the standard, both in the same unit."""
+    """Divide an estimate and its interval by a standard in the same unit."""
     ends = np.array([found.value, *found.interval])
     return estimate(ends / standard, found.interval.confidence)
 
 
 def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
-    """Return half the distance between the 25 and 75 % points on a curve, in levels.
+    """Return half the distance between the 25 % and 75 % points on a curve, in units of the level.
 
-    Its interval follows from that of the slope. On a logarithmic axis, the distance is centred on
-    ``middle``.
+    Its interval is computed from the interval of the slope. On a logarithmic axis, the distance is
+    centred on ``middle``.
     """
     low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval
@@ -256,7 +254,7 @@ def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
 def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
-    """Return the curve's counterpart on the other axis if it fits clearly better."""
+    """Return the name of the same curve on the other axis if it fits clearly better."""
     other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
     if levels.min() <= 0:
         return ""
@@ -269,7 +267,7 @@ def _better_curve(
 
 
 def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
-    """Return the numbers of correct and wrong catch trials, at a level that nobody misses."""
+    """Return the numbers of correct and wrong answers to catch trials at a level nobody misses."""
     correct = catches["correct"].astype(bool)
     if METHODS[method].guess == "equal to lapse":
         more = catches["level_um_pp"] - catches["standard_um_pp"]
@@ -286,12 +284,12 @@ def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
 
 
 def _crossed(rows: pd.DataFrame) -> list[str]:
-    """Return the columns of the study's factors."""
+    """Return the columns that contain study factors."""
     return [name for name in rows.columns if str(name).startswith(FACTOR)]
 
 
 def _combined(rows: pd.DataFrame, names: list[str]) -> pd.Series[str]:
-    """Return the combined labels of some columns."""
+    """Return the labels of several columns, joined in each row."""
     return rows[names].astype(str).agg(COMBINED.join, axis=1)
 
 
@@ -315,7 +313,7 @@ def _factors(
     confidence: float,
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
-    """Yield thresholds by group, session and condition, if each has enough people for a test."""
+    """Yield thresholds by group, session and condition, if there are enough people for a test."""
     names = _crossed(counted)
     by = {"group": counted["who"].map(group_of), "session": counted["session"]}
     by |= {name.removeprefix(FACTOR): counted[name].astype(str) for name in names}
@@ -347,7 +345,7 @@ def _fitted(
 
 
 def _deviations(factors: pd.DataFrame) -> Array:
-    """Return design columns by which factors shift thresholds around the mean of their levels."""
+    """Return design columns for the deviations of factor levels from their mean."""
     columns = [
         (factors[name] == level).to_numpy(float) - (factors[name] == levels[0]).to_numpy(float)
         for name in factors
@@ -385,7 +383,7 @@ def _factor(
     pairs = [] if COMBINED in name else list(combinations(range(len(names)), 2))
     changes, ps = [], []
     for first, second in pairs:
-        # The column of the first level applies to all, so the second column is the change from it.
+        # The first column is the intercept, so the second is the change from the first level.
         design, start = columns.copy(), of_levels.best.theta.copy()
         design[:, first] = 1.0
         start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])

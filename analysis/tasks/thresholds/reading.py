@@ -1,4 +1,4 @@
-"""Read forced-choice and constant-stimuli trials from a data set.
+"""Read trials of forced choice and constant stimuli.
 
 Tables are recognised by their columns, because studies choose their own task labels.
 """
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Problems, Source
 
-#: Columns that identify such a table: the level and the answer.
+#: Columns for the level and the answer, by which a table is recognised.
 FORCED_CHOICE = ("level_um_pp", "correct")
 COMPARISON = ("comparison_um_pp", "comparison_more")
 NUMBERS = ("trial", "track", "level_um_pp", "standard_um_pp", "response_time")
@@ -42,7 +42,7 @@ COLUMNS = (
     *("task", "method", "trial", "track", "catch", "standard_um_pp", "level_um_pp"),
     *("correct", "response_time", "flag", TARGET_FRICTION, OTHER_FRICTION),
 )
-#: The interval of the target: the one that differs from the others, or the comparison.
+#: Column for the interval with the target: the odd stimulus, or the comparison.
 TARGET = ("target_interval", "comparison_interval")
 FRICTION = tuple(f"{INTERVAL}{number}_{COEFFICIENT}" for number in (1, 2, 3))
 
@@ -65,23 +65,22 @@ def read_choices(
     problems: Problems,
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Return the answered main trials, in order of presentation.
+    """Return the main trials that were answered, in order of presentation.
 
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with the parts of its file name
-        (`slipscale.experiments.dataset.schema.TABLE_NAME`).
+        Table files, and their names matched by `slipscale.experiments.dataset.schema.TABLE_NAME`.
     counts : dict
-        Updated with the numbers of rows read and of rows excluded for each reason.
+        Receives the numbers of rows read, and of rows excluded for each reason.
 
     Returns
     -------
     DataFrame, list of Source
-        Columns `COLUMNS`, and one per study factor (`FACTOR` plus its name): ``method`` is a key
-        of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch``
-        and ``correct`` are bool. In a comparison, ``correct`` means that it was judged more
-        slippery.
+        Columns `COLUMNS`, and `FACTOR` plus its name for each study factor. ``method`` is a key of
+        `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` and
+        ``correct`` are Boolean. In a comparison, ``correct`` means that the comparison stimulus was
+        judged more slippery.
     """
     frames, sources = [], []
     for marks in (FORCED_CHOICE, COMPARISON):
@@ -104,7 +103,7 @@ def _read(
     problems: Problems,
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read tables of one format."""
+    """Read the trials of tables with the same format."""
     level = marks[0]
     third = f"{INTERVAL}3_surface"
     factors = factors_of(folder)
@@ -140,7 +139,7 @@ def _read(
 def _friction(
     frame: pd.DataFrame, sources: list[Source], problems: Problems
 ) -> dict[str, pd.Series[float]]:
-    """Return the coefficients measured in the target's interval, and in the others on average."""
+    """Return the coefficient in the target's interval, and the mean in the other intervals."""
     measured = frame.reindex(columns=list(FRICTION)).astype(float)
     for name in frame.columns.intersection(list(FRICTION)):
         measured[name] = numbers(frame, name, sources, problems, minimum=0.0)
@@ -157,14 +156,14 @@ def _friction(
 def told_choices(
     frame: pd.DataFrame, marks: tuple[str, str], quantity: Quantity = PLATE_AMPLITUDE
 ) -> pd.DataFrame:
-    """Return trials with ``method``, ``catch`` and ``correct``, and levels as they are fitted.
+    """Add the columns ``method``, ``catch`` and ``correct``, and convert levels for fitting.
 
     Parameters
     ----------
     frame : DataFrame
-        Trials of one format as in their tables, with numbers parsed.
+        Trials of one format, with parsed numbers.
     marks : tuple of str
-        `FORCED_CHOICE` or `COMPARISON`.
+        `FORCED_CHOICE` or `COMPARISON`, which identify the format.
     """
     _, answer = marks
     third = f"{INTERVAL}3_surface"
@@ -182,11 +181,10 @@ def told_choices(
 
 
 def _methods(frame: pd.DataFrame) -> dict[str, str]:
-    """Return the method of each task of constant stimuli.
+    """Return the method of each task with constant stimuli.
 
-    If all comparisons lie on one side of the standard and the participant chooses an interval, the
-    larger one is known, so answers are right or wrong. Otherwise, comparisons lie below or above
-    the standard.
+    If all comparisons lie on one side of the standard and the participant chooses an interval,
+    answers are right or wrong. Otherwise, the task is a comparison around the standard.
     """
     found = {}
     for task, rows in frame.groupby("task"):
@@ -198,7 +196,7 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
 
 
 def _one_sided(frame: pd.DataFrame, quantity: Quantity) -> None:
-    """Convert levels to differences, and answers to right or wrong, if a task requires it."""
+    """For one-sided tasks, convert levels to differences, and answers to right or wrong."""
     rows = frame["method"] == "two_interval"
     apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
     right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])

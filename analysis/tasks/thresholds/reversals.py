@@ -1,14 +1,14 @@
-"""Estimate a staircase's threshold as the mean of its last reversals.
+"""Estimate the threshold of a staircase as the mean of its last reversals.
 
 Source: Levitt 1971, J. Acoust. Soc. Am. 49, 467-477. Rules:
 
-- the study's rule replays the recorded answers of each track, so reversals are those of the
-  session, including after a trial was taken back;
-- each condition, session and run has its own tracks;
+- the rule in the study file replays the recorded answers of each track. The reversals therefore
+  equal the reversals in the session, even if a trial was taken back;
+- tracks are separate for each condition, session and run;
 - a track with fewer reversals than requested is omitted and counted;
-- participants' values are means across their tracks; on a logarithmic scale, means are geometric;
-- the mean estimates the level at which steps up and down balance (`UpDown.target`), not the point
-  half-way up the fitted curve.
+- a participant's value is the mean across tracks, and the geometric mean on a logarithmic scale;
+- the mean estimates the level at which steps up and down balance (`UpDown.target`), which is not
+  the midpoint of the fitted curve.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonReversals:
-    """One participant's mean of reversals in one condition; NaN if no track has enough."""
+    """A participant's mean of reversals in one condition; NaN if no track has enough reversals."""
 
     participant: str
     mean_um_pp: float
@@ -49,9 +49,9 @@ class ConditionReversals:
     Parameters
     ----------
     condition : str
-        The factors' levels; empty without factors.
+        Levels of the factors; empty without factors.
     tracks, left_out : int
-        Numbers of tracks, and of tracks with too few reversals.
+        Numbers of all tracks, and of tracks with too few reversals.
     mean_um_pp : Estimate or NotComputed
         Mean across participants, with a t-based interval.
     people : tuple of PersonReversals
@@ -90,7 +90,7 @@ def reversals(
     Parameters
     ----------
     main : DataFrame
-        Main trials of one task in the order of presentation, without catch trials.
+        Main trials of one task without catch trials, in order of presentation.
     rule : Interleaved or None
         The tracks before their first trial; None if unknown.
     last : int or None
@@ -154,7 +154,7 @@ def _condition(
 
 
 def _replayed(track: UpDownTrack, answers: list[bool]) -> tuple[float, ...]:
-    """Return the levels of a track's reversals, given its answers in order."""
+    """Return the levels of a track's reversals, given its answers."""
     for correct in answers:
         track = track.answered(correct=bool(correct))
     return track.reversal_levels

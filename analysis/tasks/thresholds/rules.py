@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 
 
 def rules_of(study_text: str) -> dict[str, Interleaved]:
-    """Return the tracks of each adaptive task before their first trial, keyed by task label.
+    """Return the tracks of each adaptive task before the first trial, keyed by task label.
 
-    None if the study cannot be read here, for example because a protocol package is not installed.
+    The result is empty if the study cannot be read, for example because a package is not installed.
     """
     found: dict[str, Interleaved] = {}
     try:
@@ -27,6 +27,6 @@ def rules_of(study_text: str) -> dict[str, Interleaved]:
     for options in study.tasks:
         if isinstance(options, ForcedChoiceOptions):
             label = load_protocol(options.protocol).for_task(options).task
-            # The order of tracks does not affect levels.
+            # The order of the tracks does not affect the levels.
             found[label] = options.begin(options.guess, lambda turn: Stream(0, "rule", turn))
     return found

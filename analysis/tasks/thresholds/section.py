@@ -1,4 +1,4 @@
-"""Write the section on thresholds by forced choice: figures, and one row per participant."""
+"""Write the report section on thresholds."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
-#: Behind the participant, the trials and the correct ones, and the threshold.
+#: Headings of the columns that describe a fit.
 FIT = ("CI", "In the population fit", "Weber fraction", "Slope", "Lapses", "Fit")
 
 FITTED = {
@@ -44,7 +44,7 @@ CONTRASTS = html.columns("Compared", "Change", "CI", "p", "Holm's p", left=1)
 def blocks(
     task: TaskThresholds, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the blocks for one task: figures and tables."""
+    """Return the figures and tables for one task."""
     caption, alt = _caption(task, level, quantity), _alt(task, quantity)
     fits = [each.fit for each in task.participants if each.fit]
     fitted = (
@@ -74,7 +74,7 @@ def blocks(
 
 
 def _range(task: TaskThresholds, quantity: Quantity) -> str:
-    """Return the smallest, the median and the largest threshold of a participant."""
+    """Describe the range and the median of participants' thresholds."""
     found = [each.function.threshold_um_pp.value for each in task.participants if each.function]
     if not found:
         return "Individual participants"
@@ -83,7 +83,7 @@ def _range(task: TaskThresholds, quantity: Quantity) -> str:
 
 
 def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
-    """Return the tables of thresholds by group, session and condition, if there are several."""
+    """Return tables of thresholds by group, session and condition."""
     if isinstance(task.population, NotComputed):
         return []
     tables = []

@@ -1,4 +1,4 @@
-"""Write the sentences on thresholds by forced choice."""
+"""Write sentences on thresholds."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 _HALF_WAY = "for a typical participant (n = {n}), half-way between chance and best performance"
-#: Description of a threshold, by method: before the number, and after it.
+#: Method -> text before and after the threshold in a sentence.
 MEANT = {
     "two_interval": ("", f"{_HALF_WAY} (two-interval forced choice)"),
     "three_interval": ("", f"{_HALF_WAY} (three-interval forced choice)"),
@@ -55,7 +55,7 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
 
 
 def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
-    """Return the main sentence."""
+    """Return a sentence on the population threshold and the Weber fraction."""
     what = title(found, quantity)
     if isinstance(found.population, NotComputed):
         return f"{what}: no population estimate ({found.population.reason})."
@@ -76,7 +76,7 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:
-    """Return whether a task is described better by a curve on the other axis."""
+    """Return a caveat if the curve on the other axis fits better."""
     if not task.population or not task.population.better_curve:
         return []
     better = task.population.better_curve
@@ -102,7 +102,7 @@ def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
 
 
 def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on the means of reversals, one part per condition."""
+    """Return a sentence on the means of reversals in all conditions."""
 
     def mean(each: ConditionReversals) -> str:
         n = sum(np.isfinite(person.mean_um_pp) for person in each.people)
@@ -128,7 +128,7 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
 
 
 def _friction(found: FrictionThreshold, method: str, confidence: float, quantity: Quantity) -> str:
-    """Return the sentence on the threshold in measured friction."""
+    """Return a sentence on the threshold in measured friction."""
     by = "means per participant and level" if found.averaged else "single trials"
     more = f"half of the answers are “{quantity.more}”"
     text = (
@@ -161,7 +161,7 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
 
 
 def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the sentences of a results section: the answer, then the rest."""
+    """Return all sentences on a task for the results section."""
     parts = []
     fits = [each.fit for each in task.participants if each.fit]
     if fits:

@@ -42,27 +42,27 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
-#: The curve for a comparison is a function of amplitude, below and above the standard.
+#: Curve for comparisons, a function of the amplitude below and above the standard.
 COMPARED = "comparison"
 CURVE_OF = {COMPARED: "normal"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParticipantThreshold:
-    """One participant's psychometric function.
+    """The psychometric function of one participant.
 
     Parameters
     ----------
     participant : str
         Label of the participant.
     trials, correct : int
-        Number of main trials, and of correct answers.
+        Numbers of main trials and of correct answers.
     catch_trials, catch_correct : int
-        Numbers of trials that check attention; not part of the fit.
+        Numbers of catch trials and of correct answers; catch trials are not part of this fit.
     function : PsychometricFunction or NotComputed
-        Posterior medians, with lapse rate and slope integrated out; all further results use it.
+        Function with posterior medians as parameters.
     weber_fraction : Estimate or NotComputed
-        Threshold divided by standard.
+        Threshold divided by the standard.
     fit : GoodnessOfFit or NotComputed
         Goodness of fit of the maximum-likelihood function.
     """
@@ -90,18 +90,16 @@ class TaskThresholds:
     curve : str
         A key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`.
     standard_um_pp : float or None
-        Standard of the comparison, µm peak to peak; None for detection, where the plate is still
-        in the other intervals, and if standards differ.
+        Level of the standard, µm peak to peak. None for detection, in which the plate does not
+        vibrate in the other intervals, or if standards differ.
     participants : tuple of ParticipantThreshold
-        Results per participant, in the order of their names.
+        Results of participants, in the order of their names.
     population : PopulationThreshold or NotComputed
-        Population threshold from a hierarchical model; for a comparison, the point of subjective
-        equality.
+        Population threshold or, for a comparison, point of subjective equality.
     weber_fraction : Estimate or NotComputed
-        Population threshold (for a comparison, the half-width of the curve) divided by the
-        standard.
+        Population threshold (for a comparison, half-width of the curve) divided by the standard.
     reversals : Reversals or NotComputed
-        Means of the last reversals of a staircase, if the study requests them.
+        Means of the last reversals, if the study requests them.
     friction : FrictionThreshold or NotComputed
         Population threshold in measured friction, if the study requests it.
     """
@@ -124,16 +122,16 @@ def thresholds(
     study_text: str = "",
     group_of: Mapping[str, str] | None = None,
 ) -> tuple[TaskThresholds, ...] | NotComputed:
-    """Return the thresholds for every forced-choice task.
+    """Return the thresholds for each task.
 
     Parameters
     ----------
     trials : DataFrame
         Result of `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     choices : AnalysisChoices, optional
-        Choices that set confidence level, curve, share and lapse rate.
+        Choices of confidence level, curve, share and lapse rate.
     study_text : str
-        Text of the study file, which defines the rules of adaptive tasks; empty if unknown.
+        Text of the study file, which defines the adaptive rules; empty if unknown.
     group_of : Mapping, optional
         Participant -> group.
     """
@@ -227,7 +225,7 @@ def _fit(
     *,
     adaptive: bool,
 ) -> GoodnessOfFit | NotComputed:
-    """Return the goodness of fit of the maximum-likelihood function, given the adaptive rule."""
+    """Return the goodness of fit, taking the adaptive rule into account."""
     if isinstance(likeliest, NotComputed):
         return likeliest
     if not adaptive:
@@ -240,7 +238,7 @@ def _fit(
 
 
 def _correct(rows: pd.DataFrame, method: str) -> int:
-    """Count correct answers; a comparison equal to the standard has none."""
+    """Count correct answers; comparisons equal to the standard do not count."""
     if method != COMPARED:
         return int(rows["correct"].sum())
     more = rows["level_um_pp"] - rows["standard_um_pp"]

@@ -1,1 +1,1 @@
-"""Factors crossed with the levels in magnitude estimation."""
+"""Experimental factors that are crossed with the levels in magnitude estimation."""

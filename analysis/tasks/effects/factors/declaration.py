@@ -1,4 +1,4 @@
-"""Declare factors that are crossed with the levels."""
+"""Declare the analysis of factors that are crossed with the levels."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 def sentences(analysis: Analysis) -> list[str]:
-    """Return the sentences on every factor, in APA style (7th edition); empty without factors."""
+    """Return the sentences on all factors, in APA style (7th edition)."""
     confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
     texts = []
     for each in analysis.inference[FACTORS] or ():
@@ -75,7 +75,7 @@ def _parts(change: ConditionChange, confidence: float) -> Iterator[str]:
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section; empty without factors."""
+    """Return the section on factors, which is empty without factors."""
     section = ReportSection("Factors")
     quantity, level = analysis.dataset.quantity, level_of(analysis.dataset.choices.confidence)
     for found in analysis.inference[FACTORS] or ():

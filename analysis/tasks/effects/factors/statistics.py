@@ -1,10 +1,10 @@
-"""Analyse magnitude estimates by a factor that is crossed with the levels: speed, force, period.
+"""Analyse the effect of factors, such as speed or force, on magnitude estimates.
 
-A factor is a column from the study's ``[[factors]]``, or the ``--factor`` of a table. Every factor
-is analysed together with the level, and averaged over the other factors. There are three results,
-with increasingly strong assumptions: each participant's change in exponent and in level
-(unweighted, t-based), an analysis of variance of complete participants, and a mixed model of all
-trials in which intercept, exponent and the effect of each condition differ between participants.
+A factor is a column that the study declares in ``[[factors]]``, or the ``--factor`` of a table.
+Each factor is analysed together with the level, averaged over the other factors. There are three
+analyses, with increasingly strong assumptions: t-based intervals for participants' changes in
+exponent and in level; an analysis of variance of complete participants; and a mixed model of all
+trials, in which intercept, exponent and condition effects differ between participants.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: What differs between conditions -> term in the mixed model.
+#: Term of the mixed model for each difference between conditions.
 TERMS = {"exponent": "lx:condition", "log_ratio": "condition"}
 
 
@@ -58,9 +58,9 @@ class FixedEffect:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedFit:
-    """How the mixed model was fitted: restricted log likelihood, and whether it is singular.
+    """Properties of the fitted mixed model.
 
-    ``at_bound`` is true if a variance or correlation is at its bound.
+    ``at_bound`` is True if a variance or correlation is at its bound, so the fit is singular.
     """
 
     log_likelihood_reml: float
@@ -69,19 +69,19 @@ class MixedFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionChange:
-    """A condition compared with the first condition.
+    """Comparison of a condition with the first condition.
 
     Parameters
     ----------
     condition : str
     exponent : MeanOverParticipants or NotComputed
-        Participants' exponents minus those in the first condition.
+        Mean difference in participants' exponents from the first condition.
     log_ratio : MeanOverParticipants or NotComputed
-        Participants' mean logarithms minus those in the first condition, over the same levels.
+        Mean difference in participants' mean logarithms from the first condition, at common levels.
     exponent_p_holm, log_ratio_p_holm : float or None
-        p-values corrected across the factor's conditions.
+        p-values, Holm-corrected across the conditions of the factor.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
-        The same differences from the mixed model; the ratio is at the mean log level.
+        The same differences, estimated by the mixed model; the ratio refers to the mean log level.
     """
 
     condition: str
@@ -95,7 +95,7 @@ class ConditionChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionMeans:
-    """Geometric means of a condition by level (µm peak to peak, or the data's quantity)."""
+    """Geometric means of a condition, keyed by level."""
 
     condition: str
     n: int
@@ -109,9 +109,9 @@ class TwoWay:
     Parameters
     ----------
     n : int
-        Participants with every level in every condition.
+        Number of participants with every level in every condition.
     factor, amplitude, interaction : Effect
-        Degrees of freedom are Greenhouse-Geisser-corrected.
+        Effects with Greenhouse-Geisser-corrected degrees of freedom.
     """
 
     n: int
@@ -121,7 +121,7 @@ class TwoWay:
 
     @property
     def effects(self) -> tuple[Effect, Effect, Effect]:
-        """The effects, in the order of a table."""
+        """The effects, in the order of the table's rows."""
         return self.factor, self.amplitude, self.interaction
 
 
@@ -137,7 +137,7 @@ class FactorEffects:
 
 
 def factor_effects(inputs: Inputs) -> tuple[FactorEffects, ...] | NotComputed:
-    """Return the effects of every factor; nothing if the estimates have none."""
+    """Return the effects of all factors, or a reason if there are no factors."""
     prepared = inputs.prepared
     if prepared is None:
         return NotComputed("no magnitude estimates")
@@ -191,7 +191,7 @@ def _changes(
     slopes = {label: exponents(table)["exponent"] for label, table in logs.items()}
     found = []
     for label in others:
-        # Of the levels that a participant has in both.
+        # Levels that a participant judged in both conditions.
         ratio = (logs[label] - logs[first]).mean(axis=1).dropna()
         steeper = (slopes[label] - slopes[first]).dropna()
         by_model = [

@@ -36,7 +36,7 @@ LESS_FRICTION = 0.1
 
 
 def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section; empty if no friction was measured."""
+    """Return the section, which is empty if friction was not measured."""
     section = ReportSection("Ratings against measured friction")
     found = analysis.friction
     if found is None:
@@ -84,7 +84,7 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
 
 
 def sentence(found: MeasuredFriction) -> str:
-    """Return the sentence on all participants' lines."""
+    """Return a sentence on the mean slope and the mean correlation."""
     if isinstance(found.slope, NotComputed):
         return f"Ratings against measured friction: {found.slope.reason}."
     if not found.correlation:
@@ -133,7 +133,7 @@ def _tables(analysis: Analysis) -> Mapping[str, pd.DataFrame]:
 
 @styled
 def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
-    """Draw each participant's estimates against their measured coefficients of friction.
+    """Plot estimates against measured coefficients of friction, by participant.
 
     Parameters
     ----------

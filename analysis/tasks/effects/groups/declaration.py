@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def group_sentences(
     found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on groups; empty if the participants are not grouped."""
+    """Return the sentences on groups, if participants are grouped."""
     if not found:
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
@@ -60,7 +60,7 @@ def group_sentences(
 
 
 def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str]:
-    """Return whether exponents and levels differ; empty if the participants are not grouped."""
+    """Return sentences on differences in exponents and levels between groups."""
     if not found:
         return []
     texts = []
@@ -141,8 +141,8 @@ def _statistics(found: Effect, confidence: float) -> str:
     return f"{text}, {level_of(confidence)} CI {bracketed(bounds, unit_number)}"
 
 
-#: Fields of `GroupComparison` -> description of the numbers, for a quantity ``q``, and format of a
-#: value.
+#: Field of `GroupComparison` -> description with a placeholder for the quantity ``q``, name of the
+#: difference, and conversion of a value.
 COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
     "exponents": ("Exponent", "difference", float),
     "levels": ("Geometric mean across all {q.levels}", "ratio", exp),
@@ -150,7 +150,7 @@ COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the group means and pairwise comparisons; empty if there are no groups."""
+    """Return the section on groups, which is empty if there are none."""
     section = ReportSection("Groups")
     found = analysis.inference[GROUPS]
     if not found:

@@ -1,4 +1,4 @@
-"""Compare groups of participants: exponents, levels, and the shape of growth."""
+"""Compare exponents, levels and growth between groups of participants."""
 
 from __future__ import annotations
 
@@ -28,22 +28,22 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
 
-#: Default column for the group in a data set's participants.
+#: Default column of participants.tsv that contains the group.
 DEFAULT_COLUMN = "group"
-#: Maximum number of groups too small to compare that are named.
+#: Largest number of names in a message.
 NAMED = 6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedAnova:
-    """Mixed analysis of variance of mean logarithms: group between, amplitude within.
+    """Analysis of variance of mean logarithms, by group (between) and amplitude (within).
 
     Parameters
     ----------
     group, amplitude, interaction : Effect
-        Effect of group on the level, effect of amplitude, and effect of group on growth.
+        Main effects of group and amplitude, and their interaction (group differences in growth).
     epsilon_gg : float
-        Greenhouse-Geisser epsilon, from the covariance within groups.
+        Greenhouse-Geisser epsilon, computed from the covariance within groups.
     """
 
     group: Effect
@@ -61,15 +61,15 @@ class GroupComparison:
     column : str
         Column that contains the groups.
     n : Mapping
-        Group -> number of participants, for the groups compared.
+        Group -> number of participants, for the groups that are compared.
     left_out : tuple of str
         Groups with fewer than three participants.
     without_group : int
         Number of participants without a group.
     exponents : Welch or NotComputed
-        Comparison of participants' power functions.
+        Comparison of participants' power-function exponents.
     levels : Welch or NotComputed
-        Comparison of participants' mean logarithms over all amplitudes.
+        Comparison of participants' mean logarithms across all amplitudes.
     anova : MixedAnova or NotComputed
         Analysis of variance of participants with a logarithm at every amplitude.
     """
@@ -84,12 +84,12 @@ class GroupComparison:
 
 
 def membership(data: Dataset) -> pd.Series[str] | NotComputed:
-    """Return each participant's group; NaN if there is none.
+    """Return each participant's group; NaN for participants without a group.
 
     Raises
     ------
     UserError
-        If the study names a column that participants.tsv does not have.
+        If participants.tsv lacks the column named in the study.
     """
     asked = data.choices.group
     about = data.participants
@@ -110,7 +110,7 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
 def compare_groups(
     data: Prepared, group_of: pd.Series[str] | NotComputed
 ) -> GroupComparison | NotComputed:
-    """Compare groups' exponents, levels and growth.
+    """Compare exponents, levels and growth between groups.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def _welch(
 def _mixed_anova(
     logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
-    """Return the mixed ANOVA from pingouin, which agrees with R if no cell is missing."""
+    """Return the mixed ANOVA from pingouin, which agrees with R if there are no missing cells."""
     import pingouin  # noqa: PLC0415 - takes a second to import
 
     groups = group_of.reindex(logs.index.astype(str)).to_numpy()
@@ -221,7 +221,7 @@ def _welch_ps(found: GroupComparison) -> list[float]:
 
 def _pair_ps(found: GroupComparison) -> list[float]:
     parts = [part for part in (found.exponents, found.levels) if part]
-    # With two groups, the only pair is the overall test.
+    # With two groups, the pairwise test equals the overall test.
     return [pair.p for part in parts if len(part.groups) > 2 for pair in part.pairs]  # noqa: PLR2004
 
 

@@ -1,4 +1,4 @@
-"""Compare one value per participant between groups with possibly unequal variances."""
+"""Compare groups with possibly unequal variances, by Welch's tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupMean:
-    """A group mean, with a t-based interval across its participants."""
+    """The mean of a group, with a t-based interval."""
 
     group: str
     n: int
@@ -37,7 +37,7 @@ class GroupMean:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GroupDifference:
-    """Two groups compared by Welch's t.
+    """Comparison of two groups by Welch's t test.
 
     Parameters
     ----------
@@ -48,11 +48,12 @@ class GroupDifference:
     interval : ConfidenceInterval
         Welch's interval for the difference.
     t, df, p, p_holm : float
-        Two-sided test; ``p_holm`` is corrected across all pairs of groups.
+        Two-sided test; ``p_holm`` is Holm-corrected across all pairs of groups.
     hedges_g : float
-        The difference divided by the pooled standard deviation, with Hedges' correction.
+        Difference divided by the pooled standard deviation, with Hedges' correction.
     hedges_g_interval : ConfidenceInterval or None
-        Interval from the non-central t distribution, exact for equal variances; None if undefined.
+        Interval from the non-central t distribution, exact for equal variances; None if not
+        defined.
     """
 
     first: str
@@ -80,10 +81,10 @@ class Welch:
     groups : tuple of GroupMean
         Groups in the order of their names.
     F, df1, df2, p : float
-        Welch's test; with two groups, F is t squared.
+        Welch's F test; with two groups, F is the square of t.
     eta2, eta2_interval
-        Proportion of the values' variance between groups, from the ordinary analysis of variance;
-        the interval uses the non-central F distribution.
+        Proportion of variance between groups in an ordinary analysis of variance, and its interval
+        from the non-central F distribution.
     pairs : tuple of GroupDifference
         All pairs of groups.
     """
@@ -103,17 +104,18 @@ class Welch:
 
 
 def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch | NotComputed:
-    """Compare groups' means by Welch's tests.
+    """Compare the means of groups by Welch's tests.
 
-    Uses statsmodels for the overall test (Welch 1951, Biometrika 38, 330-336) and SciPy for the
-    Holm-corrected pairs.
+    statsmodels computes the overall test (Welch 1951, Biometrika 38, 330-336), and SciPy computes
+    the pairwise tests, which are Holm-corrected.
 
     Parameters
     ----------
     values : Mapping
-        Group -> one value per participant; at least two groups with at least three participants.
+        Group -> one value per participant. There must be at least two groups of at least three
+        participants.
     confidence : float
-        Level of every interval.
+        Confidence level of all intervals.
     """
     from statsmodels.stats.oneway import anova_oneway  # noqa: PLC0415 - takes a second to import
 

@@ -1,1 +1,1 @@
-"""Sessions as a factor."""
+"""Session as a factor."""

@@ -1,4 +1,4 @@
-"""Compute the session-by-amplitude analysis of variance of magnitude estimates."""
+"""Perform the session-by-amplitude analysis of variance of magnitude estimates."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class SessionAnova:
     n : int
         Number of participants with a logarithm at every amplitude in every session.
     session, amplitude, interaction : Effect
-        Degrees of freedom are Greenhouse-Geisser-corrected.
+        Effects with Greenhouse-Geisser-corrected degrees of freedom.
     """
 
     n: int
@@ -35,7 +35,7 @@ class SessionAnova:
 
 
 def session_logs(prepared: Prepared) -> dict[str, pd.DataFrame]:
-    """Return mean logarithms (participants by amplitudes) for each session."""
+    """Return a table of mean logarithms, participants by amplitudes, for each session."""
     labels = prepared.trials["session"].astype(str)
     return {
         str(label): cell_means(rows, "log").reindex(columns=prepared.logged)
@@ -46,7 +46,7 @@ def session_logs(prepared: Prepared) -> dict[str, pd.DataFrame]:
 def session_anova(
     prepared: Prepared | None, sessions: list[str], confidence: float
 ) -> SessionAnova | NotComputed:
-    """Test sessions and amplitudes together.
+    """Test the effects of session and amplitude and their interaction.
 
     Parameters
     ----------

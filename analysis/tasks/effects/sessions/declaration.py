@@ -1,4 +1,4 @@
-"""Declare sessions as a factor."""
+"""Declare the comparison of sessions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 
 def sentences(analysis: Analysis) -> list[str]:
-    """Return the sentences on sessions, in APA style (7th edition); empty for a single session."""
+    """Return the sentences on sessions, in APA style (7th edition)."""
     found, data = analysis.inference[SESSIONS], analysis.dataset
     if not found:
         return []
@@ -55,7 +55,7 @@ def sentences(analysis: Analysis) -> list[str]:
 
 
 def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: float) -> str:
-    """Return whether a measure changed, and its test-retest agreement."""
+    """Return a sentence on the changes in a measure and its test-retest agreement."""
     name = measure.name[0].upper() + measure.name[1:]
     if isinstance(measure.agreement, NotComputed):
         return f"{name}: sessions were not compared ({measure.agreement.reason})."
@@ -81,7 +81,7 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on sessions; empty for a single session or if not requested."""
+    """Return the section on sessions, which is empty if sessions were not compared."""
     section = ReportSection("Sessions")
     found = analysis.inference[SESSIONS]
     if not found:

@@ -1,4 +1,4 @@
-"""Analyse sessions as a factor: differences between them, and test-retest agreement."""
+"""Analyse differences between sessions, and test-retest agreement."""
 
 from __future__ import annotations
 
@@ -39,9 +39,9 @@ class SessionChange:
     ----------
     session : str
     change : MeanOverParticipants or NotComputed
-        Value in this session minus value in the first session, per participant.
+        Mean difference from the first session.
     p_holm : float or None
-        p-value corrected across all changes in all measures.
+        p-value, Holm-corrected across all changes in all measures.
     """
 
     session: str
@@ -58,15 +58,15 @@ class SessionMeasure:
     name, unit : str
         Name and unit of the measure.
     n : int
-        Number of participants who have the measure in every session.
+        Number of participants with a value in every session.
     means : tuple of float
-        Means across these participants, by session.
+        Means across these participants, one per session.
     changes : tuple of SessionChange
-        One per session except the first.
+        Changes from the first session, one per later session.
     agreement : IntraclassCorrelation or NotComputed
-        Test-retest reliability: ICC(A,1), absolute agreement of single sessions.
+        Test-retest reliability as ICC(A,1), the absolute agreement of single sessions.
     table : DataFrame
-        Values of these participants, by session; not included in JSON.
+        Values of these participants by session; not included in JSON.
     """
 
     name: str
@@ -84,7 +84,7 @@ class SessionMeasure:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionEffects:
-    """Differences between sessions.
+    """All differences between sessions.
 
     Parameters
     ----------
@@ -93,7 +93,7 @@ class SessionEffects:
     anova : SessionAnova or NotComputed
         Analysis of variance of magnitude estimates.
     measures : tuple of SessionMeasure
-        Measures of every task.
+        Measures of all tasks.
     """
 
     sessions: tuple[str, ...]
@@ -102,7 +102,7 @@ class SessionEffects:
 
 
 def session_effects(inputs: Inputs) -> SessionEffects | NotComputed:
-    """Return the session effects; nothing for fewer than two sessions."""
+    """Return the differences between sessions, or a reason if there is only one."""
     data, prepared = inputs.data, inputs.prepared
     sessions = sessions_of(data)
     if len(sessions) < 2:  # noqa: PLR2004
@@ -140,7 +140,7 @@ def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> Se
 
 
 def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
-    """Return measures with Holm-corrected p-values for all of their changes."""
+    """Return the measures with p-values corrected across all changes."""
     ps = iter(holm_of([each.change for measure in measures for each in measure.changes]))
     return tuple(
         replace(
@@ -154,8 +154,8 @@ def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
 def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotComputed:
     """Return ICC(A,1) for a participants-by-sessions table, with its interval.
 
-    McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7. Does not use pingouin, whose
-    interval has only two decimals.
+    For the formulas, see McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7. pingouin
+    is not used, because it rounds the interval to two decimals.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 

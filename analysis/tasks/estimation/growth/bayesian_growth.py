@@ -1,7 +1,6 @@
-"""Fit a hierarchical Bayesian power function: individual exponents, shrunk towards the group.
+"""Fit a hierarchical Bayesian power function, which shrinks exponents towards the group's.
 
-Requires the extra ``slipscale[bayes]``, which is loaded only when requested. For the model, see
-`hierarchical_sampler`.
+The extra ``slipscale[bayes]`` is required. For the model, see `hierarchical_sampler`.
 """
 
 from __future__ import annotations
@@ -29,17 +28,17 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-PREDICTIONS = 400  # data sets drawn from the posterior for the checks
-#: Chains agree if their potential scale reduction is below this (Vehtari et al. 2021, Bayesian
+PREDICTIONS = 400  # number of data sets drawn from the posterior for the checks
+#: Chains agree if the potential scale reduction is below this limit (Vehtari et al. 2021, Bayesian
 #: Anal. 16, 667-718).
 LARGEST_R_HAT = 1.01
-#: With more participants than this, shrinkage is small and sampling takes minutes.
+#: Largest number of participants. With more, shrinkage is small and sampling takes minutes.
 AT_MOST = 500
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IndividualExponent:
-    """A participant's exponent, by least squares and from the model.
+    """The exponent of a participant, by least squares and from the model.
 
     Parameters
     ----------
@@ -63,15 +62,15 @@ class IndividualExponent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictiveCheck:
-    """A statistic of the data, and its prediction for new data from the same people.
+    """A comparison of a statistic with its values in data sets predicted by the model.
 
     Parameters
     ----------
     observed, predicted : float
-        Statistic of the observed data, and its mean over predictions.
+        Statistic of the observed data, and its mean over predicted data sets.
     p : float
-        Proportion of predictions at least as large. A value near 0 or 1 means that the model does
-        not reproduce this aspect of the data.
+        Proportion of predicted data sets with a value at least as large as in the data. A value
+        near 0 or 1 means that the model does not reproduce this aspect of the data.
     """
 
     observed: float
@@ -86,26 +85,27 @@ class BayesianGrowth:
     Parameters
     ----------
     exponent, interval
-        The group's exponent B: posterior mean and equal-tailed credible interval.
+        Posterior mean of the group exponent B, and its equal-tailed credible interval.
     sd_exponent, sd_exponent_interval
-        Standard deviation of participants' exponents, tb.
+        Standard deviation tb of participants' exponents, and its credible interval.
     sd_residual : float
-        Standard deviation of a single log estimate, s: posterior mean.
+        Posterior mean of the standard deviation s of a single log estimate.
     individuals : tuple of IndividualExponent
-        Participants in the order of their names.
+        Exponents of the participants, in the order of their names.
     shrinkage : float
-        Shrinkage of exponents from least squares towards the group, from 0 (none) to 1 (complete):
-        1 minus the slope of the shrunk exponents on the least-squares exponents.
+        Shrinkage of exponents towards the group, from 0 (none) to 1 (complete): 1 minus the slope
+        of the model's exponents on the least-squares exponents.
     checks : Mapping
-        Name -> posterior predictive check: ``curvature`` (of log estimates on log stimuli, which
-        a power function does not have), ``largest_residual`` and ``kurtosis`` (outliers),
-        ``spread_ratio`` (residuals' spread at the largest stimulus relative to the smallest).
+        Name -> posterior predictive check. ``curvature`` describes deviations from a straight line
+        in log-log coordinates; ``largest_residual`` and ``kurtosis`` describe outliers;
+        ``spread_ratio`` is the spread of the residuals at the largest stimulus relative to the
+        smallest.
     r_hat : float
         Largest potential scale reduction of any parameter.
     effective_draws : int
         Smallest effective sample size of any parameter.
     divergences : int
-        Divergences of the sampler.
+        Number of divergences of the sampler.
     n, trials : int
         Numbers of participants and of trials above 0.
     """
@@ -135,12 +135,12 @@ class BayesianGrowth:
 
 
 def bayesian_growth(data: Prepared) -> BayesianGrowth | NotComputed:
-    """Sample the posterior of the hierarchical power function with NumPyro's No-U-Turn sampler.
+    """Draw from the posterior of the hierarchical power function, using NumPyro.
 
     Raises
     ------
     ModuleNotFoundError
-        If the extra is not installed.
+        If the extra ``bayes`` is not installed.
     """
     trials = _trials(data)
     if isinstance(trials, NotComputed):
@@ -217,7 +217,7 @@ def _summary(trials: Trials, draws: Draws, confidence: float) -> BayesianGrowth:
 
 
 def _least_squares(trials: Trials) -> Array:
-    """Return each participant's exponent from their own trials."""
+    """Return the least-squares exponent of each participant."""
     slopes = [
         fit_lines(trials.log_x[trials.who == i], trials.log_y[trials.who == i]).slope
         for i in range(len(trials.names))
@@ -226,10 +226,10 @@ def _least_squares(trials: Trials) -> Array:
 
 
 def predictive_checks(trials: Trials, draws: Draws) -> dict[str, PredictiveCheck]:
-    """Compare statistics of the residuals with those of data drawn from the posterior.
+    """Compare statistics of the residuals between observed and predicted data sets.
 
-    Residuals are relative to the participants' lines in the same draw (Gelman, Meng and Stern
-    1996, Stat. Sinica 6, 733-807: realised discrepancies).
+    Residuals are relative to the participants' lines in the same posterior draw (realised
+    discrepancies; Gelman, Meng and Stern 1996, Stat. Sinica 6, 733-807).
     """
     rng = np.random.default_rng(SEED)
     own = draws.values["own"].reshape(-1, len(trials.names), 2)
@@ -250,12 +250,12 @@ def predictive_checks(trials: Trials, draws: Draws) -> dict[str, PredictiveCheck
 
 
 def _curvature(z: Array, log_x: Array) -> Array:
-    """Return the coefficient of the component of (log x)² that is orthogonal to any line."""
+    """Return the coefficient of (log x)² after removing any linear component."""
     design = np.stack([np.ones_like(log_x), log_x], axis=1)
     square = log_x**2
     bend = square - design @ np.linalg.lstsq(design, square, rcond=None)[0]
     size = (bend**2).sum()
-    # With two stimuli, every curve is a line.
+    # Two stimuli cannot show curvature.
     return np.asarray(z @ bend / size if size > len(bend) * 1e-12 else np.zeros(len(z)))
 
 
@@ -265,7 +265,7 @@ def _spread_ratio(z: Array, log_x: Array) -> Array:
     )
 
 
-#: Posterior predictive checks: statistics of standardised residuals, shape (draws, trials).
+#: Name of a posterior predictive check -> statistic of standardised residuals.
 STATISTICS = {
     "curvature": _curvature,
     "largest_residual": lambda z, _: np.abs(z).max(axis=1),

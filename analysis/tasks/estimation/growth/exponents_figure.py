@@ -14,15 +14,15 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.tasks.estimation.growth.bayesian_growth import BayesianGrowth
 
-#: Maximum number of participants that can be distinguished by name.
+#: Largest number of participants whose names fit on the axis.
 NAMED_AT_MOST = 40
-#: Height of a participant's row, and of the margins, in inches.
+#: Height of a row and of the margins, in inches.
 ROW, AROUND = 0.2, 1.3
 
 
 @styled
 def exponents(found: BayesianGrowth) -> Figure:
-    """Plot each participant's least-squares and shrunk exponents, with intervals.
+    """Plot each participant's least-squares exponent and shrunk exponent.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Plot the growth of sensation."""
+"""Plot the growth of estimates with the stimulus."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def growth(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Draw the growth of sensation: models on linear axes, power functions on log-log axes.
+    """Plot growth functions on linear axes, and power functions on log-log axes.
 
     Parameters
     ----------
@@ -55,11 +55,11 @@ def growth(
     unit : str
         Unit of the estimates.
     confidence : float
-        Level of the t-based intervals around the geometric means.
+        Confidence level of the t-based intervals around the geometric means.
     quantity : Quantity
         Quantity of the amplitudes.
     """
-    # Stacked, because panels side by side are illegible on a phone.
+    # Panels are stacked, because panels side by side are illegible on a phone.
     figure, (left, right) = canvas(2, 1, size=(4.8, 6.8))
     above = logs.loc[:, logs.columns.to_numpy(float) > 0]
     amplitudes = above.columns.to_numpy(float)

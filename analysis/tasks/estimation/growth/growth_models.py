@@ -1,10 +1,10 @@
-"""Fit and compare growth functions of sensation: Stevens's power law and five others.
+"""Fit and compare growth functions: Stevens's power law and five others.
 
-All models describe the logarithm of an estimate: log y = a_i + log f(x; θ) + error, with a
-separate factor exp(a_i) for each participant. The error is therefore proportional, and the
-normalisation does not matter. Models are fitted by least squares on participants' mean logarithms
-at amplitudes above 0, where every model is defined, so that their information criteria are
-comparable.
+All models describe the logarithm of an estimate, log y = a_i + log f(x; θ) + error, with a separate
+factor exp(a_i) for each participant. The error is therefore proportional to the estimate, and the
+normalisation does not affect the result. The models are fitted to participants' mean logarithms at
+amplitudes above 0, where all models are defined, so that their information criteria can be
+compared.
 
 ============  ==================  ==================================================
 model         f(x; θ)             source
@@ -43,11 +43,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrowthFunction:
-    """A growth function: its logarithm, and starting points and bounds for its parameters.
+    """The logarithm of a growth function, with starting points and bounds for its parameters.
 
-    ``log_f(x, θ)`` takes stimuli above 0; ``starts(x)`` gives several θ to start from, and
-    ``bounds(x)`` the lower and upper limits. The ``logarithmic`` parameters are logarithms in θ,
-    and stimuli in the reported results.
+    ``log_f(x, θ)`` requires stimuli above 0. ``starts(x)`` returns several starting points θ, and
+    ``bounds(x)`` returns the lower and upper limits. The parameters in ``logarithmic`` are stimuli,
+    represented by their logarithms in θ.
     """
 
     parameters: tuple[str, ...]
@@ -66,25 +66,26 @@ class GrowthFunction:
         )
 
     def reported(self, theta: Array) -> dict[str, float]:
-        """Return parameters by name, stimuli in their unit."""
+        """Return the reported parameters, keyed by name."""
         return {
             name: float(np.exp(value) if name in self.logarithmic else value)
             for name, value in zip(self.parameters, theta, strict=True)
         }
 
 
-#: Models whose AICc is closer than this to the smallest are not distinguished (Burnham and Anderson
-#: 2002, Model Selection and Multimodel Inference, p. 70).
+#: Models whose AICc exceeds the smallest AICc by less than this value are not ruled out (Burnham
+#: and Anderson 2002, Model Selection and Multimodel Inference, p. 70).
 UNDECIDED = 2.0
-#: A parameter is at its search limit if moving it there costs less log likelihood than this.
+#: A parameter counts as being at its search limit if the log likelihood there is lower by less than
+#: this value.
 AT_BOUND = 1e-3
-#: Search range for stimulus parameters beyond the presented stimuli, as a natural logarithm: a
-#: factor of 1,000.
+#: Search range for stimulus parameters beyond the presented stimuli, a factor of 1,000 (natural
+#: logarithm).
 OUTSIDE = 7.0
 
 
 def _log(x: Array, place: float) -> float:
-    """Return the log of a stimulus between the smallest (0) and the largest (1) presented."""
+    """Return the logarithm of a stimulus between the smallest (0) and the largest (1)."""
     low, high = float(np.log(x.min())), float(np.log(x.max()))
     return low + place * (high - low)
 
@@ -138,24 +139,24 @@ MODELS: dict[str, GrowthFunction] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrowthFit:
-    """A growth function fitted to one or more participants.
+    """The fit of a growth function to one or more participants.
 
     Parameters
     ----------
     parameters : Mapping
-        Name -> value; thresholds and offsets in the stimulus' unit.
+        Name -> value; thresholds and offsets are in the unit of the stimulus.
     sd : float
         Standard deviation of the residuals (natural logarithm).
     log_likelihood, aic, bic : float
         Computed for independent normal residuals.
     aicc : float or None
-        The corrected Akaike criterion; None if there are too few points.
+        Corrected Akaike criterion; None if there are too few points.
     points : int
         Number of mean logarithms fitted.
     estimated : int
         Number of estimated parameters.
     at_bound : tuple of str
-        Parameters at their search limit, which the data do not determine.
+        Parameters that are at their search limit, because the data do not determine them.
     """
 
     parameters: Mapping[str, float]
@@ -171,16 +172,16 @@ class GrowthFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RankedFit:
-    """A fit ranked among others.
+    """A fit with its rank among growth functions.
 
     Parameters
     ----------
     fit : GrowthFit
         Fit of one growth function.
     delta_aicc : float or None
-        AICc minus the smallest AICc; None if there is no AICc.
+        AICc minus the smallest AICc; None without an AICc.
     weight : float
-        Akaike weight; 0 if there is no AICc.
+        Akaike weight; 0 without an AICc.
     """
 
     fit: GrowthFit
@@ -194,7 +195,7 @@ class RankedFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrowthComparison:
-    """Growth functions fitted to the same participants.
+    """A comparison of growth functions for the same participants.
 
     Parameters
     ----------
@@ -212,7 +213,7 @@ class GrowthComparison:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Other models within `UNDECIDED` of the best, which the data do not rule out."""
+        """Models other than the best that the data do not rule out; see `UNDECIDED`."""
         return tuple(
             name
             for name, model in self.models.items()
@@ -237,7 +238,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     model = MODELS[name]
     here = ~np.isnan(logs)
     centred = logs - np.nanmean(logs, axis=1, keepdims=True)
-    # Participants with the same stimuli have the same curve shape, so their mean and number are
+    # Participants with the same stimuli have the same curve, so their mean and number are
     # sufficient.
     patterns, whose, people_of = np.unique(here, axis=0, return_inverse=True, return_counts=True)
     means = np.array([centred[whose == place].mean(axis=0) for place in range(len(patterns))])
@@ -261,7 +262,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     spare = points - estimated - 1
 
     def _costs_nothing(place: int, limits: list[float]) -> bool:
-        """Return whether the fit is as good with a parameter at its limit, others unchanged."""
+        """Return whether the fit is equally good with one parameter at its limit."""
         theta = best.x.copy()
         theta[place] = limits[place]
         left = residuals(theta)
@@ -301,7 +302,7 @@ def compare(
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     usable = usable[usable.notna().sum(axis=1) >= 2]  # noqa: PLR2004
     stimuli = usable.columns.to_numpy(float)
-    if len(stimuli) < 3:  # noqa: PLR2004 - the largest model has two shape parameters
+    if len(stimuli) < 3:  # noqa: PLR2004 - models have up to two shape parameters
         return NotComputed(few(f"{quantity.levels} above 0", len(stimuli), 3))
     if len(usable) < FEWEST:
         return NotComputed(

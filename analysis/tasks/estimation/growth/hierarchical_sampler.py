@@ -1,15 +1,15 @@
 """Define the hierarchical power function, and draw from its posterior with NumPyro.
 
-The model for estimate y by participant i at stimulus x, where x0 and y0 are the geometric means of
-all stimuli and all estimates::
+The model for the estimate y of participant i at stimulus x is as follows, where x0 and y0 are the
+geometric means of all stimuli and estimates::
 
     log(y / y0) ~ Normal(a_i + b_i log(x / x0), s)
     (a_i, b_i)  ~ Normal((A, B), spreads (ta, tb), correlation r)
     A ~ Normal(0, 2.5)   B ~ Normal(0, 1.5)   r ~ LKJ(2)
     ta ~ HalfNormal(1)   tb ~ HalfNormal(0.5)   s ~ HalfNormal(1)
 
-Exponents for all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and people
-differ by less than a factor of e. The priors therefore exclude little that has been observed.
+Exponents of all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and people's
+exponents differ by less than a factor of e. The priors therefore cover almost all published values.
 """
 
 from __future__ import annotations
@@ -27,14 +27,14 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Standard deviations of the priors; see the module docstring.
+#: Standard deviations of the priors.
 PRIOR_SD = {"A": 2.5, "B": 1.5, "ta": 1.0, "tb": 0.5, "s": 1.0}
 #: Concentration of the prior for the correlation.
 LKJ = 2.0
 CHAINS, WARM_UP, DRAWS = 4, 1000, 1000
-#: Target acceptance rate of the sampler; high, to keep its steps small.
+#: Target acceptance rate of the sampler; a high rate keeps its steps small.
 ACCEPTED = 0.95
-#: Seed of the sampler; the same data give the same draws.
+#: Seed of the sampler, so that the same data give the same draws.
 SEED = 2007
 
 
@@ -45,11 +45,11 @@ class Trials:
     Parameters
     ----------
     log_y, log_x : array, shape (trials,)
-        Log estimates and log stimuli, each minus its mean.
+        Centred log estimates and log stimuli.
     who : int array, shape (trials,)
-        Participant indices 0, 1, ...
+        Participant indices, from 0.
     names : tuple of str
-        Participant names, in the order of the indices.
+        Names of the participants, in the order of the indices.
     """
 
     log_y: Array
@@ -60,7 +60,7 @@ class Trials:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sums:
-    """Sufficient statistics of each participant's trials, where X has the columns 1 and log x.
+    """Sufficient statistics of each participant's trials. X has the columns 1 and log x.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class Sums:
 
 
 def sums(trials: Trials) -> Sums:
-    """Return each participant's sums; the model does not depend on the order of trials."""
+    """Return the sufficient statistics of each participant's trials."""
     people = len(trials.names)
     x = np.stack([np.ones_like(trials.log_x), trials.log_x], axis=1)
 
@@ -97,10 +97,10 @@ def sums(trials: Trials) -> Sums:
 
 
 def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
-    """Define the model for NumPyro; see the module docstring.
+    """Define the model for NumPyro.
 
-    Given the other parameters, participants' lines are normal, so they are integrated out: six
-    parameters remain to be sampled, for any number of people and trials.
+    Given the other parameters, participants' lines are normally distributed, so they are integrated
+    out. Six parameters remain to be sampled, for any number of people and trials.
     """
     import numpyro  # noqa: PLC0415 - an extra
     from jax import numpy as jnp  # noqa: PLC0415
@@ -112,10 +112,10 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     ta, tb, s = (
         numpyro.sample(name, dist.HalfNormal(PRIOR_SD[name])) for name in ("ta", "tb", "s")
     )
-    # For two variables, the LKJ correlation is a scaled beta variable.
+    # For two variables, the LKJ distribution is a scaled beta distribution.
     r = 2 * numpyro.sample("half_r", dist.Beta(LKJ, LKJ)) - 1
     factor = jnp.array([[ta, 0.0], [tb * r, tb * jnp.sqrt(1 - r**2)]])
-    # Woodbury's identity: y is normal around X mean with covariance s² + X factor factor' X'.
+    # Woodbury's identity for normal y with mean X mean and covariance s² + X factor factor' X'.
     rest = xy - xx @ mean
     squares = yy - 2 * xy @ mean + (xx @ mean) @ mean
     inner = jnp.eye(2) + factor.T @ xx @ factor / s**2
@@ -129,7 +129,7 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
 
 @cache
 def _chains(warm_up: int, draws: int) -> Any:
-    """Return a sampler for several parallel chains, compiled once per number of people."""
+    """Return a function that samples several chains in parallel."""
     import jax  # noqa: PLC0415
     from numpyro.infer import MCMC, NUTS  # noqa: PLC0415
 
@@ -171,7 +171,7 @@ def sample(
     import jax  # noqa: PLC0415
 
     known = sums(trials)
-    # Single precision would lose the likelihood of estimates with very little noise.
+    # Single precision is not sufficient for estimates with very little noise.
     with jax.enable_x64(True):
         keys = jax.random.split(jax.random.PRNGKey(seed), chains)
         drawn, diverging = _chains(warm_up, draws)(keys, known.xx, known.xy, known.yy, known.trials)
@@ -181,7 +181,7 @@ def sample(
 
 
 def own_lines(known: Sums, drawn: Mapping[str, Array], rng: np.random.Generator) -> Array:
-    """Draw participants' lines given each draw of the other parameters; they are normal."""
+    """Draw participants' lines, given each draw of the other parameters."""
     mean = np.stack([drawn["A"], drawn["B"]], axis=-1)[..., None, :]
     r = 2 * drawn["half_r"] - 1
     factor = np.zeros((*r.shape, 1, 2, 2))
@@ -193,7 +193,7 @@ def own_lines(known: Sums, drawn: Mapping[str, Array], rng: np.random.Generator)
     rest = known.xy - (known.xx @ mean[..., None])[..., 0]
     pulled = (factor.swapaxes(-1, -2) @ rest[..., None]) / variance[..., None, None]
     centre = mean + (factor @ np.linalg.solve(inner, pulled))[..., 0]
-    # inner is U U', so U'⁻¹ z has the covariance that factor then scales.
+    # inner is U U', so U'⁻¹ z has the inverse of inner as covariance; factor then scales it.
     noise = rng.standard_normal((*centre.shape, 1))
     upper = np.linalg.cholesky(inner).swapaxes(-1, -2)
     return np.asarray(centre + (factor @ np.linalg.solve(upper, noise))[..., 0])

@@ -1,10 +1,10 @@
-"""Find the growth function favoured by each participant's individual trials.
+"""Find the growth function that fits each participant's trials best.
 
-The favoured function depends only on the sum of squares, so all participants are fitted at once:
-every starting point of every participant is one row in a batch, fitted by the Levenberg-Marquardt
-method (Marquardt 1963, J. Soc. Ind. Appl. Math. 11, 431-441) within bounds. Separate SciPy
-searches took most of the analysis time. In about 2,160 random fits, the sum of squares differed
-from SciPy's by more than a millionth in 8: it was smaller in 5, by at most 0.3 %, and larger in 3.
+The best function depends only on the sums of squares, so all participants are fitted in one batch,
+by the Levenberg-Marquardt method within bounds (Marquardt 1963, J. Soc. Ind. Appl. Math. 11,
+431-441). Each row of the batch is one starting point of one participant. Separate SciPy searches
+took most of the analysis time. In 8 of about 2,160 random fits, the sum of squares differed from
+SciPy's result by more than a millionth: it was smaller in 5, by at most 0.3 %, and larger in 3.
 """
 
 from __future__ import annotations
@@ -23,15 +23,15 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: The largest function has four estimated parameters, for which AICc needs six points.
+#: Smallest number of points: models have up to four parameters, for which AICc needs six points.
 FEWEST_TRIALS, FEWEST_STIMULI = 6, 3
-#: Maximum number of steps per search, and smallest relative reduction in the sum of squares.
+#: Largest number of steps per search, and smallest relative reduction in the sum of squares.
 STEPS, NO_GAIN = 300, 1e-13
 #: Damping at which no step in any direction improves the fit.
 STUCK = 1e8
-#: Step for numerical derivatives, with stimuli scaled to a minimum of 1.
+#: Step for numerical derivatives; stimuli are scaled to a minimum of 1.
 NUDGE = 1e-7
-#: Residual mean squares below this are treated as rounding errors, and such fits as equal.
+#: Residual mean squares below this value are treated as rounding errors.
 ROUNDING = 1e-24
 
 
@@ -41,13 +41,14 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     Parameters
     ----------
     trials : DataFrame
-        ``participant_id amplitude_um_pp log``; amplitudes of 0 and missing logarithms are omitted.
+        Columns ``participant_id amplitude_um_pp log``. Rows with an amplitude of 0 or without a
+        logarithm are omitted.
 
     Returns
     -------
     dict
-        Participant -> model; None if there are too few trials to discriminate between models, or
-        the two best are within `UNDECIDED`.
+        Participant -> model. None if there are too few trials, or if the AICc of the two best
+        models differs by less than `UNDECIDED`.
     """
     usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]
     place = ["participant_id", "amplitude_um_pp"]
@@ -61,8 +62,8 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     here, stimuli = counts > 0, table["mean"].columns.to_numpy(float)
     people = [str(who) for who in table.index]
     winners: dict[str, str | None] = dict.fromkeys(people)
-    # Bounds and starting points depend on the stimuli, so participants with the same stimuli are
-    # fitted together.
+    # Participants with the same stimuli are fitted together, because bounds and starting points
+    # depend on the stimuli.
     for pattern in np.unique(here, axis=0):
         enough = (here == pattern).all(axis=1) & (counts.sum(axis=1) >= FEWEST_TRIALS)
         rows = np.flatnonzero(enough)
@@ -74,7 +75,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
         for model in MODELS.values():
             squares = around[rows] + least_squares(model, stimuli[pattern], own, weights)
             estimated = len(model.parameters) + 2
-            # AICc, without terms that are the same for every function.
+            # AICc without terms that are common to all functions.
             score = points * np.log(np.maximum(squares / points, ROUNDING)) + 2 * estimated
             scores.append(score + 2 * estimated * (estimated + 1) / (points - estimated - 1))
         order = np.argsort(scores, axis=0)
@@ -86,17 +87,17 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
 
 
 def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: Array) -> Array:
-    """Return each participant's smallest sum of squares, with a separate factor for each.
+    """Return the smallest sum of squares for each participant.
 
     Parameters
     ----------
     model : GrowthFunction
-        One of `MODELS`. Its shape must not depend on the stimuli's unit.
+        One of `MODELS`. Its shape must not depend on the unit of the stimuli.
     stimuli : array, shape (k,)
         Stimuli above 0.
     means, counts : array, shape (n, k)
-        Mean natural logarithm of each participant at each stimulus, and its number of trials (at
-        least 1).
+        Mean natural logarithm of each participant at each stimulus, and number of trials (at least
+        1).
     """
     x = stimuli / stimuli.min()
     low, high = (np.array(bound)[:, None] for bound in model.bounds(x))
@@ -123,7 +124,7 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
             ]
         )
         down = -np.einsum("pnk,nk->pn", slopes, now)
-        # A parameter at its limit is held fixed if the step would move it beyond the limit.
+        # A parameter is held fixed if it is at its limit and the step would move it beyond.
         free = ~(((theta <= low) & (down < 0)) | ((theta >= high) & (down > 0)))
         slopes, down = slopes * free[..., None], down * free
         matrix = np.einsum("pnk,qnk->npq", slopes, slopes)

@@ -1,4 +1,4 @@
-"""Compare growth functions against amplitude and friction, and for each participant."""
+"""Compare growth functions of amplitude and of predicted friction."""
 
 from __future__ import annotations
 
@@ -24,30 +24,30 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
 
-#: Smaller predicted reductions in friction are treated as rounding errors.
+#: Predicted reductions in friction below this value are treated as rounding errors.
 NO_REDUCTION = 1e-9
-#: Largest amplitude (µm peak to peak) for predictions; from about 8 µm, the predicted reduction
-#: exceeds 1.
+#: Largest amplitude (µm peak to peak) for predictions. Above about 8 µm, the predicted reduction in
+#: friction exceeds 1.
 LARGEST_UM_PP = 20.0
-#: Individual model comparisons are listed for studies with up to this many participants.
+#: Largest number of participants for whom individual model comparisons are listed.
 INDIVIDUALS_AT_MOST = 200
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionGrowth:
-    """Growth against the reduction in friction predicted by the squeeze film.
+    """Growth of estimates with the reduction in friction predicted by the squeeze film.
 
     Parameters
     ----------
     comparison : GrowthComparison
-        Comparison of growth functions against the reduction.
+        Comparison of growth functions of the reduction in friction.
     exponent : MeanOverParticipants or NotComputed
-        Mean exponent of participants' power functions against the reduction.
+        Mean exponent of participants' power functions of the reduction in friction.
     reduction : Mapping
         Amplitude (µm peak to peak) -> predicted reduction in friction, 0 to 1.
     shared_load : Mapping
-        Amplitude -> smallest and largest reduction by the second model
-        (`slipscale.stimuli.film.shared_load`), which is not validated.
+        Amplitude -> smallest and largest reduction predicted by the second model
+        (`slipscale.stimuli.film.shared_load`), which has not been validated.
     """
 
     comparison: GrowthComparison
@@ -62,16 +62,16 @@ class FrictionGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IndividualGrowth:
-    """Growth functions favoured by the trials of single participants.
+    """The best growth function of each participant.
 
     Parameters
     ----------
     best : Mapping
-        Model -> number of participants for whom it is favoured.
+        Model -> number of participants for whom the model is best.
     undecided : int
-        Participants whose trials do not discriminate between models.
+        Number of participants whose trials do not discriminate between models.
     participants : Mapping
-        Participant -> model, or None.
+        Participant -> best model, or None if undecided.
     """
 
     best: Mapping[str, int]
@@ -81,9 +81,9 @@ class IndividualGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Growth functions against amplitude, against predicted friction, and for participants.
+    """Growth functions of amplitude and of predicted friction, and for each participant.
 
-    Friction is None if the stimuli are not plate amplitudes, because there is then no squeeze
+    ``friction`` is None if the stimuli are not plate amplitudes, because there is then no squeeze
     film.
     """
 
@@ -97,7 +97,7 @@ class Growth:
 
 
 def growth(data: Prepared) -> Growth | NotComputed:
-    """Compare growth functions against amplitude and predicted friction, and for participants."""
+    """Compare growth functions of amplitude and predicted friction, and for each participant."""
     if data.refused:
         return NotComputed(data.zero_sentence)
     found = compare(data.logs, data.quantity)
@@ -125,10 +125,11 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
 
 @lru_cache(maxsize=1000)
 def predicted_reduction(amplitude_um_pp: float) -> float:
-    """Return the reduction in friction, 1 - µ'/µ, predicted by the squeeze film at an amplitude.
+    """Return the reduction in friction, 1 - µ'/µ, that the squeeze film predicts.
 
-    Uses the full Reynolds equation (3) and eq. (15), at the working point from the paper's Section
-    IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see `VirtualSurface.predicted_relative_friction`.
+    The prediction uses the full Reynolds equation (3) and eq. (15), at the working point in the
+    paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see
+    `VirtualSurface.predicted_relative_friction`.
     """
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
@@ -144,7 +145,7 @@ def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:
 
 
 def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGrowth | NotComputed:
-    """Compare growth functions against the reduction in friction predicted by the squeeze film.
+    """Compare growth functions of the reduction in friction that the squeeze film predicts.
 
     Parameters
     ----------
