@@ -7,9 +7,9 @@ voided and unanswered trials are counted, and invalid cells are reported with fi
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -24,12 +24,15 @@ from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.foreign import ForeignTable, read_foreign
 from slipscale.analysis.reading.labelled_tasks import (
+    Entries,
+    Entry,
+    TaskTrials,
     kind_of,
     of_one_label,
     read_others,
     with_people,
 )
-from slipscale.analysis.reading.mapping import beside
+from slipscale.analysis.reading.mapping import TableMapping, beside
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY
@@ -41,14 +44,7 @@ from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
 from slipscale.faults import UserError
-from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from slipscale.analysis.reading.labelled_tasks import Entries, Entry, TaskTrials
-    from slipscale.analysis.reading.mapping import TableMapping
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quantity
 
 
 def load(

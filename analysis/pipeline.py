@@ -7,13 +7,15 @@ described or tested.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from math import inf
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.load import load
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
-from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.preprocessing.log_transform import Prepared, prepare
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reporting.individuals import individuals
 from slipscale.analysis.statistics import descriptives
@@ -29,12 +31,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
     import pandas as pd
-
-    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
 class OutsideTasks(UserError):

@@ -10,6 +10,7 @@ import argparse
 import gc
 import time
 import warnings
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.measured_page import put
-from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.preprocessing.log_transform import Prepared, prepare
 from slipscale.analysis.statistics.descriptives import student_intervals, within_intervals
 from slipscale.analysis.statistics.effect_sizes import hedges_g
 from slipscale.analysis.statistics.equivalence import equivalence
@@ -34,21 +35,16 @@ from slipscale.analysis.statistics.repeated_measures import omnibus
 from slipscale.analysis.statistics.repeated_measures.pairwise import PairedT, pairwise
 from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
-from slipscale.analysis.tasks.difference.step_size_curve import psychometric
+from slipscale.analysis.tasks.difference.step_size_curve import Measure, psychometric
 from slipscale.analysis.tasks.difference.yes_no import TRIALS_FOR_OWN
-from slipscale.analysis.tasks.effects.groups.statistics import compare_groups
+from slipscale.analysis.tasks.effects.groups.statistics import GroupComparison, compare_groups
 from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, order_effects
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from numpy.typing import NDArray
 
-    from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.not_computed import NotComputed
-    from slipscale.analysis.tasks.difference.step_size_curve import Measure
-    from slipscale.analysis.tasks.effects.groups.statistics import GroupComparison
 
     Array = NDArray[np.float64]
     #: One simulated study -> whether each result covers or errs, or None if it is not computed.

@@ -26,6 +26,7 @@ import signal
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -47,8 +48,6 @@ from tools.rehearsal.emulator_process import EmulatorProcess
 from tools.rehearsal.scripted import ScriptedParticipant
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.participants.base import Watch
     from slipscale.experiments.steps.replies import Reply
     from slipscale.experiments.steps.steps import ParticipantStep

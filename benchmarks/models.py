@@ -6,7 +6,8 @@ Repeat with ``.venv/bin/python benchmarks/models.py``. One core: set OMP_NUM_THR
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, TypeVar
+from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -18,9 +19,6 @@ from slipscale.hardware.plate.finite_elements import _bricks, assemble
 from slipscale.hardware.plate.geometry import Density, Layout
 from slipscale.hardware.plate.vibration import modes, support
 from slipscale.stimuli.film.periodic_film import periodic_state
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 FILM = {"sigma": 15.9, "eps": 0.3, "delta": 0.6, "wave_number": 6 * np.pi}  # three ridges
 T = TypeVar("T")

@@ -20,6 +20,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as `slipscale analyse` sets it
+from collections.abc import Callable
+
 import numpy as np
 
 from benchmarks.measured_page import put
@@ -30,8 +32,6 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]

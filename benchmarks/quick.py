@@ -17,11 +17,11 @@ import platform
 import resource
 import subprocess
 import sys
+from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from statistics import median
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -34,9 +34,6 @@ from slipscale.experiments.participants.simulated_people.bare_run import bare_ru
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
 from slipscale.stimuli.film.periodic_film import periodic_state
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 FIGURES = Path(__file__).with_name("figures.json")
 WORSE = 1.3  # a larger increase of a ratio is a regression

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,7 +12,10 @@ import pandas as pd
 from benchmarks import simulated_truths as truths
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    Answers,
+    PsychometricFunction,
+)
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold_by_posterior
 from slipscale.analysis.tasks.matching.statistics import matching
 from slipscale.analysis.tasks.scales.difference_scaling import (
@@ -28,13 +32,8 @@ from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator
-
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
-        PsychometricFunction,
-    )
     from slipscale.experiments.participants.simulated_people.population import Population
 
 SEED = 15

@@ -8,6 +8,7 @@ mean sensation plus the person's own normal noise, and the largest one is chosen
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
@@ -15,15 +16,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy import integrate, optimize, stats
 
-from slipscale.experiments.participants.simulated_people.population import curves
+from slipscale.experiments.participants.simulated_people.population import Population, curves
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from numpy.typing import NDArray
-
-    from slipscale.experiments.participants.simulated_people.population import Population
 
     Array = NDArray[np.float64]
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from argparse import SUPPRESS, Action, ArgumentError, ArgumentParser, _SubParsersAction
+from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import did_you_mean, expected_one_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 EXPECTED: dict[object, str] = {int: "expected a whole number", float: "expected a number"}
 REQUIRED = "the following arguments are required: "

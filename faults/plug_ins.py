@@ -6,15 +6,13 @@ Errors in a package are reported in one sentence that names the package.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from slipscale.faults import RigError, UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
 
 PROTOCOLS = "slipscale.protocols"
 PARTICIPANTS = "slipscale.participants"

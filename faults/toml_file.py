@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from slipscale.faults import UserError
-from slipscale.faults.toml_lines import Lines
-from slipscale.faults.validation import SENTENCES, complaint, faults_in, sentences
+from slipscale.faults.toml_lines import Lines, Place
+from slipscale.faults.validation import SENTENCES, Fault, Names, complaint, faults_in, sentences
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
     from pydantic import BaseModel
-
-    from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault, Names
 
     Model = TypeVar("Model", bound=BaseModel)
 

@@ -7,6 +7,7 @@ has already imported it.
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, get_args
 
 from slipscale.faults import UserError
@@ -14,8 +15,6 @@ from slipscale.faults.suggestions import did_you_mean, nearest
 from slipscale.faults.toml_lines import Place
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from pydantic import ValidationError
 
 # A fault's place, and pydantic's record of it or a similar one: "msg" and, if known, "input".

@@ -7,6 +7,7 @@ its own options as a table of names and converters.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,8 +16,6 @@ from slipscale.faults import UserError
 from slipscale.hardware.limits import PlateLimits
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.plate_file import PlateFile
 

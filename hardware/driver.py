@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Collection
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -23,22 +24,18 @@ from slipscale.hardware.calibration.device_check import check_device
 from slipscale.hardware.errors import ConnectionLost, Late, NotReached, PlateRefused
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.output_state import GuardedOutput
-from slipscale.hardware.records import Output
-from slipscale.stimuli.modulation import DEFAULT_MODULATOR
+from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Loop, Modulator
+
+if TYPE_CHECKING:
+    from slipscale.hardware.calibration.record import Calibration
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.plate_file import PlateFile
+    from slipscale.stimuli.surface import Sensor, Surface
 
 PROVING = ("measured", "applied")  # kinds of readback that are evidence
 RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-
-    from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.clock import Clock
-    from slipscale.hardware.plate_file import PlateFile
-    from slipscale.hardware.records import PlateIdentity, Presentation, Readback
-    from slipscale.stimuli.modulation import Loop, Modulator
-    from slipscale.stimuli.surface import Sensor, Surface
 
 
 class PlateDriver(GuardedOutput):

@@ -18,18 +18,16 @@ The output has one of three states (`Output`), stored in `GuardedOutput.output`:
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, ClassVar
 
 from slipscale.hardware.errors import ConnectionLost, OverLimit, PlateFault, StillVibrating
-from slipscale.hardware.limits import OnTime
+from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.limits import PlateLimits
 
 
 class GuardedOutput(ABC):

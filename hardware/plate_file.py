@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 from datetime import date
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
@@ -25,8 +26,6 @@ from slipscale.stimuli.file_keys import FileNames
 from slipscale.stimuli.quantity_table import QuantityTable, stated_quantity
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.hardware.calibration.record import Calibration
 
 FOLDER = "plates"  # folder of plates that are named without a path

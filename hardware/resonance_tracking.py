@@ -13,6 +13,7 @@ detuning of 52 Hz costs 2 % of the amplitude with Q = 60, and 20 % with Q = 200.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,6 @@ from slipscale.faults import UserError
 from slipscale.hardware.errors import OffCalibration, PlateRefused
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.hardware.calibration.record import Resonance
     from slipscale.hardware.driver import PlateDriver
 

@@ -20,15 +20,14 @@ import math
 import signal
 import sys
 import time
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from types import FrameType
 from typing import TYPE_CHECKING
 
 from slipscale.faults import RigError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from types import FrameType
-
     from slipscale.hardware.driver import PlateDriver
 
 # Pressing Ctrl-C twice, or closing the terminal (which sends several signals), must not interrupt

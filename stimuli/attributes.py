@@ -6,11 +6,9 @@ attribute that is not listed, the study defines the words in ``[attribute_words]
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from typing import NamedTuple
 
 SLIPPERINESS = "slipperiness"
 

@@ -8,15 +8,13 @@ the study file, and the column and unit in the data.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import MISSING, dataclass, fields
 from functools import cache
-from typing import TYPE_CHECKING, Self, get_type_hints
+from typing import Self, get_type_hints
 
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import Quantity, made_by_plate
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

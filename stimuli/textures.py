@@ -6,17 +6,12 @@ interface of `slipscale.stimuli.surface.Surface`.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from slipscale.stimuli.friction_map import FrictionMap
-from slipscale.stimuli.parameters import declared
+from slipscale.stimuli.parameters import Declared, declared
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from slipscale.stimuli.parameters import Declared
 
 Texture = Grating | Transient | FrictionMap
 #: The kinds of texture by their names in study files.

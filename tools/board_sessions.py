@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import csv
 import time
+from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.begin_or_resume import plate_for, run_plan
-from slipscale.experiments.session.operator import UnattendedOperator
+from slipscale.experiments.session.operator import Operator, Request, UnattendedOperator
 from slipscale.experiments.study.run_plan import RunPlan
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
     from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.session.operator import Operator, Request
     from slipscale.experiments.session.session import RunOutcome
     from slipscale.hardware.clock import Clock
     from tools.rehearsal.emulator_process import EmulatorProcess

@@ -11,10 +11,7 @@ import os
 import shutil
 import subprocess
 import sys
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from collections.abc import Sequence
 
 INSTALL = ("apt-get", "install", "-y", "--no-install-recommends")
 # Requirements of the participant's window: OpenGL, fonts, sound.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import logging
 import sys
-from argparse import Action
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,9 +15,6 @@ from slipscale.experiments.lab.defaults import dataset_default, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError, harmless
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Callable
-
     from slipscale.analysis.preregistration.bundle import Bundle
     from slipscale.analysis.tasks.kind import Analysis
 

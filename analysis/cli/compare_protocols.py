@@ -6,15 +6,14 @@ The option ``--protocols`` compares protocols. Thresholds are compared for studi
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.population_options import chosen_population
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Sequence
-
     from slipscale.experiments.study.model import Study
 
 #: Number of simulated studies per protocol. It is low because answers are simulated step by step.

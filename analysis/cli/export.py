@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.analyse import add_data, add_mapping, analysed
 from slipscale.analysis.cli.progress_line import telling
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE, harmless
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
 
 #: Format -> description, in the order of writing.
 FORMS = {

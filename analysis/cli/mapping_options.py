@@ -3,16 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from argparse import Namespace
+from collections.abc import Sequence
 
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.mapping import TableMapping, parse_mapping
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Sequence
-
-    from slipscale.analysis.reading.mapping import TableMapping
 
 COLUMNS = (
     *("participant", "stimulus", "response", "answer", "yes_count", "n", "reference"),

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import shlex
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.pilot_times import add_times, refuse_without_times, run_times
 from slipscale.analysis.cli.population_options import add_population, chosen_population
 from slipscale.experiments.cli.sessions import add_contact, add_study, simulated_contact
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
 
 PLATE = "mock"
 

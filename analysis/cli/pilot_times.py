@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.population_options import chosen_population
@@ -9,9 +11,6 @@ from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE, UserError
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from pathlib import Path
-
     from slipscale.analysis.planning.distribution.distribution import Distribution
 
 #: Options of a single pilot that do not apply to repeated simulations.

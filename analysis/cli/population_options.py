@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
     from slipscale.analysis.planning.fitted_population import FittedPopulation
     from slipscale.experiments.participants.simulated_people.population import Population
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import math
 import re
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,9 +22,6 @@ from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Callable, Iterator
-
     from slipscale.analysis.planning.power.answers import Assurance
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.planning.power.run_grid import Part

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import logging
 import sys
+from argparse import ArgumentParser
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser
-    from collections.abc import Callable, Iterator
 
 LOG = logging.getLogger(__name__)
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import argparse
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
@@ -11,9 +13,6 @@ from slipscale.analysis.cli.progress_line import telling
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
-    import argparse
-    from collections.abc import Iterator
-
     from slipscale.analysis.reconstruction.answers import Across
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.printed_test_answer import PrintedTestAnswer

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import csv
 import io
+from argparse import Namespace
+from collections.abc import Sequence
 from dataclasses import asdict, fields
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from slipscale.analysis.reconstruction.table.table_files import Row
 
 

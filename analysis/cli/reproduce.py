@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.progress_line import telling
 from slipscale.faults import ANSWER_IS_NO, DONE
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
 
 
 def add_reproduce(parser: ArgumentParser) -> None:

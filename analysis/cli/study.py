@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.cli.population_options import add_population, chosen_population
 from slipscale.experiments.cli import study
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE, UserError, harmless
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
 
 #: Multiples of the planned number of participants for which to compute power.
 AROUND = (0.5, 0.75, 1.0, 1.25)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from importlib.resources import files
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.export.french_excel import write_french
@@ -15,9 +17,6 @@ from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
     from slipscale.analysis.tasks.kind import Analysis
 
 #: Main script, and script for other tasks, factors and sessions.

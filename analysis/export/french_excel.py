@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import csv
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
 

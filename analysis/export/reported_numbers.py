@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -14,8 +15,6 @@ from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.json_form import Json
     from slipscale.analysis.tasks.kind import Analysis
 

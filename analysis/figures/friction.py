@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.figure_style import BLUE, GREY, INK, ORANGE, canvas, styled
@@ -9,8 +10,6 @@ from slipscale.stimuli.film.shared_load import NOT_VALIDATED, band
 from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.figure import Figure
 
 

@@ -8,8 +8,9 @@ separated by the correlation between deviates at distant amplitudes.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,9 +23,6 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from typing import Any
-
     import pandas as pd
 
     from slipscale.analysis.tasks.kind import Analysis

@@ -7,6 +7,7 @@ and without flagged participants.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import factorial
 from typing import TYPE_CHECKING
 
@@ -19,8 +20,6 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.experiments.study.analysis_choices import Thresholds
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
@@ -9,8 +10,6 @@ from slipscale.analysis.reading.cells import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pandas as pd
 
     from slipscale.analysis.preprocessing.log_transform import Prepared

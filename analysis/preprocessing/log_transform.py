@@ -7,6 +7,7 @@ explicit rule defines how they are treated.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import pandas as pd
 
     from slipscale.experiments.study.analysis_choices import AnalysisChoices

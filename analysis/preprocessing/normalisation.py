@@ -8,8 +8,8 @@ participants' power functions do not change.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -17,9 +17,6 @@ import pandas as pd
 from slipscale.analysis.reading.cells import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -8,18 +8,15 @@ import shutil
 import tempfile
 import zipfile
 import zlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
 from slipscale.analysis.preregistration.manifest import FORMAT, MANIFEST, STUDY, Manifest
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 ZIP = ".zip"
 #: Fixed date for zip entries, the earliest that the format supports.

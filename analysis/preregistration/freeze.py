@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 from dataclasses import dataclass
+from datetime import datetime
 from importlib.metadata import distributions
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,7 +13,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preregistration.bundle import sha256
 from slipscale.analysis.preregistration.manifest import MANIFEST, STUDY, FrozenFile, Manifest, Role
-from slipscale.analysis.preregistration.named_files import named_files
+from slipscale.analysis.preregistration.named_files import NamedFile, named_files
 from slipscale.analysis.preregistration.page import PAGE, render
 from slipscale.analysis.preregistration.plan_in_words import with_results
 from slipscale.analysis.reporting.files import software
@@ -23,9 +24,6 @@ from slipscale.experiments.study.file import read_study, study_text
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
-    from slipscale.analysis.preregistration.named_files import NamedFile
     from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.participants.simulated_people.population import Population
 

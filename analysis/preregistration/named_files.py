@@ -7,15 +7,12 @@ change here. TOML files found this way are searched as well (a plate file names 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 from slipscale.hardware.plate_file import path_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 #: Key for which a file can be named without folder and extension.
 PLATE = "plate.file"

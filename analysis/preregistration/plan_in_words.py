@@ -6,6 +6,7 @@ same code, so the description always matches the analysis.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
@@ -17,8 +18,6 @@ from slipscale.analysis.tasks.estimation.primary import TITLES
 from slipscale.analysis.writing import html
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.kind import Analysis

@@ -10,20 +10,18 @@ Rules:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
-from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE
+from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pandas as pd
 
-    from slipscale.analysis.reading.delimited import Problems, Source
 
 #: Codes in tables written by Slipscale.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})

@@ -6,7 +6,8 @@ become missing and are reported with file and line.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -26,9 +27,6 @@ from slipscale.analysis.reading.trial_tables import (
 from slipscale.experiments.dataset.schema import MAIN, PARTICIPANT, PRACTICE, VOIDED
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import DIGITS, PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 PHASES = (MAIN, PRACTICE)
 #: Block numbers are labels and may be words.

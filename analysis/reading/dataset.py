@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
@@ -13,9 +15,6 @@ from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
-
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
 
 

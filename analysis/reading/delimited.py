@@ -11,8 +11,10 @@ import hashlib
 import io
 import json
 import shlex
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,9 +32,6 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping, Sequence
-    from pathlib import Path
-
     from pydantic import ValidationError
 
 #: Codes for missing cells in all columns: the BIDS code and an empty cell.

@@ -7,13 +7,11 @@ others. Ambiguous numbers are rejected unless other numbers in the file resolve 
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Literal
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Literal
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 Decimal = Literal[".", ","]
 #: Possible separators, in order of preference.

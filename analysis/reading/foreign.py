@@ -6,7 +6,9 @@ A mapping defines the meaning of the columns. The rows are converted to Slipscal
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,9 +32,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from slipscale.analysis.reading.mapping import TableMapping
     from slipscale.stimuli.quantity import Quantity
 

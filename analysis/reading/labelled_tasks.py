@@ -8,28 +8,29 @@ labels are reported.
 from __future__ import annotations
 
 import csv
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cleaning import labels
-from slipscale.analysis.reading.delimited import quantity_of, read_bytes, read_tables
+from slipscale.analysis.reading.delimited import (
+    Problems,
+    Source,
+    quantity_of,
+    read_bytes,
+    read_tables,
+)
 from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.trial_tables import set_aside
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults.toml_file import toml_table
 
-if TYPE_CHECKING:
-    import re
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
-    from slipscale.analysis.reading.delimited import Problems, Source
-
-    Entry = tuple[Path, re.Match[str]]
-    Entries = Sequence[Entry]
+Entry = tuple[Path, re.Match[str]]
+Entries = Sequence[Entry]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Annotated, Literal
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal
 
 import tomlkit
 from pydantic import AfterValidator, Field, StringConstraints, ValidationError, model_validator
@@ -15,10 +17,6 @@ from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 from slipscale.faults.validation import complaint, faults_in, sentences
 from slipscale.stimuli.quantity import UNNAMED, Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 NAME = "analysis.toml"
 #: Pattern for codes that can be used as words in a sentence; "2" and "r" cannot.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import pandas as pd
 from pydantic import ValidationError
@@ -25,11 +26,6 @@ from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import toml_table
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
 
 #: Sidecar entries to report; see `slipscale.experiments.dataset.schema.NOTES`.
 TOLD = ("study", "study_hash", "seed", "language", "plate")

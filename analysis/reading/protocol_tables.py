@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.delimited import read_tables
-from slipscale.analysis.reading.trial_tables import IDENTITY
+from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.trial_tables import IDENTITY, TrialTable
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from slipscale.analysis.reading.delimited import Problems, Source
     from slipscale.analysis.reading.labelled_tasks import Entries
-    from slipscale.analysis.reading.trial_tables import TrialTable
 
 
 def read_protocol(

@@ -8,13 +8,12 @@ copied from another participant, and usual codes for missing answers.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     import pandas as pd
 
 #: Labels of summary rows, except two-letter labels, which may be initials.

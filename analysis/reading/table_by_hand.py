@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +13,8 @@ from slipscale.analysis.reading.cleaning import tidied
 from slipscale.analysis.reading.delimited import (
     MISSING,
     NOT_AVAILABLE,
+    Problems,
+    Source,
     check_names,
     parse,
     read_source,
@@ -18,6 +22,7 @@ from slipscale.analysis.reading.delimited import (
 from slipscale.analysis.reading.dialect import (
     FALLBACK,
     THOUSANDS_POINT,
+    Decimal,
     decimal_of,
     decoded,
     in_points,
@@ -25,18 +30,12 @@ from slipscale.analysis.reading.dialect import (
 )
 from slipscale.analysis.reading.programs.table import Wanted, program_of
 from slipscale.analysis.reading.suspicions import check_labels
-from slipscale.analysis.reading.table_lines import complain, listed_lines, plain, split
+from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
-    from slipscale.analysis.reading.delimited import Problems, Source
-    from slipscale.analysis.reading.dialect import Decimal
-    from slipscale.analysis.reading.table_lines import Lines
 
 #: Codes for missing identifiers in other programs. The BIDS code and blanks always count as
 #: missing.

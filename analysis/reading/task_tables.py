@@ -10,16 +10,18 @@ The same rules apply to all kinds of task:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import TRUE
 from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
-from slipscale.analysis.reading.delimited import quantity_of
+from slipscale.analysis.reading.delimited import Problems, Source, quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
+    Entries,
     TaskTrials,
     add_counts,
     factors_of,
@@ -28,13 +30,6 @@ from slipscale.analysis.reading.labelled_tasks import (
 )
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
-    from slipscale.analysis.reading.delimited import Problems, Source
-    from slipscale.analysis.reading.labelled_tasks import Entries
 
 #: Columns of all kinds of task.
 COMMON = (*IDENTITY, "task", "trial", "catch")

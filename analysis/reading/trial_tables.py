@@ -6,6 +6,7 @@ schema, so that renamed columns are noticed.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -24,8 +25,6 @@ from slipscale.experiments.dataset.schema import (
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.protocol_parts.base import Column, Protocol
 
 #: Columns that identify a trial. Their values come from file names in a data set, and from columns

@@ -5,23 +5,21 @@ The module `report` formats these answers as text and JSON.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
-from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Scale
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Design, Scale
 from slipscale.analysis.reconstruction.table.rounding import RULES
 from slipscale.analysis.reconstruction.table.words import assumptions, in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from fractions import Fraction
-
     from slipscale.analysis.reconstruction.counts.partition import Wanted
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
-    from slipscale.analysis.reconstruction.table.published_table import Design
 
 # Limits above which the command line skips a computation: cells in the state tables, counted once
 # per goal, and additions for counting ordered samples if multisets are requested.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from itertools import groupby
@@ -13,8 +14,6 @@ from slipscale.analysis.reconstruction.counts.listing import LISTED
 from slipscale.analysis.reconstruction.data_sets.saddle_point import words
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer, Variant
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
     from slipscale.analysis.reconstruction.inference.distributions import Distribution

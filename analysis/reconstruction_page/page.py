@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from base64 import b64encode
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -26,8 +27,6 @@ from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
 from slipscale.figure_style import svg
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from slipscale.analysis.reconstruction.answers import Across, ColumnAnswer
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions

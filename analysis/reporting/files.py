@@ -7,7 +7,9 @@ or random order.
 from __future__ import annotations
 
 import platform
+from collections.abc import Callable, Collection, Mapping
 from importlib.metadata import version
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale import figure_style
@@ -24,9 +26,6 @@ from slipscale.analysis.writing.output_folder import make_folder
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping
-    from pathlib import Path
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.tasks.kind import Analysis

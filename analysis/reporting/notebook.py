@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from markupsafe import Markup
@@ -11,8 +12,6 @@ from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import conclusions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from slipscale.analysis.tasks.kind import Analysis
 
 #: No colours are set, so that light and dark themes both work. Figures have a white background.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -16,8 +17,6 @@ from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from slipscale.analysis.tasks.kind import Analysis
 
 #: Largest number of different answers to a question that are counted one by one.

@@ -9,6 +9,7 @@ consistent with Table III. Only the search proves that no value exceeds a bound.
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Sequence
 from functools import cache
 from math import inf
 from pathlib import Path
@@ -18,25 +19,21 @@ import numpy as np
 
 from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed
-from slipscale.analysis.reconstruction.inference.bounds import Range, as_table
+from slipscale.analysis.reconstruction.inference.bounds import Range, Table, as_table
 from slipscale.analysis.reconstruction.inference.conclusions import (
+    Conclusion,
     conclusions,
     f_test,
     signs,
     t_test,
 )
-from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS
+from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Convention
 from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.statistics.repeated_measures import batched
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
-    from slipscale.analysis.reconstruction.inference.bounds import Table
-    from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
-    from slipscale.analysis.reconstruction.table.published_table import Convention
 
 RECORDED = Path(__file__).with_name("recorded") / "attained_bounds.json"
 COMMAND = "python -m slipscale.analysis.reproduction.attained_bounds"

@@ -11,18 +11,15 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from types import ModuleType
 
 from slipscale.analysis.published.biet2007 import agrees
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from types import ModuleType
 
 #: Modules with items, and files with their recorded values, in the order of printing.
 SOURCES: tuple[tuple[str, str], ...] = (

@@ -7,14 +7,13 @@ the commit message why the numbers changed.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.published.biet2007 import PARTICIPANTS
 from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from matplotlib.figure import Figure
 
 

@@ -8,6 +8,7 @@ gives the values for each convention, and the table that attains the bound (see 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from itertools import combinations
 from math import prod
@@ -20,8 +21,6 @@ from slipscale.analysis.reproduction.attained_bounds import COMMAND, known
 from slipscale.analysis.reproduction.comparison import Outcome, record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion

@@ -7,14 +7,13 @@ changed.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reproduction.comparison import Outcome, item, record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from matplotlib.figure import Figure
 
     from slipscale.hardware.plate.beam import BeamSection

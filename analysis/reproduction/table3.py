@@ -6,6 +6,7 @@ statistics as the paper; it is not evidence about perception.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cache, partial
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,6 @@ from slipscale.analysis.reproduction.comparison import Outcome
 from slipscale.figure_style import with_note
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.tasks.kind import Analysis

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from statsmodels.regression.mixed_linear_model import MixedLMResults
 
     from slipscale.analysis.preprocessing.log_transform import Prepared

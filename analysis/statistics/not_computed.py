@@ -7,11 +7,9 @@ such as a number or an empty tuple.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeVar
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+from typing import Literal, TypeVar
 
 T = TypeVar("T")
 S = TypeVar("S")

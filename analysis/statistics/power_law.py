@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,17 +11,14 @@ import pandas as pd
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
-from slipscale.analysis.statistics.confidence_interval import key_of
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
-from slipscale.analysis.preprocessing.log_transform import prepare
-from slipscale.analysis.statistics.not_computed import computed
-from slipscale.analysis.statistics.power_law import power_law
-from slipscale.analysis.statistics.repeated_measures.omnibus import friedman
+from slipscale.analysis.preprocessing.log_transform import Prepared, prepare
+from slipscale.analysis.statistics.not_computed import NotComputed, computed
+from slipscale.analysis.statistics.power_law import PowerLaw, power_law
+from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, friedman
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.not_computed import NotComputed
-    from slipscale.analysis.statistics.power_law import PowerLaw
-    from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

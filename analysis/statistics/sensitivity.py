@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,6 @@ import pandas as pd
 from slipscale.analysis.preprocessing.normalisation import RULES, cell_means, normalise_by_all
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.stimuli.quantity import Quantity
 
 

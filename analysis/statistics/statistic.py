@@ -11,6 +11,7 @@ Rules:
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Generic, TypeVar, cast
@@ -18,8 +19,6 @@ from typing import TYPE_CHECKING, Generic, TypeVar, cast
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
     import pandas as pd
 
     from slipscale.analysis.preprocessing.log_transform import Prepared

@@ -13,14 +13,13 @@ kinds with an entry point; see `slipscale.analysis.tasks.outside`. A small kind 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
+from types import ModuleType
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-    from types import ModuleType
-
     import pandas as pd
     from matplotlib.figure import Figure
 
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.statistic import Inference, SessionTable, Statistic
     from slipscale.analysis.writing.html import ReportSection
 
-    SectionWriter = Callable[["Analysis", Mapping[str, str]], ReportSection]
+SectionWriter = Callable[["Analysis", Mapping[str, str]], "ReportSection"]
 
 
 def _nothing_to_say(_analysis: Analysis) -> list[str]:

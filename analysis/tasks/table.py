@@ -5,10 +5,11 @@ To add a kind, add a folder and one line here.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, get_args
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Inference, Inputs
+from slipscale.analysis.statistics.statistic import Inference, Inputs, SessionTable
 from slipscale.analysis.tasks.difference import declaration as difference
 from slipscale.analysis.tasks.effects.factors import declaration as factors
 from slipscale.analysis.tasks.effects.friction import declaration as friction
@@ -30,11 +31,8 @@ from slipscale.analysis.tasks.thresholds import declaration as thresholds
 from slipscale.experiments.study.analysis_choices import Test
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.statistic import SessionTable
     from slipscale.analysis.tasks.kind import TaskAnalysis
 
 KINDS = (

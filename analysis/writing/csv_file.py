@@ -7,16 +7,13 @@ pandas converts each cell to text separately. Experimental data contain few dist
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.writing.spreadsheet_cells import harmless_cell
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 #: Cells with these characters are written in quotation marks.
 SPECIAL = re.compile(r'[",\r\n]')

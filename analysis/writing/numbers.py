@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
-from slipscale.analysis.statistics.not_computed import fold
+from slipscale.analysis.statistics.not_computed import NotComputed, fold
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.statistics.repeated_measures.omnibus import PageTrend
     from slipscale.stimuli.quantity import Quantity
 

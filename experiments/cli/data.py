@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,9 +12,6 @@ from slipscale.experiments.lab.defaults import dataset_default, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Sequence
-
     from slipscale.experiments.dataset.journals import Problem
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.faults import ANSWER_IS_NO, DONE
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
     from slipscale.experiments.lab.defaults import Defaults
     from slipscale.experiments.lab.roster import Person, Roster, Visit
 

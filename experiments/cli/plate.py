@@ -5,14 +5,11 @@ The hardware package does not use laboratory folders, so missing options are fil
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from argparse import Namespace
 
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.hardware.cli.plate import add_arguments
 from slipscale.hardware.cli.plate import run as run_on
-
-if TYPE_CHECKING:
-    from argparse import Namespace
 
 
 def run(arguments: Namespace) -> int:

@@ -7,16 +7,14 @@ slowly.
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.lab.defaults import here, say
+from slipscale.experiments.lab.defaults import Defaults, here, say
 from slipscale.faults import ANSWER_IS_NO, DONE, INTERRUPTED, harmless
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
-    from slipscale.experiments.lab.defaults import Defaults
     from slipscale.experiments.running.contact_sources import ContactSpecs
     from slipscale.experiments.running.lab_session import Setting
     from slipscale.experiments.running.preflight import Finding

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, Namespace, _SubParsersAction
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE, UserError, harmless
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace, _SubParsersAction
-    from typing import TypeAlias
-
     Commands: TypeAlias = _SubParsersAction[ArgumentParser]
 
     from matplotlib.figure import Figure

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection
+from pathlib import Path
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.experiments.dataset.former_tables import with_former
 from slipscale.experiments.dataset.journals import Problem, read_runs
 from slipscale.experiments.dataset.rendering import README
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
-    from pathlib import Path
 
 
 def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:

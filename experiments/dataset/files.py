@@ -5,13 +5,11 @@ from __future__ import annotations
 import json
 import os
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
 from slipscale.experiments.journal.journal import AS_USUAL, OWNER_ONLY
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 # The content of a file: bytes, text, or an object to be written as JSON.
 Content = bytes | str | dict[str, Any]

@@ -17,9 +17,11 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Collection, Iterator, Sequence
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, NamedTuple
 
-from slipscale.experiments.dataset.journals import Problem
+from slipscale.experiments.dataset.journals import Problem, Run
 from slipscale.experiments.dataset.rendering import render, stem_of
 from slipscale.experiments.dataset.schema import (
     MISSING,
@@ -32,11 +34,7 @@ from slipscale.experiments.dataset.schema import (
 from slipscale.experiments.dataset.tsv import table
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Sequence
-    from pathlib import Path, PurePosixPath
-
     from slipscale.experiments.dataset.files import Content
-    from slipscale.experiments.dataset.journals import Run
 
 # The columns that identify the participant, the session and the run of a row.
 KEYS = (PARTICIPANT, SESSION, RUN)

@@ -8,9 +8,10 @@ had been shown before, because an exclusion that depends on the results is not p
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field, TypeAdapter, ValidationError
 
@@ -18,9 +19,6 @@ from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.validation import in_words
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 RECORD = "excluded.json"
 BY_HAND = "by hand"  # beginning of the reason for a manual exclusion

@@ -6,19 +6,16 @@ A damaged journal does not affect other runs, and the intact records are still u
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.lost_header import header_from_tables
-from slipscale.experiments.dataset.rows_from_journal import gather
+from slipscale.experiments.dataset.rows_from_journal import Gathered, gather
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_usable
-from slipscale.experiments.journal.reading import has_begun
+from slipscale.experiments.journal.reading import Damage, has_begun
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from slipscale.experiments.dataset.rows_from_journal import Gathered
-    from slipscale.experiments.journal.reading import Damage
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.study.run_plan import Mode, RunPlan
 

@@ -8,7 +8,8 @@ to be guessed. A run without tables cannot be recovered.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from pathlib import Path
 
 from slipscale.experiments.dataset.schema import SIDECAR, TABLE_NAME
 from slipscale.experiments.journal.plan_and_progress import plan_from
@@ -16,13 +17,7 @@ from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
 from slipscale.experiments.protocol_parts.base import ORDER_VERSION
 from slipscale.experiments.study.file import study_hash
-from slipscale.experiments.study.run_plan import journal_path
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.experiments.study.run_plan import RunPlan, journal_path
 
 
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:

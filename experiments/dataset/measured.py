@@ -7,20 +7,18 @@ come from samples in the journal (docs/decisions/one-journal.md).
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from slipscale.experiments.protocol_parts.base import Column
+from slipscale.experiments.protocol_parts.base import Column, TrialRecord
 from slipscale.experiments.study.stroke import OUTSIDE, WITHIN
 from slipscale.hardware.contact.measures import friction, movement
 from slipscale.hardware.contact.plausibility import implausible_forces, implausible_places
 from slipscale.hardware.contact.source import Sample
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.protocol_parts.base import TrialRecord
     from slipscale.experiments.steps.trial import Value
 
 CHANGES = "changes"

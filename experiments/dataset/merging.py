@@ -11,6 +11,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -29,8 +30,6 @@ from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.study.run_plan import RunPlan
 
 

@@ -6,6 +6,7 @@ files, and `slipscale.experiments.dataset.verification` compares them with the e
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
@@ -17,7 +18,7 @@ from slipscale.experiments.dataset.further_tables.person_columns import (
 )
 from slipscale.experiments.dataset.further_tables.phenotype import phenotype
 from slipscale.experiments.dataset.further_tables.time_series import series_of
-from slipscale.experiments.dataset.journals import Problem
+from slipscale.experiments.dataset.journals import Problem, Run
 from slipscale.experiments.dataset.schema import (
     COMPLETE,
     MISSING,
@@ -36,10 +37,7 @@ from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.file import study_hash
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
-
     from slipscale.experiments.dataset.files import Content
-    from slipscale.experiments.dataset.journals import Run
     from slipscale.experiments.protocol_parts.base import Column, Protocol
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.model import Study

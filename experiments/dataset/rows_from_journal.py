@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -29,8 +30,6 @@ from slipscale.experiments.protocol_parts.base import IntervalRecord, TrialRecor
 from slipscale.experiments.study.stroke import WITHIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.steps.trial import Value
 

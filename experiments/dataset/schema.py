@@ -9,23 +9,20 @@ the columns that belong only to its task (see `slipscale.experiments.protocol_pa
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
-from slipscale.experiments.protocol_parts.base import Column
+from slipscale.experiments.protocol_parts.base import Column, IntervalRecord, Protocol, TrialRecord
 from slipscale.experiments.study.person_questions import TAKEN
 from slipscale.experiments.study.questionnaires import ROW
 from slipscale.experiments.study.run_plan import stem
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
-    from slipscale.experiments.protocol_parts.base import IntervalRecord, Protocol, TrialRecord
-    from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 
 

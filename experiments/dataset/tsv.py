@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.schema import MISSING
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.protocol_parts.base import Column
     from slipscale.experiments.steps.trial import Value
 

@@ -11,7 +11,9 @@ import gzip
 import io
 import json
 import zlib
+from collections.abc import Iterator
 from itertools import zip_longest
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.former_tables import cut_journals, strays
@@ -21,9 +23,6 @@ from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path, PurePosixPath
-
     from slipscale.experiments.dataset.files import Content
 
 # Maximum number of similar problems in one file that are reported individually.

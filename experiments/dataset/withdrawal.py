@@ -13,9 +13,9 @@ from __future__ import annotations
 
 import shutil
 import tempfile
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset import lineage
 from slipscale.experiments.dataset.backup import KNOWN, backups
@@ -28,9 +28,6 @@ from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
 from slipscale.faults.suggestions import expected_one_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:

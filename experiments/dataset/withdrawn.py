@@ -6,16 +6,14 @@ An entry is marked as pending before the first file is removed, until all tasks 
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.dataset.files import write_file
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 RECORD = Path("sourcedata", "withdrawn.json")
 PENDING = "pending"

@@ -27,7 +27,9 @@ import errno
 import os
 import sys
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
+from io import FileIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -39,9 +41,6 @@ from slipscale.experiments.journal.serialisation import QUANTITY, in_um_names
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from io import FileIO
-
     from slipscale.hardware.clock import Clock
 
 # Permissions of a new file: readable by its owner only, or determined by the system's umask.

@@ -12,16 +12,13 @@ import socket
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from io import FileIO
+from pathlib import Path
+from typing import IO
 
 import portalocker
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from io import FileIO
-    from pathlib import Path
-    from typing import IO
 
 # A session on another computer updates its lock file with each record. If the lock file is older
 # than this, the session has ended, because no participant thinks for this long.

@@ -18,13 +18,11 @@ from __future__ import annotations
 from bisect import bisect_left
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 from slipscale.experiments.journal.record import FORMAT, Record, decode, follows
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 # Kind of the placeholder record for one or more unusable records.
 DAMAGED = "damaged"

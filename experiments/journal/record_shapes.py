@@ -7,9 +7,10 @@ anything. Kinds and entries that are not listed here (from later versions) are a
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import fields
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
@@ -21,9 +22,6 @@ from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
 from slipscale.hardware.contact.source import QUANTITIES
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 # About thirty years, longer than any session.
 LONGEST_S = 1e9

@@ -6,7 +6,7 @@ in the code. The output uses the names in the code.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -15,15 +15,12 @@ from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Rep
 from slipscale.experiments.steps.trial import Trial
 from slipscale.stimuli.field_names import in_code, in_um
 from slipscale.stimuli.file_keys import renamed
-from slipscale.stimuli.surface import VirtualSurface
+from slipscale.stimuli.surface import Stimulus, VirtualSurface
 from slipscale.stimuli.textures import Texture, kind_in
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.steps.steps import Step
-    from slipscale.stimuli.surface import Stimulus
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
     "Reply": Reply,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.rows_from_journal import gather
@@ -14,9 +16,6 @@ from slipscale.experiments.steps.questions import CONSENT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.protocol_parts.base import TrialRecord
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -15,9 +16,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import parse_toml, read_toml
 from slipscale.hardware.registry import backend_names, unknown_backend
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 FILE = "slipscale.toml"
 Text = Annotated[str, Field(min_length=1)]

@@ -8,29 +8,25 @@ random numbers from its `Context`, so the same seed and labels produce the same 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from slipscale.experiments.languages.texts import ENGLISH, languages
+from slipscale.experiments.languages.texts import ENGLISH, Texts, languages
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.ordering.williams import Place
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.stimuli.field_names import in_code, in_um
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE
-from slipscale.stimuli.surface import UNLISTED, VirtualSurface
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.stimuli.surface import UNLISTED, Stimulus, VirtualSurface
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping
-
-    from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
     from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.steps.trial import Trial, Value
-    from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.surface import Stimulus
     from slipscale.stimuli.textures import Texture
     from slipscale.stimuli.varied import Varied
 

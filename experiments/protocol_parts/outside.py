@@ -7,21 +7,18 @@ line.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import replace
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any, get_args
 
-from slipscale.experiments.steps.steps import Step
+from slipscale.experiments.steps.steps import Step, Steps
 from slipscale.faults import UserError
 from slipscale.faults.plug_ins import called
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from importlib.metadata import EntryPoint
-
     from slipscale.experiments.protocol_parts.base import Column, Context, Protocol
     from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Steps
 
 STEPS = get_args(Step)
 CELL = (str, int, float, bool, type(None))

@@ -23,12 +23,11 @@ from slipscale.experiments.steps.questions import (
     YesNoQuestion,
 )
 from slipscale.experiments.steps.replies import FEEL_AGAIN
-from slipscale.experiments.steps.steps import Adjust
+from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-    from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Value
 
 ASKS_AGAIN = 0.5  # assumed proportion of matches that repeat the reference before the end

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, NUMBER_KEYS
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol, Words
+from slipscale.experiments.protocol_parts.base import (
+    AtLeastOne,
+    Column,
+    Context,
+    Protocol,
+    TrialRecord,
+    Words,
+)
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -18,15 +26,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_trials,
 )
 from slipscale.experiments.steps.questions import ChoiceQuestion
-from slipscale.experiments.steps.steps import Ask, Instruct
+from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
 
 
 class CategoryScale(RatedOptions):

@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Protocol
+from slipscale.experiments.protocol_parts.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Context,
+    Protocol,
+    TrialRecord,
+)
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     Comparing,
@@ -22,14 +29,11 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     truth,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import compared
-from slipscale.experiments.steps.questions import ComparisonQuestion, YesNoQuestion
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
+from slipscale.experiments.steps.questions import ComparisonQuestion, Question, YesNoQuestion
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-    from slipscale.experiments.steps.questions import Question
     from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.experiments.steps.trial import Phase, Value
 

@@ -8,6 +8,7 @@ presented, because they cannot be ordered by amplitude.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
@@ -35,6 +36,7 @@ from slipscale.experiments.steps.steps import (
     Explore,
     Instruct,
     Present,
+    Rest,
     Silence,
     Step,
     Steps,
@@ -42,9 +44,6 @@ from slipscale.experiments.steps.steps import (
 from slipscale.experiments.steps.trial import Trial
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from slipscale.experiments.steps.steps import Rest
     from slipscale.stimuli.surface import Stimulus
 
 TASK = "descendingdifference"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.protocol_parts.base import Protocol
+from slipscale.experiments.protocol_parts.base import Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
@@ -21,7 +21,6 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
 )
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.steps import Steps
 
 REST_UM_PP = 0.0

@@ -11,7 +11,13 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import Amplitude, Column, Protocol
+from slipscale.experiments.protocol_parts.base import (
+    Amplitude,
+    Column,
+    Context,
+    Protocol,
+    TrialRecord,
+)
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     DESIGN,
     RESPONSE,
@@ -26,7 +32,6 @@ from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
     from slipscale.experiments.steps.steps import Steps
 
 SIGNS = {"more": 1, "less": -1}

@@ -5,12 +5,20 @@ The confusion matrix yields the information transferred (Miller 1956, Psychol. R
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Count, Positive, Protocol
+from slipscale.experiments.protocol_parts.base import (
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    Positive,
+    Protocol,
+)
 from slipscale.experiments.protocol_parts.building_blocks.comparing import name_of
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -20,17 +28,12 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
 )
 from slipscale.experiments.steps.questions import ChoiceQuestion
-from slipscale.experiments.steps.replies import Reply
-from slipscale.experiments.steps.steps import Ask, Feedback, Instruct, Present, Silence
+from slipscale.experiments.steps.replies import Answer, Reply
+from slipscale.experiments.steps.steps import Ask, Feedback, Instruct, Present, Silence, Step, Steps
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
 
 FEWEST = 2
 

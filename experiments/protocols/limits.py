@@ -10,31 +10,31 @@ trials.
 from __future__ import annotations
 
 from collections import deque
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Generator, Iterable
+from typing import NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Count, Positive
+from slipscale.experiments.protocol_parts.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    Positive,
+)
 from slipscale.experiments.protocol_parts.base import Protocol as ProtocolDeclaration
 from slipscale.experiments.protocol_parts.building_blocks.against_standard import STANDARD_COLUMN
 from slipscale.experiments.protocol_parts.building_blocks.comparing import PAIR, IntervalTask, truth
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
-from slipscale.experiments.protocol_parts.building_blocks.repeating import part_over
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
 from slipscale.experiments.steps.questions import YesNoQuestion
-from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
-from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct
+from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Step, Steps
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable
-
-    from slipscale.experiments.protocol_parts.base import Context
-    from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
 
 
 class Limits(RestedOptions):

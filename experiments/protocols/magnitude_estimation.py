@@ -7,6 +7,7 @@ a new number at the end of its block. Timed-out trials are also repeated if the 
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
@@ -25,8 +26,6 @@ from slipscale.experiments.steps.questions import NumberQuestion
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from slipscale.experiments.steps.replies import Answer
 
 TASK = "magnitudeestimation"

@@ -8,6 +8,7 @@ exponent lies between them.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, field_validator
@@ -19,6 +20,7 @@ from slipscale.experiments.protocol_parts.base import (
     Count,
     Positive,
     Protocol,
+    TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
 from slipscale.experiments.protocol_parts.building_blocks.against_standard import (
@@ -36,15 +38,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
 )
 from slipscale.experiments.protocol_parts.simulated_answers import until_number
 from slipscale.experiments.steps.rounding import rounded
-from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence
+from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence, Step, Steps
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from slipscale.experiments.protocol_parts.base import TrialRecord
     from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.steps.trial import Value
     from slipscale.stimuli.surface import Stimulus
 

@@ -7,7 +7,8 @@ subjective equality. A catch trial starts at the reference itself.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from collections.abc import Generator, Sequence
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -15,6 +16,7 @@ from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
     Column,
+    Context,
     Count,
     Positive,
     Protocol,
@@ -29,18 +31,19 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import part_over
 from slipscale.experiments.protocol_parts.simulated_answers import until_equal
-from slipscale.experiments.steps.replies import Reply, Voided
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
-from slipscale.experiments.steps.steps import Adjust, EndTrial, Instruct, Present, Silence
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    EndTrial,
+    Instruct,
+    Present,
+    Silence,
+    Step,
+    Steps,
+)
 from slipscale.experiments.steps.trial import Phase, Trial
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
-    from slipscale.experiments.protocol_parts.base import Context
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
 
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending", "equal"]

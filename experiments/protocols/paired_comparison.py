@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     Comparing,
@@ -24,13 +24,11 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     the_two_ends,
     with_catch_trials,
 )
-from slipscale.experiments.protocol_parts.simulated_answers import compared
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus
 

@@ -12,6 +12,7 @@ throughput.
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from itertools import pairwise, product
 from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
 
@@ -21,32 +22,35 @@ from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
     Column,
+    Context,
     Count,
     Options,
     Positive,
     Protocol,
     Seconds,
     Switch,
+    TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.steps.questions import PointingQuestion, Selection
-from slipscale.experiments.steps.replies import Reply, Voided
-from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Rest, Silence
-from slipscale.experiments.steps.trial import Phase, Trial
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.steps import (
+    Ask,
+    EndTrial,
+    Instruct,
+    Present,
+    Rest,
+    Silence,
+    Step,
+    Steps,
+)
+from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults import UserError
-from slipscale.stimuli.surface import UNLISTED
-from slipscale.stimuli.texture import bar
+from slipscale.stimuli.surface import UNLISTED, Stimulus
+from slipscale.stimuli.texture import Grating, bar
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
-    from slipscale.experiments.steps.trial import Value
-    from slipscale.stimuli.surface import Stimulus
-    from slipscale.stimuli.texture import Grating
 
 PLAIN, ON_TARGET, OUTSIDE = "none", "target", "outside"
 #: Space for targets around the middle, in screen heights; texts are above and below.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -30,7 +30,6 @@ from slipscale.experiments.protocol_parts.simulated_answers import notices_diffe
 from slipscale.experiments.steps.questions import YesNoQuestion
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.steps import Steps
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Protocol, Switch
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
     PAIR,
@@ -27,7 +27,6 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
 
 if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.stimuli.surface import Stimulus

@@ -8,11 +8,12 @@ textures.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Count, Protocol
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import enough_surfaces, name_of
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -24,15 +25,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_trials,
 )
 from slipscale.experiments.steps.questions import WholeNumberQuestion
-from slipscale.experiments.steps.steps import Ask, Instruct
+from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
-    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
 
 FEWEST = 3
 

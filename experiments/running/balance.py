@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from itertools import chain, pairwise, permutations
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocol_parts.ordering.williams import williams_group, williams_square
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import RatedOptions
 
 NAMED = 8  # larger numbers of transitions are counted instead of listed

@@ -6,7 +6,9 @@ same answers as in a pilot, and the same code creates the tables, but no journal
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
@@ -21,16 +23,12 @@ from slipscale.experiments.participants.simulated_people.bare_run import bare_ru
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
-from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Adjust, Instruct
 from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.study.run_plan import RunPlan
 
 #: Feature that only full sessions can simulate -> whether a run has this feature.

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.header import header, resume_data
-from slipscale.experiments.running.contact_sources import describe_contact
-from slipscale.experiments.session.session import Session
+from slipscale.experiments.running.contact_sources import NamedSource, describe_contact
+from slipscale.experiments.session.session import RunOutcome, Session
 from slipscale.faults import UserError
 from slipscale.hardware.address import PAIR, is_mock
 from slipscale.hardware.backends.mock import MockPlate
@@ -14,18 +16,13 @@ from slipscale.hardware.backends.pair import PlatePair, pair_of
 from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.running.contact_sources import NamedSource
     from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
-    from slipscale.experiments.session.session import RunOutcome
     from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.clock import Clock

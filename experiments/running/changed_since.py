@@ -6,7 +6,9 @@ late. Therefore `check` reports changes, and `run` and `next` ask for confirmati
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.journals import journals
@@ -14,9 +16,6 @@ from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.hardware.address import with_plate_file
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -9,16 +10,13 @@ from typing import TYPE_CHECKING
 from slipscale.faults import UserError
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.contact.registry import NONE, open_source
-from slipscale.hardware.contact.source import QUANTITIES, Surroundings
+from slipscale.hardware.contact.source import QUANTITIES, ContactSource, Kind, Surroundings
 from slipscale.hardware.contact.stage import EMULATED as EMULATED_STAGE
 from slipscale.hardware.contact.stage import EmulatedStage
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.study.model import Study
-    from slipscale.hardware.contact.source import ContactSource, Kind
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.plate_file import PlateFile
 

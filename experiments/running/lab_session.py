@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from functools import partial
-from typing import TYPE_CHECKING
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, TypeVar
 
 from rich.console import Console
 
@@ -49,7 +52,7 @@ from slipscale.experiments.session.marker_outputs import open_markers
 from slipscale.experiments.session.masking_noise import MaskingNoise, check_device
 from slipscale.experiments.session.operator import Operators
 from slipscale.experiments.session.passive_exploration import stage_of
-from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput
+from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput, Sounds
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
 from slipscale.experiments.study.file import read_study
@@ -57,21 +60,14 @@ from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError, harmless
 from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.backends.pair import PlatePair
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import Clock, SystemClock
 from slipscale.hardware.contact.serial_columns import open_vibrometer
 from slipscale.hardware.contact.source import Surroundings
 from slipscale.hardware.contact.stage import EmulatedStage
 from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from types import TracebackType
-    from typing import TypeVar
-
-    from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.session import RunOutcome
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.driver import PlateDriver
 
     Context = TypeVar("Context", Mailbox, Keys)

@@ -6,8 +6,10 @@ participant are replaced.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
@@ -50,9 +52,6 @@ from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.signals import signals_raise
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
     from slipscale.experiments.journal.record import Record
 
 MOCK = "mock"  # the simulated plate without faults

@@ -9,15 +9,17 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from pathlib import Path
 from statistics import stdev
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import check_folder as check_backup
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.journal.locks import has_locks
-from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
+from slipscale.experiments.languages.texts import ENGLISH, Texts, shipped_texts
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.changed_since import changes
 from slipscale.experiments.running.contact_sources import (
@@ -47,10 +49,6 @@ from slipscale.hardware.signals import silent_on_signals
 from slipscale.stimuli.surface import VirtualSurface
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from slipscale.experiments.languages.texts import Texts
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.quantity import Quantity
 

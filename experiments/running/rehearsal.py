@@ -6,6 +6,7 @@ answers, and a protocol declares the amplitudes that it may present (`Protocol.p
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, assert_never
@@ -19,13 +20,14 @@ from slipscale.experiments.steps.questions import (
     ComparisonQuestion,
     NumberQuestion,
     PointingQuestion,
+    Question,
     Selection,
     TextQuestion,
     VisualAnalogueQuestion,
     WholeNumberQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.steps.replies import Adjusted, Presented, Reply, Voided
+from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -37,16 +39,13 @@ from slipscale.experiments.steps.steps import (
     Present,
     Rest,
     Silence,
+    Step,
+    Steps,
 )
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
-    from slipscale.experiments.steps.questions import Question
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import shlex
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
 from slipscale.experiments.dataset.journals import journals, mode_of
@@ -14,8 +15,6 @@ from slipscale.experiments.journal.reading import has_begun
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.study.run_plan import Mode
 

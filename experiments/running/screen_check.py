@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -18,14 +19,12 @@ from slipscale.experiments.steps.steps import (
     Feedback,
     Instruct,
     Rest,
+    Step,
 )
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.study.run_plan import RunPlan
 
 SHOWN = (Instruct, Explore, Ask, Rest, Feedback, Adjust)

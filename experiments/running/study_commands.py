@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import re
 import shlex
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import tomlkit
@@ -25,9 +27,6 @@ from slipscale.experiments.study.schema import study_schema
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from matplotlib.figure import Figure
 
     from slipscale.experiments.steps.trial import Trial

@@ -9,27 +9,24 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.bare_run import BareStep, bare_run
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, pilot_plans
-from slipscale.experiments.steps.steps import Present, Rest, Silence
+from slipscale.experiments.steps.steps import Present, Rest, Silence, Step
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-    from slipscale.experiments.participants.simulated_people.bare_run import BareStep
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.study.model import Study
     from slipscale.experiments.study.run_plan import RunPlan
 

@@ -6,29 +6,25 @@ action after a pause or once the rig works again.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import same_step, step_record
-from slipscale.experiments.participants.base import StopRequested
-from slipscale.experiments.session.markers import Event
-from slipscale.experiments.steps.replies import Voided
+from slipscale.experiments.participants.base import Participant, StopRequested
+from slipscale.experiments.session.markers import Event, Markers
+from slipscale.experiments.steps.replies import Answer, Voided
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator, Request, State
     from slipscale.experiments.session.operator_answers import OperatorAnswers
     from slipscale.experiments.session.progress import Progress
     from slipscale.experiments.session.surface_state import SurfaceState
-    from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Trial
     from slipscale.hardware.clock import Clock

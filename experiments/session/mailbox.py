@@ -14,6 +14,7 @@ import secrets
 import shutil
 import time
 from contextlib import suppress
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
@@ -24,8 +25,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Trial
 

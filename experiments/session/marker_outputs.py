@@ -7,15 +7,13 @@ a real trigger box or parallel port.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.session.markers import Event, MarkerOutput, Markers
 from slipscale.faults import UserError
 from slipscale.faults.extras import how_to_install
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
 
 # A recorder that samples at 500 Hz captures a 5 ms pulse in two samples.
 PULSE_S = 0.005

@@ -6,12 +6,11 @@ recorder must stay blinded. To add the amplitudes later, join with the data set 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.experiments.steps.steps import Step
 
 

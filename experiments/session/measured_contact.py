@@ -6,19 +6,17 @@ answer. The samples of an interrupted step are kept and marked as such.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.steps.steps import Explore
+from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Watch
-    from slipscale.experiments.steps.steps import Ask
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample
 
 # Maximum number of samples per record; longer series are split.

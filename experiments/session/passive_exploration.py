@@ -6,6 +6,7 @@ and returns to its start, so every exploration begins at the same position.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
@@ -13,8 +14,6 @@ from slipscale.faults import UserError
 from slipscale.hardware.contact.stage import Stage, Strokes
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from slipscale.experiments.participants.base import Watch
     from slipscale.experiments.steps.steps import Explore
     from slipscale.experiments.study.stroke import Stroke

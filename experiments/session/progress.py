@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.session.operator import SessionStatus
+from slipscale.experiments.session.operator import Operator, SessionStatus, State
 from slipscale.experiments.steps.questions import ChoiceQuestion
-from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Present
+from slipscale.experiments.steps.steps import Ask, EndBlock, EndTrial, Present, Step
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.session.masking_noise import Noise
-    from slipscale.experiments.session.operator import Operator, State
     from slipscale.experiments.session.surface_state import SurfaceState
-    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.steps.trial import Trial
     from slipscale.hardware.clock import Clock
 

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.journal.serialisation import answer_from, same_step, step_record
-from slipscale.experiments.steps.replies import Adjusted
-from slipscale.experiments.steps.steps import Explore, Present, Silence
+from slipscale.experiments.steps.replies import Adjusted, Answer
+from slipscale.experiments.steps.steps import Explore, Present, Silence, Step
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.journal.record import Record
     from slipscale.experiments.session.surface_state import SurfaceState
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step
 
 # Records after which a step restarts from the beginning.
 BEGUN_ANEW = ("go_on", "retry")

@@ -11,14 +11,13 @@ from dataclasses import asdict
 from statistics import fmean
 from typing import TYPE_CHECKING
 
-from slipscale.hardware.contact.source import SensorFault
+from slipscale.hardware.contact.source import ContactSource, SensorFault
 from slipscale.hardware.resonance_tracking import track
 
 if TYPE_CHECKING:
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.steps.steps import Present
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import ContactSource
     from slipscale.hardware.driver import PlateDriver
 
 READ_S = 0.1  # averaging time for an amplitude

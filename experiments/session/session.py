@@ -9,22 +9,23 @@ explored.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.base import StopRequested
+from slipscale.experiments.participants.base import Participant, StopRequested
 from slipscale.experiments.session.actions.adjusting import Adjusting
 from slipscale.experiments.session.actions.asking import Asking
 from slipscale.experiments.session.actions.presenting import Presenting
 from slipscale.experiments.session.followed_textures import Following
 from slipscale.experiments.session.interruptions import Interruptions
 from slipscale.experiments.session.markers import Event, Markers
-from slipscale.experiments.session.masking_noise import NoNoise
+from slipscale.experiments.session.masking_noise import Noise, NoNoise
 from slipscale.experiments.session.measured_contact import Contact
 from slipscale.experiments.session.operator_answers import OperatorAnswers
 from slipscale.experiments.session.passive_exploration import moved, stage_of
 from slipscale.experiments.session.progress import Progress
-from slipscale.experiments.session.question_sounds import NoSounds
+from slipscale.experiments.session.question_sounds import NoSounds, Sounds
 from slipscale.experiments.session.replay import finished, replay
 from slipscale.experiments.session.stroke_control import StrokeControl
 from slipscale.experiments.session.surface_state import SurfaceState
@@ -39,22 +40,18 @@ from slipscale.experiments.steps.steps import (
     Present,
     Rest,
     Silence,
+    Step,
+    Steps,
 )
 from slipscale.faults import UserError
 from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.participants.base import Participant
-    from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.operator import Operator
-    from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.experiments.steps.replies import Adjusted, Answer, Reply, Voided
-    from slipscale.experiments.steps.steps import Step, Steps
     from slipscale.experiments.study.stroke import Stroke
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import ContactSource, Kind, Sample

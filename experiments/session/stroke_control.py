@@ -7,20 +7,17 @@ uninterrupted one.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from slipscale.experiments.steps.steps import Feedback
-from slipscale.experiments.study.stroke import Stroked
+from slipscale.experiments.steps.steps import Explore, Feedback
+from slipscale.experiments.study.stroke import Stroke, Stroked
 from slipscale.hardware.contact.measures import friction, movement
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.steps.steps import Explore
     from slipscale.experiments.steps.trial import Trial
-    from slipscale.experiments.study.stroke import Stroke
     from slipscale.hardware.contact.source import Kind, Sample
 
 REASON = "stroke: "

@@ -15,19 +15,16 @@ following trials. After an interruption, the standard is repeated before the nex
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
-from slipscale.experiments.steps.replies import Presented
-from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Present
+from slipscale.experiments.steps.replies import Presented, Reply
+from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Present, Silence, Step
 from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.session.followed_textures import Following
-    from slipscale.experiments.steps.replies import Reply
-    from slipscale.experiments.steps.steps import Silence, Step
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver

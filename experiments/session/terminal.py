@@ -12,6 +12,7 @@ import os
 import re
 import sys
 from collections import deque
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple, Self, TextIO
@@ -19,15 +20,12 @@ from typing import TYPE_CHECKING, NamedTuple, Self, TextIO
 from rich.live import Live
 from rich.text import Text
 
-from slipscale.experiments.session.operator import Request, SessionStatus, answer_wanted
+from slipscale.experiments.session.operator import Request, SessionStatus, State, answer_wanted
 from slipscale.faults import harmless
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from rich.console import Console
 
-    from slipscale.experiments.session.operator import State
     from slipscale.experiments.steps.steps import Ask
     from slipscale.experiments.steps.trial import Trial
 

@@ -6,10 +6,11 @@ it is skipped if a key that it needs is invalid.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.languages.texts import CODE, languages, text_faults
-from slipscale.experiments.protocol_parts.base import protocol_texts
+from slipscale.experiments.protocol_parts.base import Options, protocol_texts
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.experiments.study.levels import Levels
@@ -18,9 +19,6 @@ from slipscale.experiments.study.questionnaires import unusable
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from slipscale.experiments.protocol_parts.base import Options
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
 

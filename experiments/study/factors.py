@@ -7,17 +7,25 @@ conditions: its trials are renumbered, and each factor becomes a column of the t
 
 from __future__ import annotations
 
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import Column, Label, Words
+from slipscale.experiments.protocol_parts.base import (
+    Column,
+    Context,
+    Label,
+    Options,
+    Protocol,
+    Words,
+)
 from slipscale.experiments.protocol_parts.ordering.williams import williams_blocks
-from slipscale.experiments.steps.replies import Voided
-from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Present, Rest
-from slipscale.experiments.steps.trial import factor_level
+from slipscale.experiments.steps.replies import Answer, Voided
+from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Present, Rest, Step, Steps
+from slipscale.experiments.steps.trial import Trial, Value, factor_level
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
@@ -26,12 +34,6 @@ from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
-
-    from slipscale.experiments.protocol_parts.base import Context, Options, Protocol
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
-    from slipscale.experiments.steps.trial import Trial, Value
     from slipscale.experiments.study.tables import SecondPlate
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault

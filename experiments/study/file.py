@@ -9,6 +9,7 @@ import hashlib
 import logging
 from functools import lru_cache
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -27,8 +28,6 @@ from slipscale.stimuli.quantity_table import stated_quantity
 from slipscale.stimuli.textures import PARAMETERS
 
 if TYPE_CHECKING:
-    from importlib.resources.abc import Traversable
-
     from pydantic import BaseModel
 
 # Tables whose levels are always in the plate's quantity, even if the study varies another

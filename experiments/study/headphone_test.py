@@ -11,29 +11,25 @@ decides what to do.
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, model_validator
 
 from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
-from slipscale.experiments.steps.replies import NO_SOUND, Reply
-from slipscale.experiments.steps.steps import Ask, Instruct, Played
+from slipscale.experiments.steps.replies import NO_SOUND, Answer, Reply
+from slipscale.experiments.steps.steps import Ask, Instruct, Played, Steps
 from slipscale.faults.frozen_table import FrozenTable
-from slipscale.stimuli.headphone_sounds import EARS, TONES, NoiseInEar, Tones
+from slipscale.stimuli.headphone_sounds import EARS, TONES, Ears, NoiseInEar, Tones
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.protocol_parts.simulated_answers import (
         SimulatedAnswer,
         SimulatedPerson,
     )
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.steps.trial import Value
-    from slipscale.stimuli.headphone_sounds import Ears
 
 HEADPHONES = "headphones"
 DECISION, AGAIN, GO_ON = "decision", "again", "go_on"

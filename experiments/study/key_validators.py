@@ -29,7 +29,7 @@ from slipscale.experiments.study.factors import (
 )
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults.suggestions import expected_one_of
-from slipscale.faults.validation import faults_in, refuse
+from slipscale.faults.validation import Fault, faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.textures import PARAMETERS
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
         StimulusTable,
         Texture,
     )
-    from slipscale.faults.validation import Fault
 
 
 def valid_attribute_words(

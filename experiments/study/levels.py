@@ -9,30 +9,26 @@ the plate, the serial line and the air film respond fast enough
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.protocol_parts.base import Context
-from slipscale.experiments.study.tables import StimulusTable
+from slipscale.experiments.study.tables import PlateSettings, StimulusTable
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S, LEAST_FOLLOWED
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import QuantityTable
-from slipscale.stimuli.surface import VirtualSurface
-from slipscale.stimuli.textures import PARAMETERS
+from slipscale.stimuli.surface import Stimulus, VirtualSurface
+from slipscale.stimuli.textures import PARAMETERS, Texture
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from pydantic import BaseModel
 
-    from slipscale.experiments.study.tables import PlateSettings
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
     from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.surface import Stimulus
-    from slipscale.stimuli.textures import Texture
     from slipscale.stimuli.varied import Varied
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -19,6 +20,7 @@ from slipscale.experiments.languages.screen_room import room_of
 from slipscale.experiments.languages.texts import (
     CODE,
     ENGLISH,
+    Texts,
     blanks,
     flatten,
     languages,
@@ -34,14 +36,10 @@ from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.toml_lines import Lines
-from slipscale.faults.validation import complaint, sentences
+from slipscale.faults.validation import Fault, complaint, sentences
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.study.model import Study
-    from slipscale.faults.validation import Fault
 
 KEY = "texts_files"
 MOST_NAMED = 6  # number of missing texts that a message lists

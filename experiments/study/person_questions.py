@@ -5,6 +5,7 @@ The data contain the code of an answer; the participant reads the answer's text 
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Self
 
 from pydantic import Field, field_validator, model_validator
@@ -17,8 +18,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
     from slipscale.faults.toml_lines import Place
     from slipscale.faults.validation import Fault
 

@@ -6,6 +6,7 @@ An item is a question about the participant. Its answers are not stored with the
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -13,18 +14,14 @@ from pydantic import Field, field_validator
 
 from slipscale.experiments.languages.texts import FEWEST_ANSWERS, MOST_OPTIONS
 from slipscale.experiments.protocol_parts.base import Label, Words
-from slipscale.experiments.protocol_parts.simulated_answers import any_choice
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, any_choice
 from slipscale.experiments.steps.questions import CONSENT
-from slipscale.experiments.steps.steps import Instruct
+from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterator, Mapping
-
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.steps.steps import Ask, Steps
     from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200

@@ -5,10 +5,17 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from slipscale.experiments.languages.texts import load_texts
-from slipscale.experiments.protocol_parts.base import ORDER_VERSION, Context, protocol_texts
+from slipscale.experiments.languages.texts import Texts, load_texts
+from slipscale.experiments.protocol_parts.base import (
+    ORDER_VERSION,
+    Context,
+    Options,
+    Protocol,
+    protocol_texts,
+)
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.questions import (
     CONSENT,
@@ -16,7 +23,7 @@ from slipscale.experiments.steps.questions import (
     NumberQuestion,
     WholeNumberQuestion,
 )
-from slipscale.experiments.steps.replies import Reply
+from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.factors import crossed
 from slipscale.experiments.study.file import parse_study
@@ -26,12 +33,7 @@ from slipscale.faults import UserError
 from slipscale.stimuli.headphone_sounds import NoiseInEar
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.steps.replies import Answer
     from slipscale.experiments.study.model import Study
 
 Mode = Literal["participant", "pilot"]

@@ -13,21 +13,19 @@ Rules:
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
 
 from slipscale.experiments.protocol_parts.base import Count, Positive, Seconds, Switch
-from slipscale.experiments.steps.steps import Explore, Guide, Present
+from slipscale.experiments.steps.steps import Explore, Guide, Present, Steps
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from slipscale.experiments.languages.texts import Texts
     from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.tables import PlateSettings
     from slipscale.faults.validation import Fault

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -11,21 +12,15 @@ from pydantic import Field, create_model, model_validator
 from slipscale.experiments.protocol_parts.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
-from slipscale.faults.validation import refuse
+from slipscale.faults.validation import Fault, refuse
 from slipscale.hardware.limits import PlateLimits
-from slipscale.stimuli.parameters import declared
+from slipscale.stimuli.parameters import Parameter, declared
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.textures import KINDS, PARAMETERS
+from slipscale.stimuli.textures import Texture as TextureSurface
 from slipscale.stimuli.transient import Shape  # noqa: TC001 - pydantic evaluates it
 from slipscale.stimuli.varied import Varied
 from slipscale.stimuli.waves import Waveform  # noqa: TC001 - pydantic evaluates it
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from slipscale.faults.validation import Fault
-    from slipscale.stimuli.parameters import Parameter
-    from slipscale.stimuli.textures import Texture as TextureSurface
 
 
 class MaskingNoise(FrozenTable):

@@ -6,13 +6,11 @@ range and a second task on a channel, and its terminals keep their state after a
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from enum import Enum
 from itertools import cycle, islice
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Self
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from typing import Self
 
 RANGE_V = 10.0
 

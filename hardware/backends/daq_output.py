@@ -23,6 +23,7 @@ the amplifier then switches it off.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -37,8 +38,6 @@ from slipscale.hardware.records import EMULATED, PlateIdentity, Presentation, Re
 from slipscale.stimuli.modulation import along_edge
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.clock import Clock
 
 TERMINAL_V = 10.0  # largest output of the device, peak

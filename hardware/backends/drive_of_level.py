@@ -12,6 +12,7 @@ A plate in µm needs a calibration. For a plate file in another quantity, the SP
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -20,8 +21,6 @@ from slipscale.hardware import address as addresses
 from slipscale.hardware.errors import OverLimit
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.limits import PlateLimits
 

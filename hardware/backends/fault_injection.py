@@ -7,11 +7,8 @@ command of all phases), ``NAME@PHASE`` or ``NAME`` (at the first command). Join 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable
 
 EVERY = ""  # the phase that counts all commands
 

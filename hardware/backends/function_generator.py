@@ -27,6 +27,7 @@ the readback is computed from the active drive.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -34,22 +35,18 @@ from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
-from slipscale.hardware.backends.generator_dialects import channel_number, dialect_named
+from slipscale.hardware.backends.generator_dialects import Dialect, channel_number, dialect_named
 from slipscale.hardware.backends.generator_line import GeneratorLine
 from slipscale.hardware.backends.generator_output import GeneratorOutput
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import Clock, SystemClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import OverLimit
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import along_edge
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.backends.drive_of_level import DriveOfLevel
-    from slipscale.hardware.backends.generator_dialects import Dialect
     from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.plate_file import PlateFile
 

@@ -13,13 +13,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 WHOLE_ANSWER = r"^\"?([^,\"]+)"  # up to a comma; some makes quote words
 INFINITE_OHM = 9e37  # SCPI's infinity is 9.9E+37

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 TIMEOUT_MS = 1_000
 BAUD = 115_200  # if the resource is a serial port

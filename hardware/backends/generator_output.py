@@ -16,6 +16,10 @@ from typing import TYPE_CHECKING
 from slipscale.hardware.backends.generator_dialects import (
     DIALECTS,
     KEYSIGHT,
+    Dialect,
+    FixedSetting,
+    Item,
+    VoltageRange,
     dialect_of,
     is_on,
     number,
@@ -31,12 +35,6 @@ from slipscale.hardware.errors import (
 from slipscale.hardware.records import PlateIdentity
 
 if TYPE_CHECKING:
-    from slipscale.hardware.backends.generator_dialects import (
-        Dialect,
-        FixedSetting,
-        Item,
-        VoltageRange,
-    )
     from slipscale.hardware.backends.generator_line import GeneratorLine
     from slipscale.hardware.clock import Clock
 

@@ -24,6 +24,7 @@ the plate is silenced when the line is lost.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
@@ -36,15 +37,12 @@ from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import FingerLoad, Resonator
 from slipscale.hardware.plate.twin import OFF, SETTLING_TIME_CONSTANTS, Drive, Twin
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
-from slipscale.stimuli.modulation import Modulator, along_edge
+from slipscale.stimuli.modulation import Loop, Modulator, along_edge
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.plate_file import PlateFile
-    from slipscale.stimuli.modulation import Loop
     from slipscale.stimuli.quantity import Quantity
 
 RAMP_S = 0.025  # raised cosine, to avoid a click

@@ -10,6 +10,7 @@ every surface, in its own quantity and within its own limits. Two rules:
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -18,16 +19,12 @@ from slipscale.hardware import registry
 from slipscale.hardware.address import SPLIT, parts
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, StillVibrating
-from slipscale.hardware.records import Output
-from slipscale.stimuli.surface import VirtualSurface
+from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
+from slipscale.stimuli.surface import Sensor, Surface, VirtualSurface
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
-
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.records import PlateIdentity, Presentation, Readback
     from slipscale.stimuli.modulation import Loop
-    from slipscale.stimuli.surface import Sensor, Surface
 
 
 class PlatePair(PlateDriver):

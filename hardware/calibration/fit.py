@@ -6,6 +6,7 @@ All functions are pure.
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,6 @@ from slipscale.faults import UserError
 from slipscale.hardware.calibration.record import Gain, Point, Resonance
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
 FEWEST_POINTS = 6

@@ -10,11 +10,8 @@ from __future__ import annotations
 import io
 import os
 import sys
+from collections.abc import Callable
 from threading import Thread
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 ALIVE_S = 0.1
 

@@ -8,8 +8,10 @@ from __future__ import annotations
 
 import csv
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import dropwhile
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -20,9 +22,6 @@ from slipscale.faults.validation import in_words
 from slipscale.hardware.calibration.record import Point
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-
     from numpy.typing import NDArray
 
 DRIVE_COLUMNS = ("sweep", "frequency_hz", "voltage_v")

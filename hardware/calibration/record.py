@@ -11,6 +11,7 @@ import json
 import math
 from dataclasses import replace
 from datetime import date, timedelta
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, model_validator
@@ -19,8 +20,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.records import PlateIdentity
 

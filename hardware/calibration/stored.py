@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.calibration import record
 from slipscale.hardware.calibration.record import CHECKSUM, Calibration
 from slipscale.hardware.calibration.sweep import fitted
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 REFITTED = 1e-6  # allowed relative deviation of stored from refitted results
 

@@ -7,6 +7,7 @@ calls ``measure``.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -28,8 +29,6 @@ from slipscale.hardware.calibration.record import (
 from slipscale.hardware.calibration.soundness import unsound
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
     Measure = Callable[[float, float], float | None]  # Hz, V -> µm p-p
 
 COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS = 41, 21, 12

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 import sys
+from argparse import ArgumentParser, Namespace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,8 +15,6 @@ from slipscale.hardware.address import positive_number
 from slipscale.hardware.calibration.keep_alive import typed
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
     from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Point
     from slipscale.hardware.calibration.sweep import SweepPlan
     from slipscale.hardware.driver import PlateDriver

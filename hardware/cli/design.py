@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 import os
+from argparse import ArgumentParser, Namespace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
     from slipscale.hardware.plate.design.sizing import Candidate, Design
     from slipscale.hardware.plate.design.verdict import Judged

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
+from argparse import ArgumentParser, Namespace
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -17,8 +18,6 @@ from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-
     from slipscale.hardware.backends.serial_board.protocol import BoardLimits
 
 SHOWN_S = 0.05

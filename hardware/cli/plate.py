@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from argparse import ArgumentParser, Namespace
 
 from slipscale.faults.parser import Parser
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
 
 # name -> (module, what it does)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {

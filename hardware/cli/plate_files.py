@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from argparse import ArgumentParser, Namespace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import in_words
-
-if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
 
 
 def add_new(parser: ArgumentParser) -> None:

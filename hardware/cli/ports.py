@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import json
+from argparse import ArgumentParser, Namespace
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Callable, Iterable
-
     from serial.tools.list_ports_common import ListPortInfo
 
 

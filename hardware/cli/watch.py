@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import sys
+from argparse import ArgumentParser, Namespace
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
 from slipscale.hardware.address import positive_number
 
 if TYPE_CHECKING:
-    from argparse import ArgumentParser, Namespace
-    from collections.abc import Iterator
-
     from slipscale.hardware.clock import Clock
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback

@@ -6,14 +6,13 @@ boards in virtual time.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn
 
 from slipscale.hardware.backends.serial_board import protocol as wire
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.backends.serial_board.link import Line
     from slipscale.hardware.clock import Clock
 

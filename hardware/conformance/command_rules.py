@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.conformance.bench import differs
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.bench import Bench, differs
 
 QUEUE = 8
 NO_NUMBERS = (

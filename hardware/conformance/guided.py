@@ -8,18 +8,14 @@ about 10 to 20 %.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Protocol
+from collections.abc import Callable, Iterator
+from typing import Protocol
 
 from slipscale.faults import UserError
 from slipscale.hardware.calibration.keep_alive import typed
-from slipscale.hardware.conformance.bench import Departure, NotApplicable, differs
+from slipscale.hardware.conformance.bench import Bench, Departure, NotApplicable, differs
 from slipscale.hardware.conformance.table import Verdict
 from slipscale.hardware.conformance.truth_rules import LIST_SHARES, expect_held, play
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
-    from slipscale.hardware.conformance.bench import Bench
 
 # Agreement with a second instrument, which may have its own calibration: of the amplitude, or of
 # the largest (0.05 µm of 2.5).

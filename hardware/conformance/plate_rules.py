@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.conformance.bench import differs
+from slipscale.hardware.conformance.bench import Bench, differs
 from slipscale.hardware.limits import PlateLimits
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.conformance.bench import Bench
 
 WATCHDOG_LATE_S = 0.15
 OPEN_LOOP_SHARE = 0.1  # of the largest voltage

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.hardware.conformance import command_rules, line_rules, plate_rules, truth_rules
-from slipscale.hardware.conformance.bench import Departure, NotApplicable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.bench import Bench, Departure, NotApplicable
 
 RULES = (*line_rules.RULES, *command_rules.RULES, *plate_rules.RULES, *truth_rules.RULES)
 

@@ -8,15 +8,10 @@ part (`slipscale.hardware.conformance.guided`).
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.conformance.bench import NotApplicable, differs
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.bench import Bench, NotApplicable, differs
 
 READINGS = 12
 RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz

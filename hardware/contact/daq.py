@@ -16,17 +16,19 @@ stand-in.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable
+from typing import Any, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.daq_library import load_library
-from slipscale.hardware.contact.source import FORCE, ContactSource, Sample, SensorFault
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.contact.source import (
+    FORCE,
+    ContactSource,
+    Sample,
+    SensorFault,
+    Surroundings,
+)
 
 RATE_HZ = 1000.0
 BUFFER_S = 10.0  # length of the device's buffer

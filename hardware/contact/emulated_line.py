@@ -14,12 +14,10 @@ import math
 import os
 import sys
 import tty
+from collections.abc import Callable
 from contextlib import suppress
 from threading import Event, Thread
-from typing import TYPE_CHECKING, Self
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from typing import Self
 
 STROKE_MM, STROKES_HZ = 40.0, 1.0  # back and forth
 NORMAL_N, FRICTION = 0.5, 0.6

@@ -9,6 +9,7 @@ A transient starts at the sample of the finger that is nearest to its predicted 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.hardware.contact.measures import PRESSES_N
@@ -17,8 +18,6 @@ from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from slipscale.hardware.contact.source import Kind, Sample
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.modulation import Loop, Modulator

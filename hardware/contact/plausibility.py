@@ -7,6 +7,7 @@ never does. A trial that violates a rule is flagged; its samples are kept.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING
@@ -14,8 +15,6 @@ from typing import TYPE_CHECKING
 from slipscale.hardware.contact.measures import apart
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from slipscale.hardware.contact.source import Sample
 
 FEWEST = 20  # minimum number of samples for a check

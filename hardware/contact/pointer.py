@@ -15,16 +15,12 @@ middle of the window; a touch panel is fixed to the plate.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Callable
+from typing import ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
-from slipscale.hardware.contact.source import POSITION, ContactSource, Sample
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.contact.source import POSITION, ContactSource, Sample, Surroundings
 
 OPTIONS: dict[str, Callable[[str], object]] = {
     "mm_per_pixel": addresses.positive_number,

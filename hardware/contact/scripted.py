@@ -9,13 +9,10 @@ from __future__ import annotations
 import csv
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from slipscale.faults import UserError
-from slipscale.hardware.contact.source import POSITION, ContactSource, Sample
-
-if TYPE_CHECKING:
-    from slipscale.hardware.contact.source import Surroundings
+from slipscale.hardware.contact.source import POSITION, ContactSource, Sample, Surroundings
 
 COLUMNS = ("time_s", *POSITION)
 LAST_S = 0.01  # sample interval after the last row

@@ -24,6 +24,7 @@ from __future__ import annotations
 import math
 import re
 from collections import deque
+from collections.abc import Callable
 from statistics import fmean
 from threading import Event, Thread
 from typing import TYPE_CHECKING, ClassVar
@@ -35,6 +36,7 @@ from slipscale.hardware.contact.source import (
     FORCE,
     POSITION,
     ContactSource,
+    Quantities,
     Sample,
     SensorFault,
     Surroundings,
@@ -42,10 +44,7 @@ from slipscale.hardware.contact.source import (
 from slipscale.hardware.errors import PlateFault
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import Quantities
 
 FIRST_S = 3.0  # some boards restart when their port is opened
 SILENT_S = 0.5

@@ -24,18 +24,22 @@ from __future__ import annotations
 
 import math
 import zlib
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
-from slipscale.hardware.contact.source import FORCE, POSITION, ContactSource, Sample
+from slipscale.hardware.contact.source import (
+    FORCE,
+    POSITION,
+    ContactSource,
+    Quantities,
+    Sample,
+    Surroundings,
+    Touch,
+)
 from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.contact.source import Quantities, Surroundings, Touch
 
 RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005

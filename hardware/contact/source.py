@@ -7,6 +7,7 @@ Each sample has the session's time, so a source that samples faster than the fra
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
 
@@ -14,8 +15,6 @@ from slipscale.hardware.errors import PlateFault
 from slipscale.stimuli.surface import Sensor
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.clock import Clock
 
 Quantities = tuple[str, ...]

@@ -25,18 +25,23 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, Literal
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
-from slipscale.hardware.contact.source import POSITION, ContactSource, Sample, SensorFault, Touch
+from slipscale.hardware.contact.source import (
+    POSITION,
+    ContactSource,
+    Sample,
+    SensorFault,
+    Surroundings,
+    Touch,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import Surroundings
 
 EMULATED = "emulated_stage"
 POLL_S = 0.01  # while the stage returns to its start

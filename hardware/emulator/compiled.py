@@ -12,14 +12,10 @@ import math
 import shutil
 import subprocess
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.plate.twin import OFF, Drive
-
-if TYPE_CHECKING:
-    from slipscale.hardware.plate.twin import Twin
+from slipscale.hardware.plate.twin import OFF, Drive, Twin
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 FLAGS = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")

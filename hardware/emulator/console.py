@@ -19,13 +19,12 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from slipscale.hardware.plate.dynamics import FingerLoad
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.emulator.pty import Emulator
 
 FINGER = FingerLoad(loss=1 / 300)  # Q from 60 to 50

@@ -9,9 +9,9 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from dataclasses import replace
 from statistics import fmean
-from typing import TYPE_CHECKING
 
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board.protocol import (
@@ -22,13 +22,8 @@ from slipscale.hardware.backends.serial_board.protocol import (
 )
 from slipscale.hardware.emulator import arguments as parse
 from slipscale.hardware.emulator.arguments import Refusal
-from slipscale.hardware.plate.twin import OFF, Drive
+from slipscale.hardware.plate.twin import OFF, Drive, Twin
 from slipscale.stimuli.modulation import Loop, along_edge
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.plate.twin import Twin
 
 RAMP_S = 0.025
 RAMP_DOWN_S = 0.015  # delay after a ramp to 0 before the output goes off

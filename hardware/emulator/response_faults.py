@@ -6,12 +6,9 @@ loop executes it; this module depends on neither a port nor a clock.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 LATE_S = 0.12  # longer than a host waits for one answer
 TRICKLE_S = 1.5  # duration of one answer: longer than a host waits, shorter than its greeting

@@ -26,12 +26,11 @@ from skfem import Basis, ElementHexS2, MeshHex
 
 from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout, Region, mesh_lines
 from slipscale.hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
-from slipscale.stimuli.quantities import MILLI
+from slipscale.stimuli.quantities import MILLI, Array
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from slipscale.stimuli.quantities import Array
 
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10

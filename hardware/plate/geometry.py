@@ -16,12 +16,11 @@ import numpy as np
 
 from slipscale.faults import UserError
 from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, Isotropic, Piezoceramic
-from slipscale.stimuli.quantities import MILLI, not_negative, positive
+from slipscale.stimuli.quantities import MILLI, Array, not_negative, positive
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from slipscale.stimuli.quantities import Array
 
 Ends = Literal["free", "supported"]
 _ON_MM = 1e-6  # a nanometre: points this close are at one place

@@ -6,15 +6,11 @@ Vectors of six components follow the paper's Appendix B: xx, yy, zz, yz, xz, xy.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.faults import UserError
-from slipscale.stimuli.quantities import not_negative, positive
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.quantities import Array
+from slipscale.stimuli.quantities import Array, not_negative, positive
 
 VACUUM_PERMITTIVITY_F_M = 8.8541878128e-12  # CODATA 2018
 _POISSON_MIN, _POISSON_MAX = -1.0, 0.5

@@ -13,14 +13,13 @@ from slipscale.faults import UserError
 from slipscale.hardware.plate.beam import BeamSection
 from slipscale.hardware.plate.geometry import DEFAULT, HALF_WAVE, Density, Layout
 from slipscale.hardware.plate.vibration import Modes, modes, response_um
-from slipscale.stimuli.quantities import MILLI, positive
+from slipscale.stimuli.quantities import MILLI, Array, positive
 from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
     from slipscale.hardware.plate.finite_elements import Electrodes
-    from slipscale.stimuli.quantities import Array
 
 HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 12  # modes superposed; with 36, Fig. 12's peak moves by 0.01 %

@@ -26,12 +26,11 @@ from slipscale.hardware.plate.finite_elements import (
     assemble,
 )
 from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout
-from slipscale.stimuli.quantities import MILLI, not_negative, positive
+from slipscale.stimuli.quantities import MILLI, Array, not_negative, positive
 
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from slipscale.stimuli.quantities import Array
 
 _TOLERANCE = 1e-9  # relative, of ω² - σ; rounding alone costs a fifth more solves
 _RIGID_BELOW = 1e-3  # of the highest frequency: rounding moves rigid-body modes away from 0 Hz

@@ -9,18 +9,15 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from argparse import Namespace
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.defaults import here
 from slipscale.faults import UserError
 from slipscale.faults.extras import how_to_install
-
-if TYPE_CHECKING:
-    from argparse import Namespace
-    from collections.abc import Callable, Iterable, Iterator, Mapping
 
 ANALYSIS = ("pandas", "pingouin", "statsmodels", "joblib")
 

@@ -7,10 +7,10 @@ The equation is (3) in Biet et al. (2007), with equation (4) corrected as in
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,9 +27,6 @@ from slipscale.stimuli.film.squeeze_film import (
     squeeze_number,
 )
 from slipscale.stimuli.quantities import positive
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,22 +17,25 @@ import sys
 import tarfile
 import tempfile
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from http import HTTPStatus
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import (
+    Browser,
+    Error,
+    Page,
+    Response,
+    StorageState,
+    ViewportSize,
+    sync_playwright,
+)
 
 from slipscale.experiments.lab.console.page_texts import LANGUAGES
 from tools.console_pages.scenes import NOTHING, SCENES
 from tools.console_pages.stage import COMMAND, Stage, laboratory
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from playwright.sync_api import Browser, Error, Page, Response, StorageState, ViewportSize
-
 
 AXE = "axe-core@4.14.1"
 WIDTHS = {"wide": 1400, "phone": 400, "4k": 3840}

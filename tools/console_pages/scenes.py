@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
 from slipscale.experiments.dataset.backup import NO_BACKUP
 from slipscale.hardware.errors import ConnectionLost
 from tools.console_pages.stage import Stage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 
 def nothing(_: Stage) -> None:

@@ -20,19 +20,15 @@ import mmap
 import subprocess
 import sys
 import tempfile
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from contextlib import suppress
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tools.fuzzing.campaign import KINDS, Find, Outcome, case, kind_of, tried
 from tools.page_figures import put
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-    from concurrent.futures import Future
 
 STATE = Path(__file__).parents[2] / "build" / "fuzz.json"
 # Texts per process; its memory at the end shows what this many texts leave behind.

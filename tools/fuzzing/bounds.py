@@ -5,12 +5,9 @@ from __future__ import annotations
 import resource
 import signal
 import time
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 MOST_S = 2.0
 MOST_BYTES = 500 * 2**20

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import datetime as dt
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 from unittest import mock
 
 from slipscale.faults import RigError, UserError
@@ -23,11 +25,6 @@ from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.limits import PlateLimits
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 TODAY = dt.date(2026, 3, 1)
 

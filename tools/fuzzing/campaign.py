@@ -8,6 +8,7 @@ from __future__ import annotations
 import random
 import time
 import traceback
+from collections.abc import Callable, Iterable
 from contextlib import ExitStack, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, field
 from importlib import import_module
@@ -19,8 +20,6 @@ from tools.fuzzing.bounds import MOST_S, TooLong, limited_memory, limited_time
 from tools.torture.pilots import folder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
     from tools.fuzzing.kind import Case, Kind
 
 KINDS = (

@@ -7,10 +7,7 @@ the random numbers, so that a text can be reproduced.
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from random import Random
+from random import Random
 
 # A line of TOML, or of JSON as we write it.
 ENTRY = re.compile(r'(?P<key>\s*["\w.-]+\s*[=:]\s*)(?P<value>.+?)(?P<end>,?)')

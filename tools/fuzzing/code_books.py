@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 
 from slipscale.analysis.tasks.difference.verbal_coding import OTHER, SHIPPED, load_codebook
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file, characters
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 REPORTS = ("", "moins glissant, plus rugueux", "less slippery", "x" * 5000)
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 
 from slipscale.analysis.load import load
 from slipscale.analysis.reading.mapping import NAME
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 LONG = """person,level,rating,felt,run,sex
 a,0,12.5,yes,1,f

@@ -7,25 +7,20 @@ read only once. This does not cover two files that are wrong together.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
+from pathlib import Path
+from random import Random
 from unittest import mock
 
 from slipscale.analysis.load import load
 from slipscale.experiments.dataset import verification
 from slipscale.experiments.dataset.bids import build_dataset
-from slipscale.experiments.dataset.journals import read_runs
+from slipscale.experiments.dataset.journals import Problem, Run, read_runs
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 from tools.fuzzing.recorded import record
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
-
-    from slipscale.experiments.dataset.journals import Problem, Run
 
 JOURNALS = "sourcedata"
 

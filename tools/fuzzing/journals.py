@@ -7,14 +7,16 @@ otherwise they would detect any change at once, as they do after disk errors.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
+from random import Random
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.journal.record import chained, decode, encode
+from slipscale.experiments.journal.record import Record, chained, decode, encode
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.faults import RigError, UserError
 from tools.fuzzing.changes import changed_file, characters
@@ -22,11 +24,6 @@ from tools.fuzzing.kind import Case, Kind
 from tools.fuzzing.recorded import record
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-    from random import Random
-
-    from slipscale.experiments.journal.record import Record
     from slipscale.experiments.study.run_plan import RunPlan
 
 KINDS = (

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 
 from slipscale.experiments.lab.folder import FILE, LabFile, read_lab, rendered
 from slipscale.faults import UserError
 from slipscale.hardware.registry import backend_names
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 GIVEN = {"plate": "serial:COM3", "language": "fr", "screen": "1", "backup": "copies"}
 

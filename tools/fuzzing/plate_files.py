@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 from unittest import mock
 
 from slipscale.faults import RigError, UserError
@@ -13,11 +15,6 @@ from slipscale.hardware.plate_file import Identity, Wiring, new_plate, open_plat
 from tools.fuzzing.calibrations import TODAY, whole_calibration
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 CALIBRATION = "calibration.toml"
 

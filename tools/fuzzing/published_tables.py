@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 
 from slipscale.analysis.reconstruction.data_sets.constraints import targets
 from slipscale.analysis.reconstruction.table.table_files import SHIPPED, read
 from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 CSV = """label,n,mean,sd,scale_minimum,scale_maximum,maximum_deviation,rounding,median
 0 um,12,12.75,12.75,0,100,27.25,,

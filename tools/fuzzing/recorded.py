@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
@@ -10,8 +11,6 @@ from tools.fuzzing.study_files import short_studies
 from tools.torture.pilots import looked_up_once
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.experiments.study.run_plan import RunPlan
 
 

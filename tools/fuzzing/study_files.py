@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 
 import tomlkit
 
@@ -12,11 +14,6 @@ from slipscale.faults import UserError
 from tools.fuzzing.changes import changed_file
 from tools.fuzzing.kind import Case, Kind
 from tools.torture.pilots import EVERY_OPTION
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
 
 # The protocol that presents textures.
 TEXTURED = "magnitude_estimation"

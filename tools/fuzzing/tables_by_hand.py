@@ -6,19 +6,14 @@ CP1252 or UTF-16.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable
+from pathlib import Path
+from random import Random
 
 from slipscale.analysis.load import load
-from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.reading.mapping import TableMapping, parse_mapping
 from slipscale.faults import UserError
 from tools.fuzzing.kind import Case, Kind
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from random import Random
-
-    from slipscale.analysis.reading.mapping import TableMapping
 
 NAMES = ("participant_id", "amplitude_um_pp", "estimate")
 OTHER_NAMES = (

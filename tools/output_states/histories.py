@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import partial
@@ -17,8 +18,6 @@ from slipscale.stimuli.surface import VirtualSurface
 from tools.output_states.rigs import EVENTS, RESONANCE_HZ, RIGS, Rig
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.driver import PlateDriver
 
 

@@ -6,7 +6,9 @@ import datetime as dt
 import math
 import random
 from abc import ABC, abstractmethod
+from collections.abc import Callable, Collection
 from functools import cache, partial
+from threading import Thread
 from typing import TYPE_CHECKING, Any
 from unittest import mock
 
@@ -22,7 +24,7 @@ from slipscale.hardware.backends.serial_board import supervision as watch
 from slipscale.hardware.backends.serial_board.driver import SerialBoard
 from slipscale.hardware.backends.serial_board.link import BoardLink
 from slipscale.hardware.backends.sound_card.driver import SoundCard
-from slipscale.hardware.calibration.record import Device, DriveChain, Provenance
+from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Provenance
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.emulator.firmware import Board
@@ -36,10 +38,6 @@ from tools.rehearsal.local_line import LocalLine
 from tools.wrong_boards.virtual_line import VirtualLine
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
-    from threading import Thread
-
-    from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.driver import PlateDriver
     from slipscale.stimuli.modulation import Loop
     from slipscale.stimuli.surface import Sensor, Surface

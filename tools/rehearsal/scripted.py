@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from slipscale.experiments.participants.base import Unfinished
+from slipscale.experiments.participants.base import Kind, Turn, Unfinished, Watch
 from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
-from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.steps import Adjust, Ask, ParticipantStep
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-
-    from slipscale.experiments.participants.base import Kind, Turn, Watch
-    from slipscale.experiments.steps.steps import Adjust, ParticipantStep
     from slipscale.experiments.steps.trial import Value
     from slipscale.hardware.clock import Clock
 

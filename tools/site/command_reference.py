@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Iterator
 from functools import cache, partial
 from importlib import import_module
-from typing import TYPE_CHECKING
 
 from slipscale import commands
 from slipscale.hardware.cli import plate
 from tools.site.tables import code, table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 INTRODUCTION = """# Command line
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -28,8 +29,6 @@ from slipscale.experiments.protocol_parts.registry import load_protocol, protoco
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.protocol_parts.base import Column, Protocol
 
 INTRODUCTION = f"""# The data set

@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import re
 import tomllib
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,8 +27,6 @@ from slipscale.experiments.study.run_plan import RunPlan
 from tools.site.tables import code, table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from slipscale.experiments.study.model import Study
 
 INTRODUCTION = """# Studies

@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from tools.notebooks import DOCS, read
-
-if TYPE_CHECKING:
-    from tools.notebooks import Notebook
+from tools.notebooks import DOCS, Notebook, read
 
 #: MIME type of an output -> its form on the page; the first available one is used.
 SHOWN = {

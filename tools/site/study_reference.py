@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.study.schema import study_schema
 from tools.site.tables import code, table
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 INTRODUCTION = """# Study file
 

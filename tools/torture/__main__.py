@@ -21,19 +21,16 @@ import argparse
 import sys
 import time
 from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tools.page_figures import put
 from tools.torture.pilots import Outcome, disk_campaign, looked_up_once, plans_of, studies
 from tools.torture.system_calls import CALLS, kill_campaign
 from tools.torture.upkeep import kill_upkeep
 from tools.torture.writers import writer_campaign
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 ROUNDS = 10  # of writers, per place
 

@@ -11,17 +11,14 @@ import errno
 import os
 import random
 import shutil
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from io import FileIO
+from pathlib import Path
 from unittest import mock
 
 from slipscale.experiments.journal import journal as journal_module
 from slipscale.experiments.journal.journal import Journal
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from io import FileIO
-    from pathlib import Path
 
 SECTOR = 512
 # Names of the faults, which affect the bytes of one record.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from collections import Counter
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -21,8 +22,6 @@ from slipscale.hardware import registry
 from tools.torture.disk_faults import FAULTS, GONE, Disk, Killed, below_the_journal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.study.run_plan import RunPlan
 
 EVERY_OPTION = Path(__file__).with_name("every_option.toml")

@@ -36,7 +36,7 @@ from slipscale.experiments.steps.questions import (
     TextQuestion,
     YesNoQuestion,
 )
-from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateTimeout
 from slipscale.hardware.registry import open_plate
@@ -46,7 +46,6 @@ from tools.rehearsal.scripted import ScriptedParticipant
 from tools.torture.pilots import plans_of
 
 if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Adjust
     from slipscale.experiments.steps.trial import Value
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver

@@ -12,6 +12,7 @@ import shutil
 import signal
 import sys
 import traceback
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,13 +21,10 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.running.pilot import run_simulated
 from tools.torture.disk_faults import Stream
-from tools.torture.pilots import difference, folder, spread, undisturbed
+from tools.torture.pilots import Outcome, difference, folder, spread, undisturbed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.study.run_plan import RunPlan
-    from tools.torture.pilots import Outcome
 
 FIRST, RESUMED = "SIGKILL in a run", "SIGKILL in a resumed run"
 KINDS = (FIRST, RESUMED)

@@ -11,6 +11,7 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -27,14 +28,11 @@ from slipscale.experiments.dataset.withdrawn import RECORD, pending, withdrawn
 from slipscale.experiments.journal.journal import FALLBACK
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.experiments.study.file import study_text
-from tools.torture.pilots import folder, plans_of, spread
+from tools.torture.pilots import Outcome, folder, plans_of, spread
 from tools.torture.system_calls import NEVER, in_a_process
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from slipscale.experiments.study.run_plan import RunPlan
-    from tools.torture.pilots import Outcome
 
 QUESTIONNAIRE = """
 [[questionnaires]]

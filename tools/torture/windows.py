@@ -31,6 +31,7 @@ import sys
 import threading
 import time
 from collections import Counter
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -48,8 +49,6 @@ from slipscale.hardware import signals
 from tools.torture.pilots import folder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from slipscale.hardware.driver import PlateDriver
 
 STUDY = """name = "signals"

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import signal
+from pathlib import Path
 from typing import TYPE_CHECKING
 from unittest import mock
 
@@ -17,13 +18,10 @@ from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.reading import read_whole
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
-from tools.torture.pilots import folder
+from tools.torture.pilots import Outcome, folder
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.experiments.study.run_plan import RunPlan
-    from tools.torture.pilots import Outcome
 
 
 WRITERS = 4

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -13,8 +14,6 @@ from slipscale.analysis.planning.distribution.numbers import TABLE3
 from slipscale.analysis.planning.power.outcome import Share
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from slipscale.analysis.planning.distribution.many_studies import ManyStudies, StudyResult
     from slipscale.stimuli.quantity import Quantity
 

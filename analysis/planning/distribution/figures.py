@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.planning.distribution.distribution import cell_name
+from slipscale.analysis.planning.distribution.distribution import Distribution, cell_name
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.writing.axes import amplitude_axis
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.planning.distribution.distribution import Distribution
 
 #: Column of Table III -> title.
 STATISTICS = {

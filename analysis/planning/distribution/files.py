@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -22,9 +24,6 @@ from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 

@@ -6,6 +6,7 @@ import hashlib
 import json
 import tempfile
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,8 +24,6 @@ from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 

@@ -7,14 +7,13 @@ Results for single participants are omitted, because every study has different p
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from slipscale.analysis import json_form
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from slipscale.analysis.json_form import Json, JsonObject
     from slipscale.analysis.tasks.kind import Analysis
 

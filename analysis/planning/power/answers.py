@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.planning.power.grid import AXES, Condition, without_its_effect
-from slipscale.analysis.planning.power.outcome import Share
+from slipscale.analysis.planning.power.outcome import Outcome, Share, Sums
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from slipscale.analysis.planning.power.design import Design
-    from slipscale.analysis.planning.power.outcome import Outcome, Sums
     from slipscale.analysis.planning.power.shard import Looks
 
 LOOK = "look after "

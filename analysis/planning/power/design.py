@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -17,8 +18,6 @@ from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.planning.power.grid import Condition
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocol_parts.base import Context, Options

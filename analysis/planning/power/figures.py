@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.planning.power.answers import varying
+from slipscale.analysis.planning.power.answers import Row, varying
 from slipscale.analysis.planning.power.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
 from slipscale.figure_style import CYCLE, DASHES, GREY, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.planning.power.answers import Row
 
 #: Maximum number of distinguishable curves.
 CURVES = 8

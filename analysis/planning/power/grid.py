@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, cast, get_args
@@ -11,8 +12,6 @@ from slipscale.experiments.protocol_parts.ordering.orders import Rule
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.experiments.participants.simulated_people.population import Population
 
 FEWEST_PARTICIPANTS = 3

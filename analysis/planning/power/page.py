@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 import json
+from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.planning.power.answers import as_json, varying
+from slipscale.analysis.planning.power.answers import Row, as_json, varying
 from slipscale.analysis.planning.power.figures import catch_figure, power_figure, precision_figure
 from slipscale.analysis.planning.power.grid import AXES
 from slipscale.analysis.planning.power.terminal import summary
@@ -15,12 +17,8 @@ from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
     from markupsafe import Markup
 
-    from slipscale.analysis.planning.power.answers import Row
     from slipscale.analysis.planning.power.design import Design
 
 

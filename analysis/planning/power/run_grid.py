@@ -7,6 +7,7 @@ in the same order.
 from __future__ import annotations
 
 import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,6 @@ from slipscale.analysis.planning.power.shard import STUDIES_A_SHARD, Looks, Shar
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.planning.power.grid import Condition
     from slipscale.analysis.planning.power.shard_cache import ShardCache

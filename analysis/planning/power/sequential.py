@@ -9,15 +9,13 @@ between the boundaries.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from functools import lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 Spending = Literal["obrien-fleming", "pocock"]
 NODES = 200

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise as neighbours
 from typing import TYPE_CHECKING
@@ -16,12 +17,13 @@ import numpy as np
 
 from slipscale.analysis.pipeline import normalised
 from slipscale.analysis.planning.power.outcome import Outcome, Sums
-from slipscale.analysis.planning.power.sequential import levels, look_sizes
+from slipscale.analysis.planning.power.sequential import Spending, levels, look_sizes
 from slipscale.analysis.planning.power.yes_no_steps import precision, simulate_steps
 from slipscale.analysis.planning.simulated.dataset import place_of, simulated_dataset
-from slipscale.analysis.planning.simulated.estimates import simulate_ratings
+from slipscale.analysis.planning.simulated.estimates import Ratings, simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import (
     TESTS,
+    Tables,
     exponents,
     factor_p,
     half_widths,
@@ -35,15 +37,10 @@ from slipscale.analysis.statistics.repeated_measures.omnibus import page_trend
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from slipscale.analysis.planning.power.design import Design
     from slipscale.analysis.planning.power.grid import Condition
-    from slipscale.analysis.planning.power.sequential import Spending
-    from slipscale.analysis.planning.simulated.estimates import Ratings
-    from slipscale.analysis.planning.simulated.fast_tests import Tables
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
 

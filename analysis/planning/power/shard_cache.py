@@ -10,16 +10,11 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from slipscale.analysis.planning.power.outcome import Outcome
-from slipscale.analysis.planning.power.shard import VERSION
+from slipscale.analysis.planning.power.shard import VERSION, Shard
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from slipscale.analysis.planning.power.shard import Shard
 
 MARK = "slipscale-power.json"
 

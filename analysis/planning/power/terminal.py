@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -10,13 +11,10 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from slipscale.analysis.planning.power.answers import PRIMARY_TESTS, fewest, sentence, varying
+from slipscale.analysis.planning.power.answers import PRIMARY_TESTS, Row, fewest, sentence, varying
 from slipscale.analysis.planning.power.yes_no_steps import CATCH_WIDTH, D_PRIME_LOW
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from slipscale.analysis.planning.power.answers import Row
     from slipscale.analysis.planning.power.design import Design
 
 #: Short headings for narrow columns.

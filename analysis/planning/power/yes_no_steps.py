@@ -17,12 +17,10 @@ import numpy as np
 from slipscale.analysis.planning.power.outcome import Sums
 from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
-from slipscale.experiments.participants.simulated_people.population import curves
+from slipscale.experiments.participants.simulated_people.population import Population, curves
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from slipscale.experiments.participants.simulated_people.population import Population
 
     Array = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.planning.protocols.studies import RATIO, minutes_of
+from slipscale.analysis.planning.protocols.studies import RATIO, ProtocolStudy, minutes_of
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.thresholds.reading import told_choices
@@ -20,13 +20,15 @@ from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.dataset.schema import INTERVAL, MAIN
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
+from slipscale.experiments.participants.simulated_people.bare_run import (
+    BareStep,
+    bare_run,
+    drops_out,
+)
 from slipscale.experiments.steps.steps import Ask, EndTrial, Present
 from slipscale.stimuli.field_names import in_um
 
 if TYPE_CHECKING:
-    from slipscale.analysis.planning.protocols.studies import ProtocolStudy
-    from slipscale.experiments.participants.simulated_people.bare_run import BareStep
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.study.run_plan import RunPlan
 

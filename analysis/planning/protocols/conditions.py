@@ -8,6 +8,7 @@ Thresholds are compared as logarithms, except for psychometric functions on a li
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -18,26 +19,22 @@ import pandas as pd
 from slipscale.analysis.planning.power.outcome import Share
 from slipscale.analysis.planning.protocols.answers import read_answers, rows_of
 from slipscale.analysis.planning.protocols.precision import thresholds_of
-from slipscale.analysis.planning.protocols.studies import EXPONENT, seed_of
+from slipscale.analysis.planning.protocols.studies import EXPONENT, ProtocolStudy, seed_of
 from slipscale.analysis.planning.simulated.estimates import means
 from slipscale.analysis.planning.simulated.fast_tests import Tables, pairwise
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.steps.trial import factor_level
-from slipscale.experiments.study.factors import conditions_of
+from slipscale.experiments.study.factors import Factor, conditions_of
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from numpy.typing import NDArray
 
-    from slipscale.analysis.planning.protocols.studies import ProtocolStudy
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.study.factors import Factor
 
     Array = NDArray[np.float64]
 

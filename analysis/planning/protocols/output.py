@@ -6,7 +6,9 @@ import csv
 import io
 import json
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import groupby
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.planning.protocols.studies import EXPONENT
@@ -14,9 +16,6 @@ from slipscale.faults import UserError
 from slipscale.figure_style import CYCLE, INK, canvas, save, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-    from pathlib import Path
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.planning.protocols.precision import ProtocolPrecision

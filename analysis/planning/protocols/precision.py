@@ -10,6 +10,7 @@ all other protocols, simulated people answer step by step.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -18,8 +19,8 @@ import numpy as np
 from slipscale.analysis.planning.power.design import design_of
 from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.shard import excluded
-from slipscale.analysis.planning.protocols.answers import answers_of
-from slipscale.analysis.planning.protocols.studies import EXPONENT, seed_of
+from slipscale.analysis.planning.protocols.answers import Answered, StudyAnswers, answers_of
+from slipscale.analysis.planning.protocols.studies import EXPONENT, ProtocolStudy, seed_of
 from slipscale.analysis.planning.simulated.estimates import simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import exponents, half_widths, tables
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
@@ -28,12 +29,8 @@ from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
 from slipscale.experiments.study.file import parse_study
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-    from slipscale.analysis.planning.protocols.answers import Answered, StudyAnswers
-    from slipscale.analysis.planning.protocols.studies import ProtocolStudy
     from slipscale.experiments.participants.simulated_people.population import Population
 
     Array = NDArray[np.float64]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ import numpy as np
 import tomlkit
 
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, FORCED_CHOICE
-from slipscale.experiments.participants.simulated_people.bare_run import bare_run
+from slipscale.experiments.participants.simulated_people.bare_run import BareStep, bare_run
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.running.pilot import pilot_plans
@@ -26,9 +27,6 @@ from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from slipscale.experiments.participants.simulated_people.bare_run import BareStep
     from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.study.run_plan import RunPlan

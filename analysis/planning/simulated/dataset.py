@@ -5,6 +5,7 @@ Used for tests that are not vectorised.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -16,8 +17,6 @@ from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from slipscale.analysis.planning.simulated.estimates import Ratings
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 

@@ -9,6 +9,7 @@ NumPy.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from typing import TYPE_CHECKING
@@ -23,14 +24,11 @@ from slipscale.experiments.participants.simulated_people.habits import (
     distorts,
     reported,
 )
-from slipscale.experiments.participants.simulated_people.population import curves
+from slipscale.experiments.participants.simulated_people.population import Population, curves
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-    from slipscale.experiments.participants.simulated_people.population import Population
     from slipscale.experiments.protocol_parts.ordering.orders import Rule
 
     Array = NDArray[np.float64]

@@ -7,6 +7,7 @@ the report uses permutations.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -14,18 +15,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from slipscale.analysis.planning.simulated.estimates import means
+from slipscale.analysis.planning.simulated.estimates import Ratings, means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.holm import holm_rows
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.repeated_measures import batched
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from numpy.typing import NDArray
 
-    from slipscale.analysis.planning.simulated.estimates import Ratings
     from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
     Array = NDArray[np.float64]

@@ -14,14 +14,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.experiments.protocol_parts.ordering.orders import presentation_order
+from slipscale.experiments.protocol_parts.ordering.orders import Rule, presentation_order
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.ordering.williams import Place, williams_group
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from slipscale.experiments.protocol_parts.ordering.orders import Rule
 
     Orders = NDArray[np.int64]
 

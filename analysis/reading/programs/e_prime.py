@@ -9,6 +9,7 @@ the enclosing frames and the header. An exported table begins with its column na
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.dialect import decoded
@@ -16,8 +17,6 @@ from slipscale.analysis.reading.programs.records import framed, head_of, records
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
 LOG = "*** Header Start ***"

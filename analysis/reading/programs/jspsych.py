@@ -8,6 +8,8 @@ in JATOS.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.dialect import decoded
@@ -15,9 +17,6 @@ from slipscale.analysis.reading.programs.records import as_text, framed, head_of
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     import pandas as pd
 
 #: Fields that every trial has.

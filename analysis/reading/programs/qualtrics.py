@@ -7,6 +7,7 @@ line are an ``ImportId``. Preview responses are not omitted; to omit them, use `
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.dialect import decoded
@@ -14,8 +15,6 @@ from slipscale.analysis.reading.programs.records import head_of, records, table_
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
 IMPORT_ID = '{"ImportId":'

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import zipfile
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
@@ -12,10 +14,6 @@ import pandas as pd
 
 from slipscale.analysis.reading.programs.records import as_text
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
 
 #: Maximum unpacked size of a workbook.
 LARGEST_WORKBOOK_MB = 300

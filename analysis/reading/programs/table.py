@@ -6,7 +6,9 @@ ordinary text tables. To support another program, write a module and add a line 
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.programs import e_prime, jspsych, matlab, qualtrics
@@ -14,9 +16,6 @@ from slipscale.analysis.reading.programs.spreadsheets import read_excel, read_sp
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-    from pathlib import Path
-
     import pandas as pd
 
 EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")

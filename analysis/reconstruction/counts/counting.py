@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite, prod
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ from slipscale.analysis.reconstruction.counts import plane_by_plane
 from slipscale.analysis.reconstruction.counts.problem import (
     MEMORY_GIB,
     MINUTES,
+    Problem,
     require_countable,
     require_memory,
     simple_bound,
@@ -19,10 +21,7 @@ from slipscale.analysis.reconstruction.counts.problem import (
 from slipscale.analysis.reconstruction.counts.residues import WORD, join, primes
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
-    from slipscale.analysis.reconstruction.counts.problem import Problem
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:

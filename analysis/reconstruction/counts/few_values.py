@@ -12,14 +12,13 @@ the possible w also form a range. Each choice of outer values then requires only
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
     from slipscale.analysis.reconstruction.counts.state_table import Array
 

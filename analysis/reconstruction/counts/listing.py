@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.reconstruction.counts.counting import largest_possible
-from slipscale.analysis.reconstruction.counts.problem import require_memory
+from slipscale.analysis.reconstruction.counts.problem import Problem, require_memory
 from slipscale.analysis.reconstruction.counts.residues import WORD, moduli_above
 from slipscale.analysis.reconstruction.counts.unranking import Ranking
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from slipscale.analysis.reconstruction.counts.problem import Problem
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of multisets to list, and number of multisets per batch.

@@ -6,6 +6,7 @@ to D = S - nc; their squared distances add up to V = Q - 2cS + nc².
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import comb, isqrt
 from typing import TYPE_CHECKING
@@ -15,8 +16,6 @@ import numpy as np
 from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
     from slipscale.analysis.reconstruction.counts.partition import Part, Split
 
 

@@ -19,6 +19,7 @@ every k, by additions only and without storing either half.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -28,8 +29,6 @@ import numpy as np
 from slipscale.analysis.reconstruction.counts.residues import WORD
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
     from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 

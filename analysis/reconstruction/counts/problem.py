@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import ceil, comb
@@ -22,8 +23,6 @@ from slipscale.analysis.reconstruction.counts.state_table import Shape, StateTab
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from slipscale.analysis.reconstruction.counts.partition import Part, Split
 
 # Default limits on the memory for tables and on the time for a count.

@@ -7,6 +7,7 @@ workers, and an interrupted batch can be resumed.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -19,8 +20,6 @@ from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.table.contradictions import impossible
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.table_files import Row
 

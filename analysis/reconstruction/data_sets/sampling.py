@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
+from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -13,8 +14,6 @@ from slipscale.analysis.reconstruction.counts.residues import WORD
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.counts.unranking import Ranking
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions

@@ -7,6 +7,7 @@ therefore proves that a data set exists.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from itertools import islice
 from math import sqrt
@@ -16,13 +17,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reconstruction.counts.partition import partition
+from slipscale.analysis.reconstruction.counts.partition import Part, Wanted, partition
 from slipscale.analysis.reconstruction.table.quartiles import are_met
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from slipscale.analysis.reconstruction.counts.partition import Part, Wanted
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed

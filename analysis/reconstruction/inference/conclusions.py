@@ -6,6 +6,7 @@ whether the answer is the same in all of them.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ import numpy as np
 
 from slipscale.analysis.reconstruction.inference.bounds import (
     Range,
+    Table,
     larger,
     log_mean,
     of_rows,
@@ -35,12 +37,9 @@ from slipscale.analysis.reconstruction.inference.repeated_measures_f import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
-    from slipscale.analysis.reconstruction.inference.bounds import Table
 
 # One row of ratings per column, with the same order of participants.
 Ratings = tuple[tuple[float, ...], ...]

@@ -6,6 +6,7 @@ led to the verdict.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import isnan
 from typing import TYPE_CHECKING
 
@@ -13,18 +14,17 @@ import numpy as np
 
 from slipscale.analysis.reconstruction.inference.definitions import STATISTICS
 from slipscale.analysis.reconstruction.inference.group_statistics import of_groups, prints
-from slipscale.analysis.reconstruction.inference.printed_test_answer import PAIRED, SHOWN
+from slipscale.analysis.reconstruction.inference.printed_test_answer import (
+    PAIRED,
+    SHOWN,
+    Case,
+    PrintedTestAnswer,
+)
 from slipscale.analysis.reconstruction.inference.printed_windows import fits, windows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
-    from slipscale.analysis.reconstruction.inference.printed_test_answer import (
-        Case,
-        PrintedTestAnswer,
-    )
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
 # Number of tables to search per kind of pairing, and number of choices of moments per column.

@@ -10,6 +10,7 @@ occurs, ratings are exchanged between participants and, for small n, all pairing
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations, permutations, product
@@ -21,8 +22,6 @@ import numpy as np
 from slipscale.analysis.reconstruction.inference.bounds import SEARCHED
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 

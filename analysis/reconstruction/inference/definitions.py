@@ -6,13 +6,12 @@ these, so it provides an independent check of examples and counterexamples.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
     Groups = Sequence[Array]

@@ -6,6 +6,7 @@ also with the least and the most favourable pairing that a search finds for the 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
@@ -29,8 +30,6 @@ from slipscale.analysis.reconstruction.inference.pairing import (
 from slipscale.analysis.statistics.repeated_measures import batched
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
     from slipscale.analysis.reconstruction.inference.pairing import Statistic

@@ -9,6 +9,7 @@ Cauchy-Schwarz inequality.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 from math import copysign, inf, sqrt
@@ -19,8 +20,6 @@ import numpy as np
 from slipscale.analysis.reconstruction.inference.bounds import SEARCHED, Range, Table, as_table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of pairs of data sets for a nearest-neighbour search. The largest case in Table III

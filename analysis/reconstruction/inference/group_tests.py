@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import nan
 from typing import TYPE_CHECKING
 
@@ -29,8 +30,6 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
 from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, windows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of choices of moments for which examples are searched.

@@ -6,6 +6,7 @@ cover all pairs of sum and sum of squares that occur in a data set.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import inf
@@ -19,8 +20,6 @@ from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.table.published_table import Column

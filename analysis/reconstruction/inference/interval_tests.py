@@ -9,6 +9,7 @@ definition. If no example is found, the test remains undecided.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
@@ -30,8 +31,6 @@ from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, f
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest

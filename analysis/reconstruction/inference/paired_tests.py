@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, nan
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,6 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
 from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, windows
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.cross_products import Choices
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest

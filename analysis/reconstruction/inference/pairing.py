@@ -12,14 +12,13 @@ functions of the totals, by exchanging ratings.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
 
     Statistic = Callable[[Array], Array]

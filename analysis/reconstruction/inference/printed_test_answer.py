@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import TYPE_CHECKING, Literal, TypeVar
@@ -10,8 +11,6 @@ from slipscale.analysis.reconstruction.inference.comparable_columns import value
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.inference.conclusions import Ratings

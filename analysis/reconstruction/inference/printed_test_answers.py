@@ -18,6 +18,7 @@ Verdicts:
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reconstruction.inference.comparable_columns import require_comparable
@@ -31,8 +32,6 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 

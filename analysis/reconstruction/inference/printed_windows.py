@@ -8,14 +8,13 @@ directly.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import inf, sqrt
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     from slipscale.analysis.reconstruction.table.rounding import Printed

@@ -9,6 +9,7 @@ of any size. A search decides whether a table attains a bound.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import inf, prod
@@ -22,8 +23,6 @@ from slipscale.analysis.reconstruction.inference.cross_products import choices
 from slipscale.analysis.reconstruction.inference.pairing import searched
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 

@@ -8,13 +8,12 @@ the mean and SD of natural logarithms.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf, log, sqrt
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.reconstruction.table.published_table import OpenScale, Summary
 
 Ends = tuple[float, float]

@@ -7,6 +7,7 @@ are findings, which `constraints.targets` reports.
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import ceil, floor, isqrt, sqrt
 from typing import TYPE_CHECKING, Annotated, Literal, get_args
@@ -24,8 +25,6 @@ from slipscale.analysis.reconstruction.table.printed_fields import (
 from slipscale.faults.frozen_table import FrozenTable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
 Convention = Literal["sample", "population"]

@@ -13,14 +13,13 @@ Printed quartiles match if one definition gives both quartiles.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Interval

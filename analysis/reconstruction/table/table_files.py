@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field, ValidationError, model_validator
 
-from slipscale.analysis.reconstruction.table.interval_column import interval_column
+from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn, interval_column
 from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 from slipscale.analysis.reconstruction.table.published_table import (
     Column,
@@ -25,14 +26,10 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.toml_file import parse_toml
-from slipscale.faults.validation import complaint, faults_in, in_words, refuse, sentences
+from slipscale.faults.validation import Fault, complaint, faults_in, in_words, refuse, sentences
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault
 
 SHIPPED = Path(__file__).parents[2] / "published"
 # Prefix of the CSV columns that contain keys of the scale.

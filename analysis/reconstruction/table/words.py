@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.reconstruction.table.published_table import Column
 
 # Printed entries of a column, in the order of the description.

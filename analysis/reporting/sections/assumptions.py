@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
@@ -10,8 +11,6 @@ from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped, p_value, reliable
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.analysis.tasks.kind import Analysis
 
 

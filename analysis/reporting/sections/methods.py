@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
@@ -12,8 +13,6 @@ from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.analysis.statistics.sensitivity import RuleSummary
     from slipscale.analysis.tasks.kind import Analysis
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -21,16 +22,13 @@ from slipscale.analysis.writing.numbers import (
     significant,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.stimuli.quantity import capitalised
+from slipscale.stimuli.quantity import Quantity, capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.robustness import SubsetSummary
     from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.stimuli.quantity import Quantity
 
     #: A row of a pandas table.
     Row: TypeAlias = pd.Series[Any]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.writing import html
@@ -11,8 +12,6 @@ from slipscale.analysis.writing.numbers import counted, grouped
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.kind import Analysis

@@ -10,8 +10,11 @@ import numpy as np
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
-from slipscale.analysis.statistics.psychometrics.psychometric_fit import Counts
-from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Counts
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    Answers,
+    PsychometricFunction,
+)
 from slipscale.analysis.statistics.psychometrics.thresholds import (
     LARGEST_LAPSE,
     counts_of,
@@ -21,10 +24,6 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
 from slipscale.experiments.protocol_parts.adaptive.simulated_runs import simulated_runs
 
 if TYPE_CHECKING:
-    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array
-    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
-        PsychometricFunction,
-    )
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 

@@ -17,6 +17,7 @@ intervals from few people are no narrower than the intervals of a t test.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, log
 from typing import TYPE_CHECKING, NamedTuple, Protocol
@@ -24,8 +25,6 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]

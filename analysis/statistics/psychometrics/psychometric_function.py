@@ -6,6 +6,7 @@ Levels are in µm peak to peak: an amplitude (detection) or a difference between
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -17,8 +18,6 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 

@@ -6,6 +6,7 @@ Levels are in µm peak to peak: an amplitude (detection) or a difference between
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -26,8 +27,6 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
 #: Upper bound of the lapse rate (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313).

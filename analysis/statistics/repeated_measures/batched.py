@@ -7,6 +7,7 @@ table.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import cache
 from typing import TYPE_CHECKING
 
@@ -16,8 +17,6 @@ from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MOST
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import exp, nan
@@ -14,18 +15,18 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.effect_sizes import d_z_interval
 from slipscale.analysis.statistics.equivalence import Equivalence, bayes_factor, equivalence
 from slipscale.analysis.statistics.holm import holm
-from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Largest number of differences for an exact Wilcoxon test, without ties and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,6 @@ from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 

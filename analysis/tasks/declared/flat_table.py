@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 
 import pandas as pd
 
-from slipscale.analysis.json_form import record
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from slipscale.analysis.json_form import JsonObject
+from slipscale.analysis.json_form import JsonObject, record
 
 
 def flat(results: Iterable[object]) -> pd.DataFrame:

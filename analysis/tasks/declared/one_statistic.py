@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import pandas as pd
 
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.reading.labelled_tasks import TaskTrials
     from slipscale.analysis.statistics.statistic import Statistic
-    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
 R = TypeVar("R")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -10,21 +11,18 @@ from slipscale.analysis.tasks.declared.session_tables import by_session
 from slipscale.analysis.tasks.difference import figures, section, sentences
 from slipscale.analysis.tasks.difference.reading import TRIALS
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing.numbers import counted
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     import pandas as pd
     from matplotlib.figure import Figure
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.statistic import SessionTable
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Columns of yes/no answers that are included unless they are empty.
 ANSWERS = (

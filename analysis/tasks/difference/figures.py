@@ -9,8 +9,13 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
-from slipscale.analysis.tasks.difference.step_size_curve import curve
-from slipscale.analysis.tasks.difference.yes_no import interval_of, step_sizes
+from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve, curve
+from slipscale.analysis.tasks.difference.yes_no import (
+    DescendingDifference,
+    StepAnswers,
+    interval_of,
+    step_sizes,
+)
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
@@ -22,8 +27,6 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.not_computed import NotComputed
-    from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
-    from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, StepAnswers
 
 #: Area of the ring for one participant, in square points.
 RING = 34.0

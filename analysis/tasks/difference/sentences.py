@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import isfinite
 from statistics import median
 from typing import TYPE_CHECKING
@@ -18,8 +19,6 @@ from slipscale.analysis.writing.numbers import (
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
     from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.yes_no import (

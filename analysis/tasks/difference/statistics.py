@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.delimited import read_tables
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.analysis.tasks.difference.coder_agreement import agreement
 from slipscale.analysis.tasks.difference.verbal_coding import SHIPPED, load_codebook
 from slipscale.analysis.tasks.difference.yes_no import DescendingDifference, analyse_differences
 
 if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.statistic import Inputs
 
 
 def difference(data: Dataset) -> DescendingDifference | NotComputed:

@@ -6,6 +6,7 @@ The step size is the reduction in amplitude, in µm peak to peak or as a Weber f
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -20,8 +21,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
 Measure = Literal["removed_um_pp", "weber_fraction"]

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.difference.verbal_coding import OTHER
+from slipscale.analysis.tasks.difference.verbal_coding import OTHER, Codebook, Meaning
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
-
-    from slipscale.analysis.tasks.difference.verbal_coding import Codebook, Meaning
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

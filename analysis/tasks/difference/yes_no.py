@@ -6,6 +6,7 @@ Without catch steps, "yes" is confounded with response bias, and d' cannot be co
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -14,33 +15,29 @@ import pandas as pd
 
 from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import few
-from slipscale.analysis.statistics.confidence_interval import key_of
-from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     Answers,
     PsychometricFunction,
 )
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
-from slipscale.analysis.tasks.difference.probit import d_primes
+from slipscale.analysis.tasks.difference.probit import DPrimeOfSize, d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
-from slipscale.analysis.tasks.difference.step_size_curve import psychometric
-from slipscale.analysis.tasks.difference.verbal_reports import code_reports
+from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve, psychometric
+from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports, code_reports
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
     from slipscale.analysis.tasks.difference.coder_agreement import CoderAgreement
-    from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
-    from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve
     from slipscale.analysis.tasks.difference.verbal_coding import Codebook
-    from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports
 
 #: With fewer steps or catch steps, d' of one participant depends mainly on the correction.
 TRIALS_FOR_OWN = 20

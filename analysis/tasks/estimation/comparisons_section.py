@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import missing
@@ -23,8 +24,6 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison, PairedT

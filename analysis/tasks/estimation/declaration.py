@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import pandas as pd
@@ -33,18 +34,15 @@ from slipscale.analysis.tasks.estimation.statistics import (
     RM_ANOVA,
     STATISTICS,
 )
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing.numbers import counted, reliable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.statistic import SessionTable
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def _questions(analysis: Analysis) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,8 +16,6 @@ from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION,
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Collection
-
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -13,8 +14,6 @@ from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison

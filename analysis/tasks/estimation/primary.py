@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed, missing
 from slipscale.analysis.tasks.estimation.statistics import STATISTICS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.analysis.statistics.statistic import Inference
     from slipscale.experiments.study.analysis_choices import Primary
     from slipscale.stimuli.quantity import Quantity

@@ -7,21 +7,19 @@ and not the amplitude of a plain surface.
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
-from slipscale.analysis.reading.labelled_tasks import TaskTrials, factors_of
+from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials, factors_of
 from slipscale.analysis.reading.protocol_tables import read_protocol
 from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY, has_flag, set_aside
 from slipscale.experiments.dataset.schema import FAULT, PARTICIPANT, REPRESENTED, TIMED_OUT
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import pandas as pd
 
     from slipscale.analysis.reading.delimited import Problems, Source
-    from slipscale.analysis.reading.labelled_tasks import Entries
 
 
 def read_estimates(

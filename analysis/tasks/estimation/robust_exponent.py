@@ -8,6 +8,7 @@ analysis; it does not replace the mean exponent.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared

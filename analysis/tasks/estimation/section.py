@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.published import biet2007
@@ -10,8 +11,6 @@ from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import DASH, grouped, interval
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
 
     from slipscale.analysis.tasks.kind import Analysis

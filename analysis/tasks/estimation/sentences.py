@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE
+from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE, MixedModel
 from slipscale.analysis.statistics.not_computed import missing
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -18,12 +19,9 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     import pandas as pd
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.mixed_model import MixedModel
     from slipscale.analysis.statistics.power_law import PowerLaw
     from slipscale.analysis.statistics.reliability import Reliability
     from slipscale.analysis.statistics.repeated_measures.omnibus import (

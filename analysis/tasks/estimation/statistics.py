@@ -5,6 +5,7 @@ Each declaration combines functions that compute a result with functions that de
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -14,7 +15,11 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law
 from slipscale.analysis.statistics.reliability import Reliability, reliability
 from slipscale.analysis.statistics.repeated_measures import omnibus
-from slipscale.analysis.statistics.repeated_measures.pairwise import PairedT, pairwise
+from slipscale.analysis.statistics.repeated_measures.pairwise import (
+    PairComparison,
+    PairedT,
+    pairwise,
+)
 from slipscale.analysis.statistics.statistic import (
     Family,
     Inputs,
@@ -32,9 +37,6 @@ from slipscale.analysis.tasks.estimation.order_effects import OrderEffects, orde
 from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent, robust_exponent
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison
     from slipscale.experiments.study.analysis_choices import SdConvention, ZeroRule
 
     Pairs = tuple[PairComparison, ...]

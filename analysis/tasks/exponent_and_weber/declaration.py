@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,8 +13,9 @@ from slipscale.analysis.tasks.exponent_and_weber.statistics import (
     EKMAN,
     EXPONENT_AND_WEBER,
     PUBLISHED,
+    ExponentAndWeber,
 )
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import tip
@@ -22,13 +24,9 @@ from slipscale.analysis.writing.numbers import bracketed, counted, level_of, uni
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
-    from slipscale.analysis.tasks.exponent_and_weber.statistics import ExponentAndWeber
-    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
 #: Verdict -> text that follows "The exponent".

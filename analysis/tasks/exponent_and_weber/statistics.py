@@ -22,11 +22,10 @@ from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 from slipscale.analysis.statistics.statistic import Statistic
-from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS, TaskThresholds
 
 if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
 #: Value of k according to Teghtsoonian.
 EKMAN = 0.03

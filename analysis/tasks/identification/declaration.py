@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,18 +13,16 @@ from slipscale.analysis.tasks.identification.statistics import (
     IDENTIFICATION,
     TRIALS,
     TRIALS_PER_CELL,
+    TaskIdentification,
 )
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
 from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.tasks.identification.statistics import TaskIdentification
     from slipscale.stimuli.quantity import Quantity
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.limits.statistics import LIMITS, TRIALS
+from slipscale.analysis.tasks.limits.statistics import LIMITS, TRIALS, TaskLimits
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -23,12 +24,9 @@ from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
 from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.tasks.limits.statistics import TaskLimits
     from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
-from slipscale.analysis.tasks.matching.statistics import MATCHING, TRIALS
+from slipscale.analysis.tasks.matching.statistics import MATCHING, TRIALS, MatchedReference
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -25,15 +26,12 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, VERMILION, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
-    from slipscale.analysis.tasks.matching.statistics import MatchedReference
     from slipscale.stimuli.quantity import Quantity
 
     Task = list[MatchedReference]

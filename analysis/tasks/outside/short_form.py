@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Statistic
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import DASH, significant
@@ -26,8 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.statistic import Inputs
-    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.experiments.study.model import Study
 
 CELL = (str, int, float, bool, type(None))

@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.json_form import renamed
+from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.statistics.not_computed import computed, fold
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.pointing.statistics import FEWEST, POINTING, TRIALS
+from slipscale.analysis.tasks.pointing.statistics import (
+    FEWEST,
+    POINTING,
+    TRIALS,
+    FeedbackPointing,
+    MeanOrReason,
+    TaskPointing,
+)
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.numbers import (
@@ -26,17 +34,9 @@ from slipscale.analysis.writing.points import SIZE
 from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.json_form import JsonObject
-    from slipscale.analysis.tasks.pointing.statistics import (
-        FeedbackPointing,
-        MeanOrReason,
-        TaskPointing,
-    )
     from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Movements", "Errors", "Movement time (s)", "Throughput (bit/s)", "a (s)", "b (s/bit)")

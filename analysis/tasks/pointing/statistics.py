@@ -16,6 +16,7 @@ Rules:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -34,8 +35,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocols.pointing import ON_TARGET, PLAIN, WIDTH_IN_SD
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from slipscale.analysis.reading.delimited import Problems

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import exp
 from typing import TYPE_CHECKING
 
@@ -12,7 +13,12 @@ from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
-from slipscale.analysis.tasks.productions.statistics import PRODUCTIONS, TRIALS
+from slipscale.analysis.tasks.productions.statistics import (
+    PRODUCTIONS,
+    TRIALS,
+    BothExponents,
+    TaskProductions,
+)
 from slipscale.analysis.tasks.ratios.statistics import log_cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
@@ -24,18 +30,13 @@ from slipscale.analysis.writing.points import (
     make_logarithmic,
 )
 from slipscale.figure_style import BLUE, canvas, styled
-from slipscale.stimuli.quantity import capitalised
+from slipscale.stimuli.quantity import Quantity, capitalised
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
-
-    from slipscale.analysis.tasks.productions.statistics import BothExponents, TaskProductions
-    from slipscale.stimuli.quantity import Quantity
 
     Array = NDArray[np.float64]
 

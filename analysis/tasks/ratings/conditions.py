@@ -10,6 +10,7 @@ random effects intervals are too narrow. Interactions between factor and surface
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -35,8 +36,6 @@ from slipscale.analysis.writing.numbers import (
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     import pandas as pd
 
     from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis

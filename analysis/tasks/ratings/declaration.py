@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +13,7 @@ from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import mean_by_session
 from slipscale.analysis.tasks.ratings.conditions import with_conditions
-from slipscale.analysis.tasks.ratings.statistics import RATINGS, TRIALS, cells
+from slipscale.analysis.tasks.ratings.statistics import RATINGS, TRIALS, TaskRatings, cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import apart
 from slipscale.analysis.writing.numbers import (
@@ -31,14 +32,11 @@ from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
 from slipscale.figure_style import GREY, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from slipscale.analysis.tasks.ratings.statistics import TaskRatings
     from slipscale.stimuli.quantity import Quantity
 
     Array = NDArray[np.float64]

@@ -12,6 +12,7 @@ Textures have no ``amplitude_um_pp``.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations
 from math import nan
@@ -37,16 +38,13 @@ from slipscale.analysis.statistics.repeated_measures.pairwise import signed_rank
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     import pandas as pd
 
     from slipscale.analysis.reading.delimited import Problems
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.stimuli.quantity import Quantity
 
 #: Columns that identify a table of ratings.
 RATED = ("rating", "amplitude_um_pp")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,21 +12,18 @@ from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.declared.session_tables import logarithms, mean_by_session
-from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, log_cells
+from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, TaskRatios, log_cells
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, make_logarithmic
 from slipscale.figure_style import BLUE, GREY, INK, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from slipscale.analysis.tasks.ratios.statistics import TaskRatios
     from slipscale.stimuli.quantity import Quantity
 
     Array = NDArray[np.float64]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,19 +11,16 @@ from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT, TRIALS
+from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT, TRIALS, TaskPairs
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, number
 from slipscale.analysis.writing.points import SIZE, draw_means
 from slipscale.figure_style import ORANGE, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.tasks.same_different.statistics import TaskPairs
     from slipscale.stimuli.quantity import Quantity
 
 HEADS = (

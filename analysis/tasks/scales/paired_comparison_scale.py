@@ -12,21 +12,17 @@ No package on PyPI fits these scales with this correction.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, Curve
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.experiments.protocol_parts.adaptive.curves import Curve
 
 Array = npt.NDArray[np.float64]
 Model = Literal["Bradley-Terry", "Thurstone V"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,19 +10,16 @@ import numpy as np
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.similarity.reading import TRIALS
-from slipscale.analysis.tasks.similarity.statistics import SIMILARITY
+from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, TaskMap
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import counted, number, unit_number
 from slipscale.figure_style import BLUE, GREY, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
-    from slipscale.analysis.tasks.similarity.statistics import TaskMap
 
 
 def _answer(found: TaskMap | NotComputed) -> str:

@@ -8,15 +8,11 @@ Biases of just noticeable differences come from 120 simulated data sets per case
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable
+from typing import NamedTuple
 
-from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
 
 
 class Caution(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,19 +15,16 @@ from slipscale.analysis.statistics.psychometrics.thresholds import threshold_val
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
-from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, THRESHOLDS
+from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, THRESHOLDS, TaskThresholds
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
     from slipscale.analysis.statistics.statistic import SessionTable
-    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
 

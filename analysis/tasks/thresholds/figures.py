@@ -8,8 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
 
-from slipscale.analysis.statistics.psychometrics.psychometric_function import METHODS
-from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    METHODS,
+    PsychometricFunction,
+)
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
@@ -20,10 +23,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
-        PsychometricFunction,
-    )
-    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
 #: Number of bins into which levels are grouped, because adaptive tracks have many levels.

@@ -17,6 +17,7 @@ measured in each interval, the answers are also fitted against friction. Rules:
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -27,8 +28,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
 
     from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate

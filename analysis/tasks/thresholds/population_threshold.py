@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -25,14 +26,11 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
 )
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
-from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
+from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS, Curve
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
     from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
-    from slipscale.experiments.protocol_parts.adaptive.curves import Curve
     from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 #: Difference in log likelihood above which a curve is clearly better (a difference of 4 in AIC).

@@ -5,14 +5,16 @@ Tables are recognised by their columns, because studies choose their own task la
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import re
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import TRUE, own_answers
 from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
-from slipscale.analysis.reading.delimited import quantity_of
+from slipscale.analysis.reading.delimited import Problems, Source, quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     TaskTrials,
     add_counts,
@@ -25,13 +27,6 @@ from slipscale.analysis.tasks.thresholds.friction_axis import OTHER_FRICTION, TA
 from slipscale.experiments.dataset.measured import COEFFICIENT
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    import re
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from slipscale.analysis.reading.delimited import Problems, Source
 
 #: Columns for the level and the answer, by which a table is recognised.
 FORCED_CHOICE = ("level_um_pp", "correct")

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from statistics import median
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
-from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.analysis.tasks.thresholds.statistics import (
+    COMPARED,
+    ParticipantThreshold,
+    TaskThresholds,
+)
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import (
     DASH,
@@ -20,15 +25,12 @@ from slipscale.analysis.writing.numbers import (
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.psychometrics.psychometric_function import (
         Estimate,
         PsychometricFunction,
     )
-    from slipscale.analysis.tasks.thresholds.statistics import ParticipantThreshold, TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
 #: Headings of the columns that describe a fit.

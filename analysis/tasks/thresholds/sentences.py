@@ -8,7 +8,7 @@ import numpy as np
 
 from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
 from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
-from slipscale.analysis.tasks.thresholds.statistics import COMPARED
+from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
     from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
     from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
-    from slipscale.analysis.tasks.thresholds.statistics import TaskThresholds
     from slipscale.stimuli.quantity import Quantity
 
 _HALF_WAY = "for a typical participant (n = {n}), half-way between chance and best performance"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -36,8 +37,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
 
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.steps.replies import NO_SOUND
-from slipscale.experiments.study.headphone_test import AGAIN, DECISION, HEADPHONES, NOISE, TONE
+from slipscale.experiments.study.headphone_test import (
+    AGAIN,
+    DECISION,
+    HEADPHONES,
+    NOISE,
+    TONE,
+    HeadphoneTest,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.study.headphone_test import HeadphoneTest
 
 
 def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, object]:

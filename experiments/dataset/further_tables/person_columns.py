@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Collection, Mapping
 
 from slipscale.experiments.dataset.schema import COMPLETE, MODE, RUN, SESSION
 from slipscale.experiments.protocol_parts.base import Column
-
-if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
 
 
 def session_columns() -> dict[str, Column]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import PurePosixPath
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT, RUN, SESSION
 from slipscale.experiments.dataset.tsv import cell, sidecar, table
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
     from slipscale.experiments.dataset.journals import Run
 
 FOLDER = PurePosixPath("phenotype")

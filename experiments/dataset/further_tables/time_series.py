@@ -12,19 +12,17 @@ BIDS requires a constant sampling frequency, but sensors are read once per frame
 from __future__ import annotations
 
 import gzip
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from statistics import median
 from typing import TYPE_CHECKING, NamedTuple
 
 from slipscale.experiments.dataset.measured import samples
 from slipscale.experiments.dataset.schema import MISSING
-from slipscale.hardware.contact.source import QUANTITIES
+from slipscale.hardware.contact.source import QUANTITIES, Kind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from slipscale.experiments.journal.record import Record
-    from slipscale.hardware.contact.source import Kind
 
 UNITS = {"mm": "mm", "n": "N"}
 DESCRIPTIONS = {

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 import zipfile
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager
 from functools import partial
 from importlib.resources import files
@@ -26,7 +27,7 @@ from slipscale.experiments.lab.console.actions.data import renew
 from slipscale.experiments.lab.console.actions.desk import Desk
 from slipscale.experiments.lab.console.actions.forms import read_form
 from slipscale.experiments.lab.console.actions.table import do
-from slipscale.experiments.lab.console.jobs import KINDS
+from slipscale.experiments.lab.console.jobs import KINDS, Jobs
 from slipscale.experiments.lab.console.page_texts import LANGUAGES, Words, preferred
 from slipscale.experiments.lab.console.pages.data import parts_done
 from slipscale.experiments.lab.console.pages.editor import editor, follow_up
@@ -34,7 +35,7 @@ from slipscale.experiments.lab.console.pages.strip import strip
 from slipscale.experiments.lab.console.pages.table import PAGES, WITHIN
 from slipscale.experiments.lab.console.pages.view import View, local_time
 from slipscale.experiments.lab.console.presence import Presence
-from slipscale.experiments.lab.console.security import REPORT_POLICY, Guard
+from slipscale.experiments.lab.console.security import REPORT_POLICY, Access, Guard
 from slipscale.experiments.lab.console.state import (
     RESULTS,
     State,
@@ -48,12 +49,8 @@ from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Iterator
-
     from starlette.requests import Request
 
-    from slipscale.experiments.lab.console.jobs import Jobs
-    from slipscale.experiments.lab.console.security import Access
 
 PACKAGE = "slipscale.experiments.lab.console"
 LOOK_S = 1.0  # interval between two complete checks for changes

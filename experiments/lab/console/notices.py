@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from datetime import datetime
 from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from slipscale.experiments.lab.defaults import Defaults
     from slipscale.experiments.lab.roster import Roster, Visit
     from slipscale.experiments.study.model import Study

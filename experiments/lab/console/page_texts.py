@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.resources import files
@@ -12,8 +13,6 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.languages.texts import flatten
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.protocol_parts.base import Options, Protocol
     from slipscale.experiments.study.model import Study
 

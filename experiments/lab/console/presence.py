@@ -9,15 +9,12 @@ from __future__ import annotations
 import hashlib
 import time
 from contextlib import suppress
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import IO
 
 import portalocker
 
 from slipscale.experiments.lab.console.private_folder import private_folder
-
-if TYPE_CHECKING:
-    from pathlib import Path
-    from typing import IO
 
 
 class Presence:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import ipaddress
 import shutil
 import socket
@@ -17,18 +18,15 @@ from typing import TYPE_CHECKING
 import uvicorn
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-from slipscale.experiments.lab.console.app import make_app
+from slipscale.experiments.lab.console.app import Console, make_app
 from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.console.private_folder import private_folder, write_private
 from slipscale.experiments.lab.console.security import TO_THE_PAGES, Access
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    import asyncio
-
     from starlette.applications import Starlette
 
-    from slipscale.experiments.lab.console.app import Console
 
 PORT = 8470
 CERTIFICATE_DAYS = "30"

@@ -6,6 +6,7 @@ import hashlib
 import json
 import shutil
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -27,8 +28,6 @@ from slipscale.experiments.study.file import read_study
 from slipscale.faults import UserError, harmless
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.experiments.study.model import Study
 
 FRESH_S = 1.0

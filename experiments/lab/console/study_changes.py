@@ -9,16 +9,14 @@ from __future__ import annotations
 
 import re
 import tomllib
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Callable
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
 from slipscale.experiments.lab.console.actions.forms import LARGEST_STUDY, Form
 from slipscale.faults import UserError
 from slipscale.faults.toml_file import toml_table
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 Kind = Literal["text", "number", "switch", "choice", "numbers", "lines", "several"]
 Key = Annotated[str, Field(max_length=200)] | Annotated[int, Field(ge=0, lt=10_000)]

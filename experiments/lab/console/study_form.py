@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -18,8 +19,6 @@ from slipscale.faults.validation import Told, place_in_words
 from slipscale.stimuli.field_names import in_code
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from slipscale.experiments.lab.console.study_changes import Kind
     from slipscale.faults.toml_lines import Place
     from slipscale.stimuli.quantity import Quantity

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, assert_never
 
@@ -24,8 +25,6 @@ from slipscale.experiments.steps.replies import BACK
 from slipscale.experiments.steps.steps import Ask
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     Texts = Mapping[str, str]
 
 CARET = "|"

@@ -14,13 +14,11 @@ import os
 import select
 import sys
 import threading
+from collections.abc import Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from slipscale.faults import RIG_FAULT, RigError
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 LIBRARY = "libX11.so.6"
 GONE = (

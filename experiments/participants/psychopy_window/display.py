@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Self
@@ -31,8 +32,6 @@ from slipscale.hardware.contact.source import Touch
 from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from slipscale.hardware.clock import Clock
 
 SMALLEST = 0.6  # relative size of a text that must shrink to fit

@@ -6,8 +6,9 @@ as in the window font, even if the browser uses another font.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from html import escape
-from typing import TYPE_CHECKING, assert_never
+from typing import assert_never
 
 from slipscale.experiments.participants.psychopy_window.layout import LINE, lay
 from slipscale.experiments.participants.psychopy_window.scene import (
@@ -17,14 +18,12 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     Area,
     Arrow,
     Box,
+    Colour,
     Disc,
+    Item,
+    Scene,
     Text,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from slipscale.experiments.participants.psychopy_window.scene import Colour, Item, Scene
 
 BASELINE = 1.069  # baseline below the top of a line, relative to the size: Noto Sans
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 import unicodedata
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from typing import TYPE_CHECKING, Protocol, TypeGuard, assert_never
@@ -28,8 +29,6 @@ from slipscale.experiments.steps.questions import (
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.steps.trial import Value
 
 # Codes that on-screen keys send in addition to characters.

@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from slipscale.hardware.clock import Clock
 
 Kind = Literal["character", "erase", "escape", "turn", "move", "point"]

@@ -7,26 +7,22 @@ wider.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from importlib.util import find_spec
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.screen_room import not_drawn
 from slipscale.experiments.participants.psychopy_window.scene import (
     COLOURS,
     Box,
     Colour,
+    Scene,
     Text,
     unbroken,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from slipscale.experiments.participants.psychopy_window.scene import Scene
 
 FILE = "NotoSans-Regular.ttf"
 SMALLEST = 0.6  # relative size of a text that must shrink to fit

@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
-from slipscale.experiments.participants.psychopy_window.scene import Box, Disc, Scene, Text
+from slipscale.experiments.participants.psychopy_window.scene import (
+    Box,
+    Colour,
+    Disc,
+    Item,
+    Scene,
+    Text,
+)
 from slipscale.experiments.participants.psychopy_window.screen_texts import (
     ScreenResult,
     naming_key,
     remaining,
 )
 from slipscale.experiments.participants.psychopy_window.waiting import Waiting
-from slipscale.experiments.steps.questions import Selection
+from slipscale.experiments.steps.questions import PointingQuestion, Selection
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from slipscale.experiments.participants.psychopy_window.scene import Colour, Item
-    from slipscale.experiments.steps.questions import PointingQuestion
     from slipscale.experiments.steps.steps import Ask
 
 BAR_HEIGHT, CURSOR = 0.4, 0.012

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
@@ -15,8 +16,6 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.steps.questions import VisualAnalogueQuestion
     from slipscale.experiments.steps.steps import Ask
 

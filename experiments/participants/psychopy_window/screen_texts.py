@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -10,8 +11,6 @@ from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.scene import Scene, Text
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.steps.trial import Value
 
     Texts = Mapping[str, str]

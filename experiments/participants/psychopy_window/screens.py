@@ -6,6 +6,7 @@ outcome. Time is always an argument, so tests of screens need not wait.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from slipscale.experiments.participants.psychopy_window.asking import Asking
@@ -20,14 +21,19 @@ from slipscale.experiments.participants.psychopy_window.waiting import (
     Telling,
 )
 from slipscale.experiments.steps.questions import PointingQuestion, VisualAnalogueQuestion
-from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    Ask,
+    Explore,
+    Feedback,
+    Instruct,
+    ParticipantStep,
+    Rest,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from slipscale.experiments.participants.psychopy_window.scene import Scene
     from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
-    from slipscale.experiments.steps.steps import ParticipantStep
 
     Texts = Mapping[str, str]
 

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.scene import Area, Arrow, Box, Scene, Text
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 # Rows in the order of a keypad: 7 above 4 above 1.
 DIGITS = ("789", "456", "123")

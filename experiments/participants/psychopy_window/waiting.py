@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
@@ -17,8 +18,6 @@ from slipscale.experiments.steps.questions import NumberQuestion, WholeNumberQue
 from slipscale.experiments.steps.replies import FEEL_AGAIN
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Feedback, Instruct, Rest
 
     Texts = Mapping[str, str]

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from slipscale.experiments.participants.base import Kind, StopRequested, Unfinished, Watch
+from slipscale.experiments.participants.base import Kind, StopRequested, Turn, Unfinished, Watch
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.asking import Stopping
 from slipscale.experiments.participants.psychopy_window.display import Display
@@ -17,10 +18,7 @@ from slipscale.experiments.participants.psychopy_window.screens import Screen, s
 from slipscale.experiments.steps.replies import Reply
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.participants.base import Turn
     from slipscale.experiments.participants.psychopy_window.scene import Scene
     from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
     from slipscale.experiments.steps.steps import Adjust, ParticipantStep

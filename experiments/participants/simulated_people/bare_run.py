@@ -8,14 +8,22 @@ adjustment takes only the person's time; on a plate, the amplitude also has to s
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from slipscale.experiments.participants.simulated_people.in_session import (
     FELT_DIGITS,
     turned_until_content,
 )
-from slipscale.experiments.participants.simulated_people.respondent import respondent_of
-from slipscale.experiments.steps.replies import FEEL_AGAIN, Adjusted, Presented, Reply, Voided
+from slipscale.experiments.participants.simulated_people.respondent import Respondent, respondent_of
+from slipscale.experiments.steps.replies import (
+    FEEL_AGAIN,
+    Adjusted,
+    Answer,
+    Presented,
+    Reply,
+    Voided,
+)
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -27,17 +35,13 @@ from slipscale.experiments.steps.steps import (
     Present,
     Rest,
     Silence,
+    Step,
 )
 from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
     from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.participants.simulated_people.respondent import Respondent
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.surface import Stimulus
 

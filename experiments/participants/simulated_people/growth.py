@@ -8,6 +8,7 @@ between them follows the table below, and that people differ as much as in the p
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,6 @@ from slipscale.experiments.participants.simulated_people.population import (
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.experiments.study.factors import Factor
     from slipscale.experiments.study.model import Study
     from slipscale.stimuli.quantity import Quantity

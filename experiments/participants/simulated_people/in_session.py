@@ -3,21 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from statistics import fmean
 from typing import TYPE_CHECKING, ClassVar, Self
 
-from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.participants.base import Kind, StopRequested, Turn, Unfinished, Watch
 from slipscale.experiments.participants.simulated_people.finger import SimulatedFinger
 from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
-from slipscale.experiments.steps.steps import Ask, Explore, Present
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    Ask,
+    Explore,
+    ParticipantStep,
+    Present,
+    Step,
+    Steps,
+)
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.experiments.participants.base import Kind, Turn, Watch
     from slipscale.experiments.participants.simulated_people.respondent import Respondent
-    from slipscale.experiments.steps.steps import Adjust, ParticipantStep, Step, Steps
     from slipscale.hardware.clock import Clock
     from slipscale.stimuli.surface import Stimulus
 

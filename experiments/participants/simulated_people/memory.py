@@ -11,7 +11,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.simulated_people.habits import History
-from slipscale.experiments.steps.replies import Presented, Reply
+from slipscale.experiments.steps.replies import Answer, Presented, Reply
 from slipscale.experiments.steps.steps import (
     Adjust,
     Ask,
@@ -21,14 +21,13 @@ from slipscale.experiments.steps.steps import (
     Instruct,
     Present,
     Rest,
+    Step,
 )
 from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.varied import Varied
 
 if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Curves
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step
     from slipscale.experiments.steps.trial import Trial
 
 

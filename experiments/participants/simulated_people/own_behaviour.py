@@ -7,6 +7,8 @@ the class and give other parameters.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
+from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeVar
 
 from slipscale.faults import UserError
@@ -14,9 +16,6 @@ from slipscale.faults.plug_ins import PARTICIPANTS, installed, package_of
 from slipscale.faults.plug_ins import called as watched
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from importlib.metadata import EntryPoint
-
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
     from slipscale.experiments.steps.steps import Ask, Explore

@@ -19,6 +19,7 @@ define its own population in a TOML file with the same keys.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
@@ -45,8 +46,6 @@ from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.validation import in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     import numpy as np
     from numpy.typing import NDArray
 

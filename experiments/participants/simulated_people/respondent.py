@@ -9,6 +9,7 @@ one, and a question that a protocol repeats gets a new answer.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.simulated_people.habits import (
@@ -28,7 +29,11 @@ from slipscale.experiments.participants.simulated_people.population import Popul
 from slipscale.experiments.participants.simulated_people.sensation import Sensation
 from slipscale.experiments.participants.simulated_people.verbal_reports import verbal_reports
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-from slipscale.experiments.protocol_parts.simulated_answers import misfit
+from slipscale.experiments.protocol_parts.simulated_answers import (
+    SimulatedAnswer,
+    SimulatedPerson,
+    misfit,
+)
 from slipscale.experiments.steps.questions import (
     CONSENT,
     ChoiceQuestion,
@@ -42,12 +47,6 @@ from slipscale.experiments.steps.trial import Value, factor_level
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from slipscale.experiments.protocol_parts.simulated_answers import (
-        SimulatedAnswer,
-        SimulatedPerson,
-    )
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 

@@ -3,14 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Callable
 
-from slipscale.experiments.participants.simulated_people.population import curves
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.participants.simulated_people.population import Population, curves
 
 LEAST_SHARE = 0.001  # ratings never quite reach the ends of a line
 

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
-from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from slipscale.stimuli.attributes import AttributeWords
+from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 
 # Answers to the question of what has disappeared, for slipperiness; the first is from the paper
 # ("less slippery", Section IV-B).

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
     from slipscale.experiments.protocol_parts.adaptive.track import Track
 

@@ -8,9 +8,10 @@ the posterior.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 
@@ -18,9 +19,6 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, Array
 from slipscale.experiments.protocol_parts.adaptive.track import Progress, check_between
 from slipscale.experiments.steps.rounding import DECIMALS, rounded
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 #: Levels times parameter combinations: four tables of 8-byte values, 64 MB in total. Each trial
 #: reads two of them, which takes 0.37 of a frame at 60 Hz.

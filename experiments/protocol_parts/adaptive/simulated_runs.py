@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,8 +11,6 @@ from slipscale.experiments.protocol_parts.adaptive.batched import QuestPlusBatch
 from slipscale.experiments.protocol_parts.adaptive.quest_plus import QuestPlusTrack
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field
@@ -19,8 +20,6 @@ from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.protocol_parts.adaptive.track import Track
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from slipscale.experiments.protocol_parts.base import Column
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import TrialRecord
+from slipscale.experiments.protocol_parts.base import Column, TrialRecord
 
 
 def adjusted_columns(name: str, description: str) -> dict[str, Column]:

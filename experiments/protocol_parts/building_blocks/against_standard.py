@@ -7,11 +7,12 @@ number of trials.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Count
+from slipscale.experiments.protocol_parts.base import Amplitude, AtLeastOne, Column, Context, Count
 from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
@@ -19,13 +20,9 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedOptions,
     RatedSurfaces,
 )
-from slipscale.experiments.steps.steps import Present, Silence
+from slipscale.experiments.steps.steps import Present, Silence, Steps
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from slipscale.experiments.protocol_parts.base import Context
-    from slipscale.experiments.steps.steps import Steps
     from slipscale.experiments.steps.trial import Trial
 
 STANDARD, JUDGED = 1, 2

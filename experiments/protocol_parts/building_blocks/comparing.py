@@ -6,30 +6,35 @@ and `paired_comparison` define the comparisons.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import Column, Count, Switch
+from slipscale.experiments.protocol_parts.base import Column, Context, Count, Switch, TrialRecord
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     Condition,
     Repeating,
     part_over,
 )
-from slipscale.experiments.steps.replies import Reply, Voided
-from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Silence
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.steps import (
+    Ask,
+    EndTrial,
+    Explore,
+    Instruct,
+    Present,
+    Silence,
+    Step,
+    Steps,
+)
 from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
-
-    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
     from slipscale.experiments.steps.questions import Question, Sought
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Explore, Step, Steps
     from slipscale.stimuli.quantity import Quantity
     from slipscale.stimuli.surface import Stimulus
 

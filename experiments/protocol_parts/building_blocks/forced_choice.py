@@ -6,6 +6,8 @@ levels.
 
 from __future__ import annotations
 
+from collections import deque
+from collections.abc import Generator, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
@@ -13,31 +15,23 @@ from pydantic import Field
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.adaptive.answered_tracks import AnsweredTracks
-from slipscale.experiments.protocol_parts.base import Column, Count, Positive
+from slipscale.experiments.protocol_parts.base import Column, Context, Count, Positive, TrialRecord
 from slipscale.experiments.protocol_parts.building_blocks.adaptive_options import AdaptiveOptions
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     IntervalTask,
     sought,
     truth,
 )
-from slipscale.experiments.protocol_parts.building_blocks.repeating import part_over
-from slipscale.experiments.protocol_parts.simulated_answers import compared
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion, Sought
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
-from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step
-from slipscale.experiments.steps.trial import Phase, Trial
+from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step, Steps
+from slipscale.experiments.steps.trial import Phase, Trial, Value
 
 if TYPE_CHECKING:
-    from collections import deque
-    from collections.abc import Generator, Iterable, Mapping
-
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
-    from slipscale.experiments.protocol_parts.base import Context, TrialRecord
-    from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.steps.steps import Steps
-    from slipscale.experiments.steps.trial import Value
 
 
 class ForcedChoiceOptions(AdaptiveOptions):

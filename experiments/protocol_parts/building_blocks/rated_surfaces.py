@@ -7,12 +7,13 @@ it.
 
 from __future__ import annotations
 
+from collections.abc import Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Count, Switch
+from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
 from slipscale.experiments.protocol_parts.ordering.orders import (
@@ -20,18 +21,21 @@ from slipscale.experiments.protocol_parts.ordering.orders import (
     practice_order,
     presentation_order,
 )
-from slipscale.experiments.steps.replies import Reply, Voided
-from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Rest, Silence
-from slipscale.experiments.steps.trial import Phase, Trial
+from slipscale.experiments.steps.replies import Answer, Reply, Voided
+from slipscale.experiments.steps.steps import (
+    Ask,
+    EndTrial,
+    Instruct,
+    Present,
+    Rest,
+    Silence,
+    Step,
+    Steps,
+)
+from slipscale.experiments.steps.trial import Phase, Trial, Value
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping, Sequence
-
-    from slipscale.experiments.protocol_parts.base import Context
     from slipscale.experiments.steps.questions import Question
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Step, Steps
-    from slipscale.experiments.steps.trial import Value
     from slipscale.stimuli.surface import Stimulus
 
 

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections import deque
+from collections.abc import Callable, Generator, Iterable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from slipscale.experiments.steps.replies import Voided
-from slipscale.experiments.steps.steps import EndBlock, Instruct
+from slipscale.experiments.steps.replies import Answer, Voided
+from slipscale.experiments.steps.steps import EndBlock, Instruct, Rest, Step, Steps
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable
-
     from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.steps import Rest, Step, Steps
 
 Condition = TypeVar("Condition")
 # The definition of a trial, and the number of the trial that it repeats.

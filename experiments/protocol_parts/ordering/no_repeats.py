@@ -8,6 +8,7 @@ inclusion-exclusion over blocks of equal items (Flajolet and Sedgewick, Analytic
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import chain, pairwise
@@ -16,8 +17,6 @@ from typing import TYPE_CHECKING
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 ALONE = (

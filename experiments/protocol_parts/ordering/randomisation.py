@@ -8,11 +8,9 @@ from these numbers in `slipscale.experiments.protocol_parts.ordering.orders`.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from statistics import NormalDist
-from typing import TYPE_CHECKING, TypeVar
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
+from typing import TypeVar
 
 Item = TypeVar("Item")
 

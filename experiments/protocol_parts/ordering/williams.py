@@ -7,13 +7,12 @@ them. Labels and the order of the rows are random; the balance is exact.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 

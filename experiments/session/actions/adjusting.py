@@ -2,24 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import answer_record
-from slipscale.experiments.session.markers import Event
-from slipscale.experiments.steps.replies import FEEL_AGAIN, Adjusted
+from slipscale.experiments.session.markers import Event, Markers
+from slipscale.experiments.steps.replies import FEEL_AGAIN, Adjusted, Reply
 from slipscale.experiments.steps.rounding import DECIMALS
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.participants.base import Participant, Turn, Watch
-    from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.progress import Progress
     from slipscale.experiments.session.surface_state import SurfaceState
-    from slipscale.experiments.steps.replies import Reply
     from slipscale.experiments.steps.steps import Adjust, Explore, Present
     from slipscale.hardware.clock import Clock
 

@@ -7,33 +7,29 @@ decisions on these answers.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import answer_record, step_record
-from slipscale.experiments.participants.base import StopRequested, Unfinished
-from slipscale.experiments.session.markers import Event
+from slipscale.experiments.participants.base import Participant, StopRequested, Unfinished, Watch
+from slipscale.experiments.session.markers import Event, Markers
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.steps.replies import BACK, NO_SOUND, Reply
-from slipscale.experiments.steps.steps import Feedback
+from slipscale.experiments.steps.steps import Ask, Feedback, Played
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.journal.journal import Journal
     from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.participants.base import Participant, Watch
     from slipscale.experiments.session.interruptions import Interruptions
-    from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.measured_contact import Contact
     from slipscale.experiments.session.operator_answers import OperatorAnswers
     from slipscale.experiments.session.progress import Progress
     from slipscale.experiments.session.question_sounds import Sounds
     from slipscale.experiments.session.surface_state import SurfaceState
-    from slipscale.experiments.steps.steps import Ask, Played
     from slipscale.hardware.clock import Clock
 
 

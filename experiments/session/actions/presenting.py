@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.serialisation import answer_record
-from slipscale.experiments.session.markers import Event
-from slipscale.hardware.clock import VirtualClock
+from slipscale.experiments.session.markers import Event, Markers
+from slipscale.hardware.clock import Clock, VirtualClock
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from slipscale.experiments.journal.journal import Journal
-    from slipscale.experiments.session.markers import Markers
     from slipscale.experiments.session.masking_noise import Noise
     from slipscale.experiments.session.progress import Progress
     from slipscale.experiments.session.resonance_tracking import ResonanceTracking
     from slipscale.experiments.session.surface_state import SurfaceState
     from slipscale.experiments.steps.replies import Presented
     from slipscale.experiments.steps.steps import Present, Step
-    from slipscale.hardware.clock import Clock
 
 
 @dataclass(slots=True, kw_only=True)

@@ -18,6 +18,7 @@ does not support lists; textures are then rejected.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from statistics import fmean
 from threading import Event, Thread
@@ -27,9 +28,9 @@ from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board import supervision as watch
-from slipscale.hardware.backends.serial_board.link import BoardLink, NotKnown
+from slipscale.hardware.backends.serial_board.link import BoardLink, Line, NotKnown
 from slipscale.hardware.backends.serial_board.serial_line import SerialLine
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import Clock, SystemClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -42,17 +43,12 @@ from slipscale.hardware.errors import (
     WrongDevice,
 )
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
-from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Modulator
+from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Loop, Modulator
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from slipscale.hardware.backends.serial_board.link import Line
     from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.plate_file import PlateFile
-    from slipscale.stimuli.modulation import Loop
 
 T = TypeVar("T")
 

@@ -8,10 +8,10 @@ reset between the command and its repetition.
 from __future__ import annotations
 
 from threading import Lock
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import Clock, SystemClock
 from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
@@ -22,9 +22,6 @@ from slipscale.hardware.errors import (
     PlateTimeout,
     WrongDevice,
 )
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 REPLY_TIMEOUT_S = 0.08
 ATTEMPTS = 4  # together shorter than the board's watchdog time

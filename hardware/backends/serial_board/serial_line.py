@@ -7,8 +7,9 @@ OSErrors. This module converts all of them to `ConnectionLost`.
 from __future__ import annotations
 
 import errno
+from collections.abc import Callable
 from contextlib import suppress
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -17,9 +18,6 @@ from slipscale.hardware.errors import (
     PlateFault,
     PlateNotFound,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 try:
     from termios import error as termios_error  # passed through by pyserial; not an OSError

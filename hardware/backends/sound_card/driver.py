@@ -25,6 +25,7 @@ buffer: use a hardware interlock (docs/how-to/function-generator.md). Nothing is
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +36,7 @@ from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import drive_of_level
 from slipscale.hardware.backends.gain import agreed_gain
 from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import Clock, SystemClock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -49,11 +50,8 @@ from slipscale.hardware.errors import (
 from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.backends.drive_of_level import DriveOfLevel
     from slipscale.hardware.calibration.record import Calibration
-    from slipscale.hardware.clock import Clock
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.plate_file import PlateFile
 

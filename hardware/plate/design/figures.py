@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, canvas, note, styled
-from slipscale.hardware.plate.paper_study import harmonic
-from slipscale.hardware.plate.vibration import surface_response_um
+from slipscale.hardware.plate.paper_study import Harmonic, harmonic
+from slipscale.hardware.plate.vibration import Modes, surface_response_um
 from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.hardware.plate.beam import BeamSection
-    from slipscale.hardware.plate.paper_study import Harmonic
-    from slipscale.hardware.plate.vibration import Modes
 
 MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a fraction of the plate's length
 

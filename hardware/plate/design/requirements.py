@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from pathlib import Path
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -11,9 +12,6 @@ from slipscale.faults.toml_file import read_toml
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.geometry import Region
 from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TABLE_II
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 LIMITS = PlateLimits()
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

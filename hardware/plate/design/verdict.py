@@ -8,6 +8,7 @@ that are refined until the amplitude changes by less than 4 %.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -15,19 +16,14 @@ import numpy as np
 
 from slipscale.faults import UserError
 from slipscale.hardware.limits import PlateLimits
-from slipscale.hardware.plate.design.sizing import drawn_layout, layout_of
-from slipscale.hardware.plate.geometry import BRICKS_MM, QUICK, Region, density_of
+from slipscale.hardware.plate.design.sizing import Candidate, drawn_layout, layout_of
+from slipscale.hardware.plate.geometry import BRICKS_MM, QUICK, Density, Layout, Region, density_of
 from slipscale.hardware.plate.paper_study import MODE_COUNT, harmonic, plate_modes
-from slipscale.hardware.plate.vibration import modes, surface_response_um
+from slipscale.hardware.plate.vibration import Modes, modes, surface_response_um
 from slipscale.stimuli.surface import pp_from_peak
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
-    from slipscale.hardware.plate.design.sizing import Candidate
-    from slipscale.hardware.plate.geometry import Density, Layout
-    from slipscale.hardware.plate.vibration import Modes
 
 CONVERGED = 0.04  # of the amplitude, from one mesh to the next
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator, Mapping
 from math import exp
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,11 @@ from slipscale.analysis.statistics.mean_over_participants import MeanOverPartici
 from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
-from slipscale.analysis.tasks.effects.factors.statistics import FACTORS
+from slipscale.analysis.tasks.effects.factors.statistics import (
+    FACTORS,
+    ConditionChange,
+    FactorEffects,
+)
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
@@ -24,12 +29,9 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping
-
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.tasks.effects.factors.statistics import ConditionChange, FactorEffects
     from slipscale.stimuli.quantity import Quantity
 
     Change = MeanOverParticipants | NotComputed

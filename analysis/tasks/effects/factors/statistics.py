@@ -9,6 +9,7 @@ trials, in which intercept, exponent and condition effects differ between partic
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
@@ -34,8 +35,6 @@ from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
 #: Term of the mixed model for each difference between conditions.

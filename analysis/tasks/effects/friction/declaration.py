@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.preprocessing import normalisation
-from slipscale.analysis.statistics.measured_friction import used_trials
+from slipscale.analysis.statistics.measured_friction import (
+    MeanCorrelation,
+    MeasuredFriction,
+    used_trials,
+)
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.flat_table import flat
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection, TableColumn
@@ -21,16 +26,12 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, canvas, styled
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
     from matplotlib.figure import Figure
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
-    from slipscale.analysis.statistics.measured_friction import MeanCorrelation, MeasuredFriction
-    from slipscale.analysis.tasks.kind import Analysis
 
 LESS_FRICTION = 0.1
 

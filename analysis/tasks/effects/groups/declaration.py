@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from math import exp
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.effects.groups.statistics import GROUPS
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.effects.groups.statistics import GROUPS, GroupComparison
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
@@ -25,14 +26,10 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     from markupsafe import Markup
 
     from slipscale.analysis.statistics.repeated_measures.two_way import Effect
-    from slipscale.analysis.tasks.effects.groups.statistics import GroupComparison
     from slipscale.analysis.tasks.effects.groups.welch import GroupDifference, Welch
-    from slipscale.analysis.tasks.kind import Analysis
     from slipscale.stimuli.quantity import Quantity
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
@@ -21,8 +22,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -14,8 +15,6 @@ from slipscale.analysis.statistics.mean_over_participants import mean_over_parti
 from slipscale.analysis.statistics.not_computed import NotComputed
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import numpy as np
     from numpy.typing import NDArray
 

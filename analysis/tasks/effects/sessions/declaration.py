@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
-from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
-from slipscale.analysis.tasks.kind import TaskAnalysis
+from slipscale.analysis.tasks.effects.sessions.statistics import (
+    SESSIONS,
+    SessionEffects,
+    SessionMeasure,
+)
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
@@ -25,12 +30,7 @@ from slipscale.analysis.writing.numbers import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from markupsafe import Markup
-
-    from slipscale.analysis.tasks.effects.sessions.statistics import SessionEffects, SessionMeasure
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def sentences(analysis: Analysis) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
@@ -17,16 +18,12 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import IntraclassCorrelation
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
-from slipscale.analysis.tasks.effects.sessions.anova import session_anova
+from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova, session_anova
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import numpy as np
     import pandas as pd
     from numpy.typing import NDArray
-
-    from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova
 
     Array = NDArray[np.float64]
 

@@ -5,6 +5,7 @@ The extra ``slipscale[bayes]`` is required. For the model, see `hierarchical_sam
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,16 +16,18 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
-from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import SEED, Trials, sample
+from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import (
+    SEED,
+    Draws,
+    Trials,
+    sample,
+)
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import Draws
 
     Array = NDArray[np.float64]
 

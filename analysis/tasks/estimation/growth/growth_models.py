@@ -22,6 +22,7 @@ naka_rushton  x^β / (x^β + xs^β)  Naka and Rushton (1966), J. Physiol. 185, 5
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -33,8 +34,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-
     import pandas as pd
     from numpy.typing import NDArray
 

@@ -13,13 +13,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS, UNDECIDED
+from slipscale.analysis.tasks.estimation.growth.growth_models import (
+    MODELS,
+    UNDECIDED,
+    GrowthFunction,
+)
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
-
-    from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthFunction
 
     Array = NDArray[np.float64]
 

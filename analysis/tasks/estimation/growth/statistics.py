@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
@@ -9,20 +10,23 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.json_form import record, renamed
-from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
+from slipscale.analysis.statistics.mean_over_participants import (
+    MeanOverParticipants,
+    mean_over_participants,
+)
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
-from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS, compare
+from slipscale.analysis.tasks.estimation.growth.growth_models import (
+    MODELS,
+    GrowthComparison,
+    compare,
+)
 from slipscale.analysis.tasks.estimation.growth.individual_winners import individual_winners
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import pandas as pd
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
-    from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
 
 #: Predicted reductions in friction below this value are treated as rounding errors.
 NO_REDUCTION = 1e-9

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 from slipscale.hardware.calibration.sweep import COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS
 from slipscale.hardware.cli.calibrate import ASKED, BACK
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 # Each sweep runs up and down: a coarse and a fine sweep in frequency, then one in voltage.
 OF_FREQUENCY = 2 * (COARSE_POINTS + FINE_POINTS)

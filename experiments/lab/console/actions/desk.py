@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from slipscale.experiments.lab.console.actions.forms import Form
-from slipscale.experiments.lab.console.jobs import USING_THE_PLATE
+from slipscale.experiments.lab.console.jobs import USING_THE_PLATE, Jobs
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from slipscale.experiments.lab.console.jobs import Jobs
     from slipscale.experiments.lab.console.state import Snapshot, State
 
 

@@ -18,7 +18,7 @@ from slipscale.experiments.lab.console.actions.forms import (
     text_hash,
     unused,
 )
-from slipscale.experiments.lab.console.state import PLANNING, frozen_plans
+from slipscale.experiments.lab.console.state import PLANNING, Snapshot, frozen_plans
 from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_settings
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
@@ -26,7 +26,6 @@ from slipscale.faults import UserError
 
 if TYPE_CHECKING:
     from slipscale.experiments.lab.console.actions.desk import Actions, Desk
-    from slipscale.experiments.lab.console.state import Snapshot
 
 # Values of the planning sliders, which require less than a minute of computing time.
 GRID = (

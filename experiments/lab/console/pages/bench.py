@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -13,7 +14,7 @@ from slipscale.experiments.lab.console.actions.calibrating import (
     made_calibration,
     measured_so_far,
 )
-from slipscale.experiments.lab.console.jobs import HELD
+from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.faults import RigError, UserError
@@ -23,9 +24,6 @@ from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.registry import open_plate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from slipscale.experiments.lab.console.jobs import Job
     from slipscale.hardware.driver import PlateDriver
 
 READING = re.compile(r"^\s*([\d.]+)\s+([\d.]+|n/a)\s", re.MULTILINE)

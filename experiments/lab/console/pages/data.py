@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING, Any
@@ -16,14 +17,18 @@ from slipscale.experiments.lab.console.pages.view import (
     when_over,
 )
 from slipscale.experiments.lab.console.plots import CurvePlot, curve_plot, scatter
-from slipscale.experiments.lab.console.state import RESULTS, export_folder, findings, pilots, table3
+from slipscale.experiments.lab.console.state import (
+    RESULTS,
+    Snapshot,
+    export_folder,
+    findings,
+    pilots,
+    table3,
+)
 from slipscale.experiments.lab.curves import Curve, curves
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     from slipscale.experiments.lab.console.jobs import Jobs, Kind
-    from slipscale.experiments.lab.console.state import Snapshot
     from slipscale.experiments.lab.roster import Visit
 
 MOST_BARS = 24

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING
@@ -15,15 +16,12 @@ from slipscale.experiments.lab.console.pages.view import (
     titles_of,
     when_over,
 )
-from slipscale.experiments.lab.console.state import changed_ns, findings
+from slipscale.experiments.lab.console.state import Live, Snapshot, changed_ns, findings
 from slipscale.hardware.address import is_mock
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.experiments.lab.console.jobs import Job
     from slipscale.experiments.lab.console.page_texts import Words
-    from slipscale.experiments.lab.console.state import Live, Snapshot
     from slipscale.experiments.lab.roster import Person, Visit
 
 MOST_EVENTS = 30

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
@@ -13,18 +14,14 @@ from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, plan
 from slipscale.experiments.lab.console.plots import Drawing, drawing
 from slipscale.experiments.lab.console.study_form import StudyForm
 from slipscale.experiments.running.study_commands import balance
-from slipscale.experiments.running.timeline import timeline
+from slipscale.experiments.running.timeline import Timeline, timeline
 from slipscale.experiments.study.file import file_names, parse_whole, shipped_studies
 from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import Texture
 from slipscale.faults import UserError
-from slipscale.faults.validation import told_in
+from slipscale.faults.validation import Told, told_in
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from slipscale.experiments.running.timeline import Timeline
-    from slipscale.faults.validation import Told
     from slipscale.stimuli.surface import Surface
 
 SIMULATED = 4  # number of simulated participants, accurate to tenths of a minute

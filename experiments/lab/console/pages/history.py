@@ -6,6 +6,7 @@ the median deviation of complete groups of eight presentations are shown.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
 from typing import TYPE_CHECKING
@@ -13,8 +14,6 @@ from typing import TYPE_CHECKING
 from slipscale.experiments.lab.console.plots import TIMES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from slipscale.experiments.lab.blind_summary import PlateReading, RunSummary
 
 TOGETHER = 8

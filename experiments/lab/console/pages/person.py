@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from pathlib import Path
 
-from slipscale.experiments.dataset.hand_exclusions import RECORD, decisions
+from slipscale.experiments.dataset.hand_exclusions import RECORD, Decision, decisions
 from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.lab.console.pages.data import Row, curve_plots
-from slipscale.experiments.lab.console.pages.view import titles_of
+from slipscale.experiments.lab.console.pages.view import View, titles_of
 from slipscale.experiments.lab.curves import curves
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from slipscale.experiments.dataset.hand_exclusions import Decision
-    from slipscale.experiments.lab.console.pages.view import View
 
 
 def person(view: View) -> dict[str, object]:

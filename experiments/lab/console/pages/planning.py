@@ -8,21 +8,17 @@ earlier version.
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.lab.console.actions.folder import power_folder
 from slipscale.experiments.lab.console.pages.editor import simulated_minutes
-from slipscale.experiments.lab.console.pages.view import failure
+from slipscale.experiments.lab.console.pages.view import View, failure
 from slipscale.experiments.lab.console.plots import WIDE
 from slipscale.experiments.lab.console.state import frozen_plans
 from slipscale.experiments.lab.console.study_changes import Change, changed
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from slipscale.experiments.lab.console.pages.view import View
 
 AXES = ("participants", "repetitions", "effect")
 PROTOCOL = "magnitude_estimation"  # the task whose power is planned

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -17,8 +18,6 @@ from slipscale.faults import UserError
 from slipscale.hardware.cli.ports import listing
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.lab.console.pages.view import View
 
 

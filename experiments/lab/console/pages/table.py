@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.console.pages.bench import bench
@@ -14,8 +15,6 @@ from slipscale.experiments.lab.console.pages.settings import settings
 from slipscale.experiments.lab.console.pages.study import study
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from slipscale.experiments.lab.console.pages.view import View
 
 PAGES: dict[str, Callable[[View], dict[str, object]]] = {
