@@ -86,8 +86,8 @@ def parse_toml(
     try:
         return model.model_validate(known.to_code(table) if known else table, context=known)
     except ValidationError as error:
-        told = sentences(faults_in(error, model, known), Lines(text).of)
-        raise complaint(source, _decimal_commas(told, text)) from None
+        faults = sentences(faults_in(error, model, known), Lines(text).of)
+        raise complaint(source, _decimal_commas(faults, text)) from None
 
 
 def toml_table(
@@ -119,8 +119,8 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
         # Python refuses to read decimal numbers with thousands of digits.
         number = max(re.finditer(r"\d[\d_]*", text), key=lambda found: len(found[0]))
         line = text.count("\n", 0, number.start()) + 1
-        told = f"line {line}: expected numbers of at most {MOST_DIGITS} digits"
-        raise UserError(f"{source}: {told}") from None
+        message = f"line {line}: expected numbers of at most {MOST_DIGITS} digits"
+        raise UserError(f"{source}: {message}") from None
 
 
 def not_toml(text: str, said: str) -> str:
@@ -148,12 +148,12 @@ def not_toml(text: str, said: str) -> str:
     return f"line {number} is not TOML: {why}"
 
 
-def _decimal_commas(told: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
+def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
     """Return the errors; those of a list that probably has decimal commas are merged into one."""
     lines = text.split("\n")
     found: dict[int, str] = {}
     rest = []
-    for line, words in told:
+    for line, words in faults:
         comma = TIGHT_COMMA.search(lines[line - 1]) if line else None
         if comma is None or SENTENCES["extra_forbidden"] in words:  # the list is not what is wrong
             rest.append((line, words))

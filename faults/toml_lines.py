@@ -75,53 +75,53 @@ class _Reader:
         found: list[tuple[Place, int]] = []
         line = 1
         for token in TOKEN.finditer(text):
-            kind, said = token.lastgroup or "", token[0]
+            kind, token_text = token.lastgroup or "", token[0]
             if kind == "comment":
                 continue
             if self.in_value:
-                if place := self._value(kind, said):
+                if place := self._value(kind, token_text):
                     found.append((place, line))
-            elif place := self._key(kind, said, line):
+            elif place := self._key(kind, token_text, line):
                 found.append((place, self.key_line))
-            line += said.count("\n")
+            line += token_text.count("\n")
         return found
 
-    def _key(self, kind: str, said: str, line: int) -> Place:
+    def _key(self, kind: str, text: str, line: int) -> Place:
         """Process a token at a key's position; return the place that it completes."""
         if kind == "word":
             self.key_line = line
-            self.key.append(_unquoted(said))
-        elif said == "[":
+            self.key.append(_unquoted(text))
+        elif text == "[":
             self.header += 1
-        elif said == "]":
+        elif text == "]":
             self.header -= 1
             if self.key:
                 return self._open_table(is_item=self.header == 1)
-        elif said == "=":
+        elif text == "=":
             base = self.opened[-1].place if self.opened else self.table
             self.here = (*base, *self._taken())
             self.in_value = True
             return self.here
-        elif said == "}":
+        elif text == "}":
             self._close()
         return ()
 
-    def _value(self, kind: str, said: str) -> Place:
+    def _value(self, kind: str, text: str) -> Place:
         """Process a token of a value; return the place of a list item that begins with it."""
-        begins = kind in ("word", "long") or said in ("[", "{")
+        begins = kind in ("word", "long") or text in ("[", "{")
         place: Place = ()
         if begins and self.opened and self.opened[-1].item is not None:
             self.here = place = (*self.opened[-1].place, self.opened[-1].item)
-        if said == "[":
+        if text == "[":
             self.opened.append(_Value(self.here, 0))
-        elif said == "{":
+        elif text == "{":
             self.opened.append(_Value(self.here))
             self.in_value = False
-        elif said in ("]", "}"):
+        elif text in ("]", "}"):
             self._close()
-        elif said == ",":
+        elif text == ",":
             self._next()
-        elif said == "\n" and not self.opened:
+        elif text == "\n" and not self.opened:
             self.in_value = False
         return place
 

@@ -207,14 +207,14 @@ class PlateFile(FrozenTable):
 
     def implausible(self, calibration: Calibration) -> list[str]:
         """Return the values in a calibration that do not fit this plate."""
-        told = [
+        stated = [
             ("backend", calibration.device.backend, self.wiring.backend),
             ("plate", calibration.device.plate, self.identity.serial),
             ("device", calibration.device.serial, self.identity.device_serial),
         ]
         found = [
             f"it was made on {what} '{made_on}', but the plate file has '{own}'"
-            for what, made_on, own in told
+            for what, made_on, own in stated
             if own and made_on != own
         ]
         found += implausible(calibration, self.expected.model_dump())

@@ -46,10 +46,10 @@ class Parameter:
     @property
     def range(self) -> str:
         """Description of the range."""
-        said = [f"above {self.above:g}"] if self.above > -math.inf else []
-        said += [f"{self.least:g} or more"] if self.least > -math.inf else []
-        said += [f"at most {self.most:g}"] if self.most < math.inf else []
-        return ", ".join(said)
+        parts = [f"above {self.above:g}"] if self.above > -math.inf else []
+        parts += [f"{self.least:g} or more"] if self.least > -math.inf else []
+        parts += [f"at most {self.most:g}"] if self.most < math.inf else []
+        return ", ".join(parts)
 
     def refuse(self, where: str, field: str, value: float) -> None:
         """Raise `UserError` if a value is out of range; ``where`` names the stimulus."""

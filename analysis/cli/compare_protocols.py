@@ -123,8 +123,8 @@ def compare_conditions(args: Namespace, study: Study) -> int:
             [f"{each:.3g}" if isinstance(each, float) else str(each) for each in row]
             for row in rows
         ]
-        told = (*(fitted.sentences if fitted else ()), *sentences(found, people, args.target))
-        _show([HEAD, *texts], told)
+        notes = (*(fitted.sentences if fitted else ()), *sentences(found, people, args.target))
+        _show([HEAD, *texts], notes)
     if args.out:
         write_rows(args.out, "conditions", HEAD, rows)
     sizes = enough(found, people, args.target).values()

@@ -241,19 +241,19 @@ def run_power(args: Namespace) -> int:
             "simulates this one)"
         )
     design = design_of(study, text, population, args.alpha)
-    wanted = conditions(axes_of(args, design))
-    beside = without_effect(wanted)
+    grid = conditions(axes_of(args, design))
+    beside = without_effect(grid)
     if assurance:
         from dataclasses import replace  # noqa: PLC0415
 
         effects = [effect for effect, _ in assurance.effects(largest_effect(design))]
-        beside += [replace(each, effect=effect) for each in wanted for effect in effects]
-    for each in wanted:
+        beside += [replace(each, effect=effect) for each in grid for effect in effects]
+    for each in grid:
         each.people(population)  # Rejects effects beyond the scale before the computation starts.
     looks = Looks(number=args.looks, spending=args.spending)
     every = shards(
         design,
-        list(dict.fromkeys([*wanted, *beside])),
+        list(dict.fromkeys([*grid, *beside])),
         studies=args.studies,
         seed=args.seed,
         looks=looks,
@@ -276,7 +276,7 @@ def run_power(args: Namespace) -> int:
             "shards, which belong to other parts, are still missing"
         )
         return DONE
-    found = rows(design, wanted, outcomes, looks=looks, assurance=assurance)
+    found = rows(design, grid, outcomes, looks=looks, assurance=assurance)
     if args.json:
         print(json.dumps(as_json(design, found, args.target), indent=2))
     else:
@@ -317,8 +317,8 @@ def showing(*, enabled: bool, steps: bool = False) -> Iterator[Callable[[int, in
     If ``steps``, print one line per finished part, such as ``step: 3/24``, for other programs.
     """
     if steps:
-        with telling(lines=True) as told:
-            yield lambda done, of: told(f"{done}/{of}")
+        with telling(lines=True) as reporter:
+            yield lambda done, of: reporter(f"{done}/{of}")
         return
     from rich.console import Console  # noqa: PLC0415
     from rich.progress import (  # noqa: PLC0415

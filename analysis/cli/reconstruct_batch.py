@@ -41,8 +41,8 @@ def run_batch(arguments: Namespace) -> int:
             for verdict in verdicts(
                 left, arguments.memory_gib, arguments.minutes, arguments.workers
             ):
-                told = asdict(verdict)
-                writer.writerow(told | {"label": harmless_cell(verdict.label)})
+                record = asdict(verdict)
+                writer.writerow(record | {"label": harmless_cell(verdict.label)})
                 # Finished verdicts are kept.
                 file.flush()
                 found.append((verdict.verdict, verdict.failed))
@@ -70,10 +70,10 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
         raise UserError(f"{path}: cannot be read ({error})") from None
     whole = text[: text.rfind("\n") + 1]
     reader = csv.reader(io.StringIO(whole, newline=""))
-    head, there = next(reader, names), [dict(zip(names, cells, strict=False)) for cells in reader]
-    same = len(there) <= len(rows) and all(
+    head, written = next(reader, names), [dict(zip(names, cells, strict=False)) for cells in reader]
+    same = len(written) <= len(rows) and all(
         (entry.get("line"), entry.get("digest")) == (str(row.line), digest(row))
-        for entry, row in zip(there, rows, strict=False)
+        for entry, row in zip(written, rows, strict=False)
     )
     if head != names or not same or (text and not whole):
         raise UserError(
@@ -82,4 +82,4 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
         )
     if whole != text:
         path.write_bytes(whole.encode("utf-8"))
-    return [(entry["verdict"], entry["failed"]) for entry in there]
+    return [(entry["verdict"], entry["failed"]) for entry in written]

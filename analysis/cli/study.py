@@ -87,8 +87,8 @@ def _freeze(args: Namespace) -> int:
         return _written(args, args.power)
     if args.power:
         raise UserError("--power and --compute-power both provide the power; expected one of them")
-    with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
-        folder = Path(there) / "power"
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as temporary:
+        folder = Path(temporary) / "power"
         _compute_power(args, folder)
         return _written(args, folder)
 

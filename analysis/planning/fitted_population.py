@@ -88,18 +88,18 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
         "mean_sensation": tuple(np.round(mean, 4).tolist()),
         "sd_sensation": tuple(np.round(sd, 4).tolist()),
     }
-    told = dict.fromkeys(found, f"{len(cells)} people, normalised by {analysis.rule}")
+    origins = dict.fromkeys(found, f"{len(cells)} people, normalised by {analysis.rule}")
     trials = analysis.estimates[analysis.estimates[PARTICIPANT].isin(cells.index)]
     for fit in FITS:
         values, source = fit(analysis, trials, found)
         found |= values
-        told |= dict.fromkeys(values, source)
+        origins |= dict.fromkeys(values, source)
     habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
     population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
     # The levels are always fitted; `told` lists them under their name for amplitudes in µm.
     every = set(Population.model_fields) - {"name", "habits", "levels"}
     return FittedPopulation(
-        population=population, fitted=told, assumed=tuple(sorted(every - set(told)))
+        population=population, fitted=origins, assumed=tuple(sorted(every - set(origins)))
     )
 
 

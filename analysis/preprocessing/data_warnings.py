@@ -32,9 +32,9 @@ def absent(data: Dataset) -> list[str]:
             f"{len(missing)} of {names.nunique()} participants in participants.tsv have no trials "
             f"({listed(missing)})."
         )
-    if doubled := sorted(set(names[names.duplicated()])):
+    if duplicates := sorted(set(names[names.duplicated()])):
         notes.append(
-            f"participants.tsv lists {listed(doubled)} more than once; the first row is used."
+            f"participants.tsv lists {listed(duplicates)} more than once; the first row is used."
         )
     if "complete" in about:
         unfinished = names[about["complete"].astype(str).str.lower() == "no"]

@@ -32,8 +32,8 @@ def only_session(data: Dataset, session: str) -> Dataset:
     """
     known = sessions_of(data)
     if session not in known:
-        there = ", ".join(known) or "none"
-        raise UserError(f"{data.name}: unknown session '{session}'; expected one of {there}")
+        available = ", ".join(known) or "none"
+        raise UserError(f"{data.name}: unknown session '{session}'; expected one of {available}")
     note = f"Only session {session} is analysed, out of {', '.join(known)}."
     of_session = data.with_tables(lambda table: _rows(table, session))
     return replace(of_session, problems=(*data.problems, note))

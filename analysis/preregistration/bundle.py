@@ -63,12 +63,12 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
     """
     refuse_taken(out)
     # Written under a temporary name and then renamed, so that no incomplete bundle remains.
-    with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
-        being = Path(there) / out.name
-        _write(being, files)
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as temporary:
+        unfinished = Path(temporary) / out.name
+        _write(unfinished, files)
         try:
             out.parent.mkdir(parents=True, exist_ok=True)
-            shutil.move(being, out)
+            shutil.move(unfinished, out)
         except OSError as error:
             raise UserError(f"--out {out}: cannot be written ({error.strerror})") from None
 
@@ -133,13 +133,13 @@ def read_bundle(path: Path) -> Bundle:
 
 def _manifest(path: Path, content: bytes) -> Manifest:
     try:
-        told = json.loads(content)
-        if isinstance(told, dict) and told.get("format", FORMAT) != FORMAT:
+        manifest = json.loads(content)
+        if isinstance(manifest, dict) and manifest.get("format", FORMAT) != FORMAT:
             raise UserError(
-                f"--plan {path}: written in format {told['format']!r}; this Slipscale reads "
+                f"--plan {path}: written in format {manifest['format']!r}; this Slipscale reads "
                 f"format {FORMAT}"
             )
-        found = Manifest.model_validate(told)
+        found = Manifest.model_validate(manifest)
     except (ValueError, RecursionError) as error:
         reason = "it is not JSON" if not isinstance(error, ValidationError) else _first(error)
         raise UserError(

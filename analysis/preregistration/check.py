@@ -146,12 +146,12 @@ def _said(table: Mapping[str, object], key: str) -> str:
 
 def _of_participants(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     plan = bundle.manifest
-    there = len(analysis.flags)
-    if there != plan.participants:
-        fewer = "fewer" if there < plan.participants else "more"
+    participants = len(analysis.flags)
+    if participants != plan.participants:
+        fewer = "fewer" if participants < plan.participants else "more"
         yield (
-            f"{there} participants have data; planned: {plan.participants} "
-            f"({abs(there - plan.participants)} {fewer})."
+            f"{participants} participants have data; planned: {plan.participants} "
+            f"({abs(participants - plan.participants)} {fewer})."
         )
     sessions = set(sessions_of(analysis.dataset))
     for label in [each for each in plan.sessions if each not in sessions]:
@@ -193,12 +193,12 @@ def _started(analysis: Analysis) -> list[str]:
     for path in sorted(folder.glob("sub-*/**/beh/*_beh.json")) if folder else ():
         try:
             own = json.loads(path.read_text(encoding="utf-8"))[SIDECAR]
-            told = str(own.get("started_utc", MISSING))
+            started = str(own.get("started_utc", MISSING))
         except (OSError, ValueError, KeyError, TypeError, AttributeError):
-            told = MISSING
+            started = MISSING
         # A run has one table per task.
         parts = [part for part in path.stem.split("_") if not part.startswith("task-")]
-        runs["_".join(parts)] = "" if told == MISSING else told.replace("Z", "+00:00")
+        runs["_".join(parts)] = "" if started == MISSING else started.replace("Z", "+00:00")
     return list(runs.values())
 
 

@@ -135,8 +135,8 @@ def simulated(study_name: str, population: Population) -> Analysis:
         study_name, participants=None, seed=None, language=None, population=population
     )
     check_answered(plans[0])
-    with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
-        folder = Path(there) / "study"
+    with tempfile.TemporaryDirectory(prefix="slipscale-") as temporary:
+        folder = Path(temporary) / "study"
         sessions = bool(why_sessions(plans[0]))
         write_simulated(folder, plans, population, sessions=sessions)
         return analyse(folder)
@@ -181,8 +181,8 @@ def _power(folder: Path, study: str) -> dict[str, bytes]:
         If the folder does not contain a power result, or the result belongs to another study.
     """
     try:
-        told = json.loads((folder / POWER_RESULT).read_text(encoding="utf-8"))
-        of = str(told["study"])
+        power = json.loads((folder / POWER_RESULT).read_text(encoding="utf-8"))
+        of = str(power["study"])
         found = {path.name: path.read_bytes() for path in sorted(folder.iterdir())
                  if path.is_file()}  # fmt: skip
     except OSError as error:

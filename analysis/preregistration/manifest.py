@@ -55,8 +55,8 @@ class Manifest(FrozenTable):
 
     def computed_digest(self) -> str:
         """Return the SHA-256 of all fields except ``digest``, in hexadecimal."""
-        told = self.model_dump(mode="json", exclude={"digest"})
-        return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        content = self.model_dump(mode="json", exclude={"digest"})
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def signed(self) -> Manifest:
         """Return a copy with its digest filled in."""
@@ -64,5 +64,5 @@ class Manifest(FrozenTable):
 
     def text(self) -> str:
         """Return the manifest as JSON text."""
-        told = self.model_dump(mode="json")
-        return json.dumps(told, indent=2, ensure_ascii=False) + "\n"
+        content = self.model_dump(mode="json")
+        return json.dumps(content, indent=2, ensure_ascii=False) + "\n"

@@ -98,8 +98,8 @@ def _hypotheses(contents: Mapping[str, bytes]) -> list[html.ReportSection]:
 
 def _registry(plan: Manifest, analysis: Analysis, study: str) -> html.ReportSection:
     section = html.ReportSection("Answers for registries")
-    asked = registry.answers(plan, analysis, read_study(study)[0])
-    section.blocks += [html.labelled(question, answer) for question, answer in asked]
+    answers = registry.answers(plan, analysis, read_study(study)[0])
+    section.blocks += [html.labelled(question, answer) for question, answer in answers]
     return section
 
 
@@ -121,7 +121,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
     if "power/power.json" not in contents:
         return []
     section = html.ReportSection("Power")
-    told = json.loads(contents["power/power.json"])
+    power = json.loads(contents["power/power.json"])
     rows = [
         [
             str(each.get("participants", "")),
@@ -129,17 +129,17 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
             f"{each.get('effect', 1):g}",
             f"{each['weakest']:.3f}",
         ]
-        for each in told.get("conditions", [])
+        for each in power.get("conditions", [])
     ]
     titles = ("Participants", "Ratings per surface", "Effect", "Power of the weakest")
     columns = html.columns(*titles)
-    section.blocks += [html.paragraph(each) for each in _remarks(told, plan.participants)]
+    section.blocks += [html.paragraph(each) for each in _remarks(power, plan.participants)]
     section.blocks.append(
         html.table(
             columns,
             rows,
             f"Proportion of simulated studies in which every planned comparison was significant; "
-            f"target {told.get('target', '')}.",
+            f"target {power.get('target', '')}.",
         )
     )
     if "power/power.svg" in contents:

@@ -123,10 +123,10 @@ def _families(analysis: Analysis) -> list[Markup]:
 
 def _choices(choices: AnalysisChoices) -> Markup:
     """Return a table of all [analysis] settings and their sources."""
-    told = choices.model_dump(mode="json")
-    inner = told.pop("thresholds")
+    values = choices.model_dump(mode="json")
+    inner = values.pop("thresholds")
     set_in_file = choices.model_fields_set
-    rows = [(key, _value(value), _whose(key, set_in_file)) for key, value in told.items()]
+    rows = [(key, _value(value), _whose(key, set_in_file)) for key, value in values.items()]
     of_flags = choices.thresholds.model_fields_set
     rows += [
         (f"thresholds.{key}", _value(value), _whose(key, of_flags)) for key, value in inner.items()

@@ -213,12 +213,15 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
     """Identify catch steps by amplitude; report differences from the column of catch steps."""
     unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
     if "catch" in frame:
-        said = _in_lower_case(frame["catch"])
+        marked = _in_lower_case(frame["catch"])
         for sentence, wrong in (
-            ("catch steps change the amplitude; they count as steps", said.isin(TRUE) & ~unchanged),
+            (
+                "catch steps change the amplitude; they count as steps",
+                marked.isin(TRUE) & ~unchanged,
+            ),
             (
                 "steps do not change the amplitude; they count as catch steps",
-                ~said.isin(TRUE) & unchanged,
+                ~marked.isin(TRUE) & unchanged,
             ),
         ):
             if wrong.any():
@@ -273,9 +276,11 @@ def _without_doubles(
     if clean["trial"].isna().all():
         return clean
     key = clean[[*IDENTITY, "phase", "trial"]].assign(part=part)
-    doubled = clean["trial"].notna() & key.duplicated(keep="first")
-    doubled &= ~clean["flag"].astype(str).str.contains(VOIDED) if doubled.any() else doubled
-    shown = clean[doubled].head(LISTED_PROBLEMS)
+    duplicated = clean["trial"].notna() & key.duplicated(keep="first")
+    duplicated &= (
+        ~clean["flag"].astype(str).str.contains(VOIDED) if duplicated.any() else duplicated
+    )
+    shown = clean[duplicated].head(LISTED_PROBLEMS)
     problems.add_many(
         [
             f"{place}: trial {trial:g} of {who} occurs twice; the first is kept"
@@ -284,9 +289,9 @@ def _without_doubles(
             )
         ],
         "doubled trials",
-        int(doubled.sum()),
+        int(duplicated.sum()),
     )
-    return clean[~doubled].reset_index(drop=True) if doubled.any() else clean
+    return clean[~duplicated].reset_index(drop=True) if duplicated.any() else clean
 
 
 def empty_estimates() -> pd.DataFrame:

@@ -261,8 +261,8 @@ def _name(path: Path, root: Path) -> str:
 
 def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
     """Raise a `UserError` if a required column is missing or a column occurs twice."""
-    if doubled := sorted({name for name in names if name and names.count(name) > 1}):
-        raise UserError(f"{path}: column {', '.join(doubled)} occurs twice; expected it once")
+    if duplicates := sorted({name for name in names if name and names.count(name) > 1}):
+        raise UserError(f"{path}: column {', '.join(duplicates)} occurs twice; expected it once")
     if missing := [name for name in required if name not in names]:
         near = [
             f"{guess[0]} for {name}"

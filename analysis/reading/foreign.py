@@ -221,8 +221,8 @@ def _chosen(frame: pd.DataFrame, mapping: TableMapping, path: Path) -> pd.DataFr
         found = frame[column].astype("str").str.strip()
         kept = frame[found == value.strip()]
         if not len(kept):
-            there = ", ".join(sorted(found.dropna().unique())[:12]) or "nothing"
-            raise UserError(f"{path}: no row has '{value}' in column {column}; found {there}")
+            values = ", ".join(sorted(found.dropna().unique())[:12]) or "nothing"
+            raise UserError(f"{path}: no row has '{value}' in column {column}; found {values}")
         frame = kept.reset_index(drop=True)
     return frame
 

@@ -143,8 +143,8 @@ class TableMapping(FrozenTable):
                 raise ValueError(expected)
         names = self.columns.model_dump().values()
         used = [name for name in names if name] + list(self.levels)
-        if doubled := sorted({name for name in used if used.count(name) > 1}):
-            raise ValueError(f"column {doubled[0]} is named twice; expected different columns")
+        if duplicates := sorted({name for name in used if used.count(name) > 1}):
+            raise ValueError(f"column {duplicates[0]} is named twice; expected different columns")
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:

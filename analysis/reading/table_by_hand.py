@@ -145,8 +145,8 @@ def _read_text(
     # If commas separate cells, only quoted cells can contain commas.
     marked = b"," in lines.body if separator != "," else b'"' in lines.body
     marked = marked or THOUSANDS_POINT.search(lines.body) is not None
-    there = [name for name in numbers if name in lines.names]
-    frame = _parsed(lines, path, separator, numbers, words, as_written=there if marked else ())
+    present = [name for name in numbers if name in lines.names]
+    frame = _parsed(lines, path, separator, numbers, words, as_written=present if marked else ())
     frame["line"] = lines.places
     return frame
 
@@ -203,10 +203,10 @@ def only_named(
         lines = listed_lines(frame.loc[absent, "line"].tolist())
         problems.add(f"{name}, {lines}: no {identifier}; left out")
     if words.any():
-        said = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
+        names = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())
         problems.add(
-            f"{name}, {lines}: {identifier} is {said}, a usual code for missing values; left "
+            f"{name}, {lines}: {identifier} is {names}, a usual code for missing values; left "
             "out (if it is a name, put it in quotation marks)"
         )
     kept = ~(absent | words)

@@ -166,7 +166,7 @@ def _row_by_row(
         places.append(start)
     # Empty lines after the last row are not reported, because many editors add them.
     empty = empty[: len(empty) - trailing]
-    said = [
+    notes = [
         f"{listed_lines(found)}: {what}; skipped"
         for found, what in ((empty, "empty"), (repeated, "a repeated header"))
         if found
@@ -176,7 +176,7 @@ def _row_by_row(
         body=b"".join(line + NEWLINE for line in kept),
         names=tuple(names),
         places=np.array(places, np.int64),
-        left_out=tuple(said),
+        left_out=tuple(notes),
     )
 
 

@@ -89,34 +89,34 @@ def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
 
 def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
     """Return the answers on printed tests as lines of text."""
-    said = ["Printed tests"] if found else []
+    lines = ["Printed tests"] if found else []
     for one in found:
-        said.append(f"  {one.question}: {one.printed}: {one.verdict}")
-        said += [f"    {line}" for line in printed_test_details(one)]
-    return [*said, ""] if said else []
+        lines.append(f"  {one.question}: {one.printed}: {one.verdict}")
+        lines += [f"    {line}" for line in printed_test_details(one)]
+    return [*lines, ""] if lines else []
 
 
 def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> str:
     """Summarise the answers on all columns and tests in one or two sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
-    said = f"No ratings give the printed {_listed('column', none)}." if none else ""
+    sentence = f"No ratings give the printed {_listed('column', none)}." if none else ""
     if not none and not unknown:
-        said = "There are ratings that give every printed column."
+        sentence = "There are ratings that give every printed column."
     if unknown:
-        said += (
+        sentence += (
             f" It is undecided whether any ratings give the printed {_listed('column', unknown)}."
         )
     wrong = [one for one in tests if one.verdict == "impossible"]
     open_ = sum(one.verdict == "not decided" for one in tests)
     if wrong:
         named = "; ".join(f"{one.question}, {one.printed}" for one in wrong)
-        said += f" {len(wrong)} of {len(tests)} printed tests cannot come from them: {named}."
+        sentence += f" {len(wrong)} of {len(tests)} printed tests cannot come from them: {named}."
     elif tests and not open_:
-        said += " They also give every printed test."
+        sentence += " They also give every printed test."
     if open_:
-        said += f" {open_} of {len(tests)} printed tests were not decided."
-    return said.strip()
+        sentence += f" {open_} of {len(tests)} printed tests were not decided."
+    return sentence.strip()
 
 
 def _listed(noun: str, labels: Sequence[str]) -> str:
@@ -224,27 +224,27 @@ def _uncounted_lines(answer: ColumnAnswer) -> Iterator[str]:
 
 def across_lines(answer: Across) -> list[str]:
     """Return the answers across columns as lines of text."""
-    said = []
+    lines = []
     for decided, heading in (
         (True, "The same answer in every data set and pairing"),
         (False, "Depends on the data set or the pairing"),
     ):
         if found := [bound for bound in answer.bounds if bound.decided is decided]:
-            said += [heading, *(line for bound in found for line in _bound_lines(bound)), ""]
+            lines += [heading, *(line for bound in found for line in _bound_lines(bound)), ""]
     if answer.not_listed:
         named = ", ".join(answer.not_listed)
         bounds = "these bounds use only sums and sums of squares"
-        said += [f"More than {LISTED:,} multisets in {named}: {bounds}", ""]
+        lines += [f"More than {LISTED:,} multisets in {named}: {bounds}", ""]
     if not answer.distributions:
-        return said
+        return lines
     first = answer.distributions[0]
-    said.append(
+    lines.append(
         f"Over {first.samples:,} uniform samples ({first.measure}, seed {first.seed}), by pairing: "
         "median, 2.5 % and 97.5 % quantile, proportion with p < 0.05"
     )
     for question, rows in groupby(answer.distributions, key=lambda row: row.question):
-        said += [f"  {question}", *map(_distribution, rows)]
-    return [*said, ""]
+        lines += [f"  {question}", *map(_distribution, rows)]
+    return [*lines, ""]
 
 
 def _bound_lines(found: Conclusion) -> Iterator[str]:

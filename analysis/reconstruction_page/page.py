@@ -115,11 +115,11 @@ def _column(source: Source, place: int) -> html.ReportSection:
     solutions, answer = source.columns[place]
     section = html.ReportSection(answer.label)
     # The heading already shows the label, and a table shows the sorted ratings.
-    said = (" ".join(line.split()) for line in list(column_lines(answer))[1:])
+    lines = (" ".join(line.split()) for line in list(column_lines(answer))[1:])
     convention = f"{answer.sd_convention} SD, rounding: {answer.rounding}"
     facts = [
         convention,
-        *(line for line in said if not line.startswith(("sorted ratings", "assumed"))),
+        *(line for line in lines if not line.startswith(("sorted ratings", "assumed"))),
     ]
     section.blocks.append(html.bullets(facts))
     samples = _drawn(source, place, DRAWN)

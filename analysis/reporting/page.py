@@ -87,11 +87,11 @@ def sections(
 ) -> list[html.ReportSection]:
     """Return the sections of the page in reading order, without empty ones."""
     of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
-    said = [*answers(analysis), *(section.gist for section in of_kinds)]
+    stated = [*answers(analysis), *(section.gist for section in of_kinds)]
     found = [
         summary(analysis, svgs),
         plan(analysis),
-        results(analysis, said),
+        results(analysis, stated),
         *of_kinds,
         tests_made(analysis),
         assumptions(analysis, svgs),
@@ -126,9 +126,9 @@ def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
     return section
 
 
-def _unsaid(text: str, said: Sequence[str]) -> str:
+def _unsaid(text: str, stated: Sequence[str]) -> str:
     """Remove leading sentences that another section states."""
-    for each in said:
+    for each in stated:
         text = "" if text in each else text.removeprefix(each).strip()
     return text
 

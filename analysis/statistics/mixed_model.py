@@ -100,7 +100,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     if why:
         return NotComputed(why)
     try:
-        fit, optimiser, said = likeliest(frame, "ly ~ lx", "~lx")
+        fit, optimiser, warned = likeliest(frame, "ly ~ lx", "~lx")
     except (np.linalg.LinAlgError, ValueError) as error:
         return NotComputed(f"the model could not be fitted ({error})")
     se = float(fit.bse_fe["lx"])
@@ -124,7 +124,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
         converged=bool(fit.converged),
         at_bound=singular(fit),
         optimiser=optimiser,
-        warnings=tuple(said),
+        warnings=tuple(warned),
         n=n,
         trials=len(frame),
     )
@@ -197,13 +197,13 @@ def likeliest(
                 continue  # this optimiser's result has no standard error; another's may have one
         # An optimiser that diverged returns no likelihood.
         if np.isfinite(fit.llf):
-            said = sorted({str(w.message).splitlines()[0] for w in caught})
-            attempts.append((fit, optimiser, said))
+            messages = sorted({str(w.message).splitlines()[0] for w in caught})
+            attempts.append((fit, optimiser, messages))
         reached = [float(fit.llf) for fit, _, _ in attempts if fit.converged]
         if len(reached) == 2 and abs(reached[0] - reached[1]) < SAME_MAXIMUM:  # noqa: PLR2004
             break
     if not attempts:
         raise ValueError("no optimiser found a likelihood")
     highest = max(float(fit.llf) for fit, _, _ in attempts)
-    there = [attempt for attempt in attempts if attempt[0].llf > highest - SAME_MAXIMUM]
-    return next((attempt for attempt in there if attempt[0].converged), there[0])
+    best = [attempt for attempt in attempts if attempt[0].llf > highest - SAME_MAXIMUM]
+    return next((attempt for attempt in best if attempt[0].converged), best[0])

@@ -98,19 +98,19 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
     n, k = counts.shape
     if n < FEWEST:
         return NotComputed(few("participants with estimates above zero", n))
-    there = counts.to_numpy(float)
-    balanced = there.min() == there.max()
+    trials = counts.to_numpy(float)
+    balanced = trials.min() == trials.max()
     repetitions: float
     if balanced:
-        repetitions = int(there.max())
+        repetitions = int(trials.max())
         whole, without = _by_mean_squares(usable, (n, k, repetitions))
     else:
-        filled = there[there > 0]
+        filled = trials[trials > 0]
         repetitions = float(filled.size / (1 / filled).sum())
         means = cells.mean().unstack().to_numpy()  # noqa: PD010
         around = (usable["log"] - cells.transform("mean")) ** 2
         squares = around.groupby(usable[CELL[0]], observed=True).sum().to_numpy()
-        whole, without = _by_reml(means, there, squares)
+        whole, without = _by_reml(means, trials, squares)
     if whole[2] <= TINY:
         return NotComputed(
             "every repetition gave the same estimate, so there is no spread within "

@@ -86,9 +86,9 @@ def _deviance(  # noqa: PLR0917
     counts; ``sums`` and ``products`` refer to the cell means of the group.
     """
     person, cell = ratios
-    there = counts > 0
-    spread = np.where(there, cell + 1 / np.where(there, counts, 1.0), 1.0)
-    weights = there / spread
+    present = counts > 0
+    spread = np.where(present, cell + 1 / np.where(present, counts, 1.0), 1.0)
+    weights = present / spread
     each = weights.sum(axis=1)
     shrink = person / (1 + person * each)
     normal = np.diag(people @ weights) - (weights * (people * shrink)[:, None]).T @ weights
@@ -96,7 +96,7 @@ def _deviance(  # noqa: PLR0917
     levels = np.linalg.solve(normal, right)
     squares = np.einsum("gk,gkl,gl->g", weights, products, weights)
     quadratic = np.einsum("gk,gkk->", weights, products) - shrink @ squares - right @ levels
-    left = people @ there.sum(axis=1) - len(levels) + freedom
+    left = people @ present.sum(axis=1) - len(levels) + freedom
     scale = (quadratic + within) / left
     determinants = (
         people @ np.log(spread).sum(axis=1)

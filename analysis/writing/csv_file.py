@@ -40,7 +40,7 @@ def _cell(text: str) -> str:
 def _words(column: pd.Series[Any]) -> list[str]:
     codes, values = pd.factorize(column)
     # A missing cell has code -1, which selects the last word, an empty string.
-    told = (_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
-    words = np.array([*told, ""], dtype=object)
+    texts = (_cell(each) if isinstance(each, str) else str(each) for each in values.tolist())
+    words = np.array([*texts, ""], dtype=object)
     found: list[str] = words[codes].tolist()
     return found

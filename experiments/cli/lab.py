@@ -81,8 +81,8 @@ def run_lab(args: Namespace) -> int:
         return _console(args)
     from slipscale.experiments.lab.folder import FILE, LabFile, init  # noqa: PLC0415
 
-    said = {key: getattr(args, key, None) for key in LabFile.model_fields}
-    given = {key: value for key, value in said.items() if value is not None}
+    options = {key: getattr(args, key, None) for key in LabFile.model_fields}
+    given = {key: value for key, value in options.items() if value is not None}
     lab = init(args.folder, given, _ask if sys.stdin.isatty() else None)
     print(
         f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in "

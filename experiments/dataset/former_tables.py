@@ -102,8 +102,8 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
     found: dict[Problem, list[PurePosixPath]] = {}
     for run in runs:
         for name in _tables_of(run):
-            told = _own_entries(dataset / name.with_suffix(".json")).get("journal")
-            reason = _lost(run, told) if isinstance(told, dict) else ""
+            journal = _own_entries(dataset / name.with_suffix(".json")).get("journal")
+            reason = _lost(run, journal) if isinstance(journal, dict) else ""
             if reason:
                 file = run.path.relative_to(dataset).as_posix()
                 tables = found.setdefault(Problem(file=file, what=reason), [])
@@ -133,9 +133,9 @@ def _is_shared(name: PurePosixPath) -> bool:
     return not TABLE_NAME.fullmatch(name.name)
 
 
-def _lost(run: Run, told: dict[str, object]) -> str:
+def _lost(run: Run, entry: dict[str, object]) -> str:
     """Describe what a journal has lost since its sidecar was written; empty if it is complete."""
-    count, known = told.get("records"), told.get("hash")
+    count, known = entry.get("records"), entry.get("hash")
     if type(count) is not int or count < 1:
         return ""
     if len(run.records) < count:

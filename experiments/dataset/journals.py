@@ -125,8 +125,8 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         # If more than the header is damaged, the mark of the damage is kept for the first trial.
         whole = len(reading.records) > 1 and reading.records[1].number == 1
         reading.records[: 1 if whole else 0] = [header]
-        told = "the content of its header is taken from the run's sidecar"
-        problems.append(Problem(file=file, place="line 1", what=told))
+        remark = "the content of its header is taken from the run's sidecar"
+        problems.append(Problem(file=file, place="line 1", what=remark))
     if plan is None:
         reason = str(reading.damage[0]) if reading.damage else "no header"
         problems.append(

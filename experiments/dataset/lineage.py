@@ -53,8 +53,8 @@ def _read(dataset: Path) -> dict[str, list[Path]]:
     """
     path = dataset / KNOWN
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-        return {name: [Path(str(each)) for each in told[name]] for name in (SOURCES, INTO)}
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return {name: [Path(str(each)) for each in content[name]] for name in (SOURCES, INTO)}
     except (FileNotFoundError, NotADirectoryError):
         return {SOURCES: [], INTO: []}
     except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:

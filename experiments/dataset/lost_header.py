@@ -47,13 +47,13 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
         if journal_path(dataset, **labels) != journal:
             continue
         try:
-            told = json.loads(table.with_suffix(".json").read_text(encoding="utf-8"))[SIDECAR]
-            name, text = told["study"], studies[told["study_hash"]]
+            entry = json.loads(table.with_suffix(".json").read_text(encoding="utf-8"))[SIDECAR]
+            name, text = entry["study"], studies[entry["study_hash"]]
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             continue
         # Sidecars do not contain the order version, of which only one exists so far.
         orders = {"order_version": ORDER_VERSION}
-        yield {**told, **labels, **orders, "study_name": name, "study_text": text}
+        yield {**entry, **labels, **orders, "study_name": name, "study_text": text}
 
 
 def _studies(dataset: Path) -> dict[str, str]:

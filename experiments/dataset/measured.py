@@ -129,8 +129,8 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
         for plain, column in MEASURED.items():
             name = f"interval{number}_{plain}"
             if name in wanted:
-                told = f"{column.description} (interval {number})"
-                found[name] = replace(column, value=_value(name), description=told)
+                description = f"{column.description} (interval {number})"
+                found[name] = replace(column, value=_value(name), description=description)
     return found
 
 
@@ -141,8 +141,8 @@ def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[st
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, Value]:
     """Return the measurements from a presentation, except the amplitude."""
-    told = {column: presented.get(name) for column, name in OF_THE_PLATE.items()}
-    return {column: value for column, value in told.items() if value is not None}
+    measures = {column: presented.get(name) for column, name in OF_THE_PLATE.items()}
+    return {column: value for column, value in measures.items() if value is not None}
 
 
 def samples(record: Record) -> list[Sample]:

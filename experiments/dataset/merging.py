@@ -75,10 +75,14 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         # run continued.
         if place not in chosen or path.stat().st_size > chosen[place].stat().st_size:
             chosen[place] = path
-    told = [*_contradictions(one, other), *_own_files(one, other, chosen)]
-    if told:
-        many = "1 contradiction" if len(told) == 1 else f"{len(told)} contradictions"
-        lines = "".join(f"\n  {sentence}" for sentence in told)
+    contradictions = [*_contradictions(one, other), *_own_files(one, other, chosen)]
+    if contradictions:
+        many = (
+            "1 contradiction"
+            if len(contradictions) == 1
+            else f"{len(contradictions)} contradictions"
+        )
+        lines = "".join(f"\n  {sentence}" for sentence in contradictions)
         raise UserError(f"{one} and {other} cannot be merged, {many}:{lines}")
     for folder in sources:  # before data are copied, because withdrawals must also reach the copy
         note_merged(folder, out)
@@ -129,9 +133,9 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     for folder in (one, other):
         for problem in with_former(folder, read_runs(folder)[0]).problems:
             yield f"{folder}: {problem}"
-    ours, theirs = _by_place(one), _by_place(other)
-    for place in sorted(set(ours) & set(theirs)):
-        shorter, longer = sorted((ours[place].read_bytes(), theirs[place].read_bytes()), key=len)
+    ours, others = _by_place(one), _by_place(other)
+    for place in sorted(set(ours) & set(others)):
+        shorter, longer = sorted((ours[place].read_bytes(), others[place].read_bytes()), key=len)
         if not longer.startswith(shorter):
             yield (
                 f"{place}: the two data sets contain different runs (two people with the same "
@@ -161,8 +165,8 @@ def _people(one: Path, other: Path, present: set[str]) -> Iterator[str]:
         if alike != label:
             yield f"participants {alike} and {label} would be mistaken for the same person"
     for folder, rest in ((one, other), (other, one)):
-        there = {path.parent.name.removeprefix("sub-") for path in journals(rest)}
-        for label in sorted(set(withdrawn(folder)) & there):
+        participants = {path.parent.name.removeprefix("sub-") for path in journals(rest)}
+        for label in sorted(set(withdrawn(folder)) & participants):
             yield (
                 f"participant {label} withdrew from {folder}, but {rest} contains their data: "
                 f"slipscale data withdraw {rest} --participant {label}"
@@ -195,12 +199,12 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
 
 def _write_lists(one: Path, other: Path, out: Path) -> None:
     """Write the merged lists of withdrawals and backups."""
-    gone: dict[str, object] = {}
+    withdrawn_people: dict[str, object] = {}
     for folder in (one, other):
-        gone |= {str(entry["participant"]): entry for entry in entries(folder)}
+        withdrawn_people |= {str(entry["participant"]): entry for entry in entries(folder)}
         note_source(out, folder)
-    if gone:
-        write_file(out / RECORD, json.dumps(list(gone.values()), indent=2) + "\n")
+    if withdrawn_people:
+        write_file(out / RECORD, json.dumps(list(withdrawn_people.values()), indent=2) + "\n")
     if places := [*dict.fromkeys(str(each) for f in (one, other) for each in backups(f))]:
         write_file(out / KNOWN, json.dumps(places) + "\n")
 

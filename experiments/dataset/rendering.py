@@ -185,12 +185,12 @@ def _run_files(
         if person
         else MISSING,
     }
-    said = [
+    remarks = [
         {"time_s": record.time_s, "text": record.data["text"]}
         for record in records
         if record.kind == "note"
     ]
-    yield path.with_suffix(".json"), {SIDECAR: notes | ({"notes": said} if said else {})}
+    yield path.with_suffix(".json"), {SIDECAR: notes | ({"notes": remarks} if remarks else {})}
     for kind, content, told in series_of(records, protocol.task):
         name = f"{path.name.removesuffix('_beh')}_recording-{kind}_physio"
         yield path.with_name(f"{name}.tsv.gz"), content

@@ -128,9 +128,9 @@ def columns(
     """
     common = _common(protocol, quantity)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
-    if doubled := sorted(set(own) & {*common, *MEASURED}):
+    if duplicates := sorted(set(own) & {*common, *MEASURED}):
         raise UserError(
-            f"{protocol.named}: column {', '.join(doubled)} is in every task's table; "
+            f"{protocol.named}: column {', '.join(duplicates)} is in every task's table; "
             "expected another name"
         )
     if protocol.interval_columns:

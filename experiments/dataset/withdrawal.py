@@ -67,7 +67,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
         As in `theirs`; also if something cannot be removed.
     """
     todo = _todo(dataset, participant)
-    gone = list(_found(dataset, participant, todo))
+    removed = list(_found(dataset, participant, todo))
     note(dataset, participant, todo)
     for copy in todo.merged:
         note(copy, participant, None)
@@ -83,7 +83,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
         if built or folder == dataset:
             build_dataset(folder, gone=[participant])
     note(dataset, participant, None)
-    return gone
+    return removed
 
 
 def _todo(dataset: Path, participant: str) -> Pending:

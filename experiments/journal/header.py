@@ -21,13 +21,13 @@ def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, object]:
     """Return the journal's first record, with everything needed to resume or analyse the run."""
-    told = asdict(plan)
+    content = asdict(plan)
     if not plan.population:
-        del told["population"]  # not relevant in runs with a person
+        del content["population"]  # not relevant in runs with a person
     return {
         "format": FORMAT,
         **plan.study.quantity_notes(QUANTITY),
-        **told,
+        **content,
         "answered_by": answered_by,
         "masking_noise": masking,
         "study_hash": study_hash(plan.study_text),

@@ -246,18 +246,18 @@ class Journal:
         if os.name != "posix":  # Windows does not remove or rename open files
             return True
         try:
-            there = self.path.stat()
+            status = self.path.stat()
             ours = os.fstat(self._stream.fileno())
         except OSError:
             return False
-        return ours.st_nlink > 0 and (there.st_dev, there.st_ino) == (ours.st_dev, ours.st_ino)
+        return ours.st_nlink > 0 and (status.st_dev, status.st_ino) == (ours.st_dev, ours.st_ino)
 
     def _move(self) -> None:
         """Copy all records so far to the fallback folder, and continue there."""
-        gone, self.lost = self.path, self.lost or self.path
+        lost, self.lost = self.path, self.lost or self.path
         self._close_file()
         for folder in fallback_folders():
-            path = folder.joinpath(*gone.parts[-3:])
+            path = folder.joinpath(*lost.parts[-3:])
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 stream = _new_file(path, OWNER_ONLY)
@@ -271,13 +271,13 @@ class Journal:
             break
         else:
             raise UserError(
-                f"journal {gone}: it has been removed or renamed, or its disk has been "
+                f"journal {lost}: it has been removed or renamed, or its disk has been "
                 "disconnected, and nothing can be written elsewhere; it had "
                 f"{len(self.records)} records"
             )
         self.moved(self.path)
         self.tell(
-            f"THE JOURNAL IS MISSING: {gone} was removed or renamed, or its disk was "
+            f"THE JOURNAL IS MISSING: {lost} was removed or renamed, or its disk was "
             f"disconnected. All records, past and future, are kept in {self.path}"
         )
 

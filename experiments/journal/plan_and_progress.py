@@ -108,14 +108,14 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:
     """Return the marker outputs that the run used last, as SPECs for ``--markers``."""
-    told = [record.data["outputs"] for record in records if record.kind == "markers"]
-    return tuple(told[-1]) if told else ()
+    outputs = [record.data["outputs"] for record in records if record.kind == "markers"]
+    return tuple(outputs[-1]) if outputs else ()
 
 
 def last_backup(records: list[Record]) -> Path | None:
     """Return the backup folder that the run used last."""
-    told = [str(record.data["folder"]) for record in records if record.kind == "backup"]
-    return Path(told[-1]) if told else None
+    folders = [str(record.data["folder"]) for record in records if record.kind == "backup"]
+    return Path(folders[-1]) if folders else None
 
 
 def last_plate(records: list[Record]) -> str:

@@ -157,8 +157,8 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     for line in found:
         if chosen[line.record.number] is not line:
             reason = f"record {line.record.number} is also on line"
-            there = chosen[line.record.number].place + 1
-            reading.damage.append(Damage(line=line.place + 1, reason=f"{reason} {there}: repeated"))
+            first = chosen[line.record.number].place + 1
+            reading.damage.append(Damage(line=line.place + 1, reason=f"{reason} {first}: repeated"))
     return [line for line in found if chosen[line.record.number] is line]
 
 
@@ -244,8 +244,8 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 def _kept(records: list[Record]) -> int:
     """Return the number of records on disk that the records themselves confirm."""
-    said = [record.data.get("kept") for record in records]
-    return max((each for each in said if isinstance(each, int)), default=0)
+    kept = [record.data.get("kept") for record in records]
+    return max((each for each in kept if isinstance(each, int)), default=0)
 
 
 def _records(lines: list[bytes]) -> list[Record]:

@@ -117,11 +117,11 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
 
 def _consent(records: list[Record]) -> str:
     """Return the last answer to the consent question, because answers can be corrected."""
-    asked, given = "", ""
+    question, given = "", ""
     for record in records:
         if record.kind in ("begin", "answered_again"):
-            asked = str(record.data["what"].get("name", ""))
-        if asked == CONSENT and (answer := record.data.get("answer")):
+            question = str(record.data["what"].get("name", ""))
+        if question == CONSENT and (answer := record.data.get("answer")):
             given = str(answer.get("value", given))
     return given
 

@@ -134,20 +134,20 @@ def read_roster(dataset: Path, study: Study, study_text: str) -> Roster:
     UserError
         If the list of withdrawn participants cannot be read.
     """
-    gone = withdrawn(dataset)
+    withdrawn_people = withdrawn(dataset)
     begun: dict[str, list[Path]] = {}
     for path in journals(dataset):
         begun.setdefault(path.parent.name.removeprefix("sub-"), []).append(path)
     people = [_person(dataset, study, study_text, label, paths) for label, paths in begun.items()]
-    people = [person for person in people if person.visits and person.label not in gone]
-    people += [Person(label=label, state="withdrew") for label in gone]
+    people = [person for person in people if person.visits and person.label not in withdrawn_people]
+    people += [Person(label=label, state="withdrew") for label in withdrawn_people]
     found = read_exclusions(dataset)
     people = [replace(each, excluded=found.flags.get(each.label, ())) for each in people]
     people.sort(key=lambda person: (_number(person.label), person.label))
     return Roster(
         people=tuple(people),
         planned=study.participants,
-        new=_next_label([person.label for person in people], gone, study.participants),
+        new=_next_label([person.label for person in people], withdrawn_people, study.participants),
         exclusions=study.analysis.exclusions,
         analysed_utc=found.analysed_utc,
     )

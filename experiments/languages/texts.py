@@ -93,8 +93,8 @@ def load_texts(
         return shipped_texts(language, words)
     faults = text_faults(language, replacements or {}, brought)
     if faults:
-        told = (f"texts.{language}.{key}: {sentence}" for key, sentence in faults)
-        raise UserError("; ".join(told))
+        sentences = (f"texts.{language}.{key}: {sentence}" for key, sentence in faults)
+        raise UserError("; ".join(sentences))
     known = words or ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
     own = {key: known.fill(text) for key, text in flatten(replacements or {}).items()}
     return shipped_texts(language, words) | dict(brought or {}) | own

@@ -59,10 +59,10 @@ class Identification(RatedOptions):
 
 def check(_options: Identification, context: Context) -> None:
     """Raise `UserError` unless each surface can have its own number key."""
-    if not FEWEST <= (there := len(context.levels)) <= NUMBER_KEYS:
+    if not FEWEST <= (levels := len(context.levels)) <= NUMBER_KEYS:
         q = context.quantity
         raise UserError(
-            f"identification: {q.named('levels')} has {there}, expected {FEWEST} to {NUMBER_KEYS}"
+            f"identification: {q.named('levels')} has {levels}, expected {FEWEST} to {NUMBER_KEYS}"
         )
 
 

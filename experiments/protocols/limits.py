@@ -89,10 +89,10 @@ class Place(NamedTuple):
 
 def check(options: Limits, context: Context) -> None:
     """Raise `UserError` if a series could contain only one level."""
-    q, there, needed = context.quantity, len(options.each_level), options.start_steps + PAIR
-    if there < needed:
+    q, count, needed = context.quantity, len(options.each_level), options.start_steps + PAIR
+    if count < needed:
         raise UserError(
-            f"{q.named('lowest_level')} to {q.named('highest_level')} has {there} levels; expected "
+            f"{q.named('lowest_level')} to {q.named('highest_level')} has {count} levels; expected "
             f"{needed} or more: start_steps and {PAIR}"
         )
 

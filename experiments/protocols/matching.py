@@ -144,10 +144,10 @@ class _Match(NamedTuple):
 def steps(options: Matching, context: Context) -> Steps:
     """Yield the steps of a run."""
     texts = context.texts
-    told = texts["matching.instructions"]
+    instructions = texts["matching.instructions"]
     if options.reference_again:
-        told = f"{told.rstrip()}\n\n{texts['matching.feel_again']}"
-    yield Instruct(title=texts["matching.title"], text=told)
+        instructions = f"{instructions.rstrip()}\n\n{texts['matching.feel_again']}"
+    yield Instruct(title=texts["matching.title"], text=instructions)
     run = _Run(options, context)
     stream = context.stream(context.task, "main")
     conditions = [(r, d) for r in options.references(context) for d in DIRECTIONS]

@@ -285,8 +285,8 @@ class _Run(Repeating[Movement]):
             time_limit_s=options.response_time_limit_s,
         )
         yield Silence(trial=trial)
-        told = yield EndTrial(trial=trial)
-        again = told.trials if isinstance(told, Voided) else ()
+        voided = yield EndTrial(trial=trial)
+        again = voided.trials if isinstance(voided, Voided) else ()
         missed = isinstance(reply, Reply) and reply.timed_out and number not in again
         return (
             (*again, number) if missed and options.repeat_timed_out and repeats is None else again

@@ -102,8 +102,10 @@ def with_stage(specs: ContactSpecs, study: Study) -> ContactSpecs:
 def of_records(records: list[Record]) -> ContactSpecs:
     """Return the sources that a run used most recently."""
     last = [r.data for r in records if r.kind in ("header", "resume")][-1]
-    told = last.get("contact") or {}
-    specs = {kind: str(told[kind]["spec"]) if kind in told else NONE for kind in QUANTITIES}
+    described = last.get("contact") or {}
+    specs = {
+        kind: str(described[kind]["spec"]) if kind in described else NONE for kind in QUANTITIES
+    }
     return ContactSpecs(position=specs["position"], force=specs["force"])
 
 
@@ -142,8 +144,8 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
         for each in opened.values():
             each.source.begin()
         clock.sleep(TRIED_S)
-        told = [f"{kind}: {_readings(each.source)}" for kind, each in opened.items()]
-    return told + [f"{kind}: {spec} cannot be tested without a session" for kind, spec in
+        readings = [f"{kind}: {_readings(each.source)}" for kind, each in opened.items()]
+    return readings + [f"{kind}: {spec} cannot be tested without a session" for kind, spec in
                    later.items()]  # fmt: skip
 
 
@@ -168,11 +170,11 @@ def describe_contact(sources: Mapping[Kind, NamedSource], plate: PlateDriver) ->
     """Return the journal's description of the sources; empty if there are none."""
     if not sources:
         return {}
-    told: dict[str, object] = {
+    description: dict[str, object] = {
         kind: {"spec": each.spec, **each.source.describe()} for kind, each in sources.items()
     }
     if "position" in sources:
         follows = plate.follow_lag_s is not None
-        told["textures"] = "follow the finger" if follows else "for an assumed speed"
-        told["texture_lag_s"] = plate.follow_lag_s
-    return {"contact": told}
+        description["textures"] = "follow the finger" if follows else "for an assumed speed"
+        description["texture_lag_s"] = plate.follow_lag_s
+    return {"contact": description}

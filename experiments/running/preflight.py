@@ -243,7 +243,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         textures = "plays textures" if plate.modulator else "plays no textures"
         unfelt = plate.unfelt
     reading = made.readback.level
-    told = (
+    reading_text = (
         "no readback"
         if reading is None
         else f"reads {reading:.2f} of {study.plate_quantity.short(largest)}"
@@ -251,14 +251,14 @@ def check_plate(planned: PlannedSession) -> Finding:
     if study.second_plate and made.second_readback_level is not None:
         short = study.second_plate.quantity.quantity.short
         second = f"{made.second_readback_level:.2f} of {short(max(study.second_levels))}"
-        told += f"; the second actuator reads {second}"
+        reading_text += f"; the second actuator reads {second}"
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
         name="plate",
         # A note (such as an old calibration) does not prevent a session, but the operator should
         # read it.
         passed=None if notes else True,
-        detail=f"{name}; {told}; {made.settle_time_s * 1000:.0f} ms; {textures}"
+        detail=f"{name}; {reading_text}; {made.settle_time_s * 1000:.0f} ms; {textures}"
         + (
             "; simulated: participants cannot feel it, and a run on it is a pilot" if unfelt else ""
         ),
@@ -273,11 +273,11 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     fifth of the tolerance, a false fault requires a deviation of five standard deviations, which is
     practically impossible.
     """
-    told = []
+    readbacks = []
     for _ in range(READINGS):
         plate.clock.sleep(READINGS_S / READINGS)
-        told.append(plate.read_back())
-    read = [each.level for each in told if each.kind == "measured"]
+        readbacks.append(plate.read_back())
+    read = [each.level for each in readbacks if each.kind == "measured"]
     if len(amplitudes := [each for each in read if each is not None]) < READINGS:
         return
     deviation_level, limit_level = stdev(amplitudes), plate.limits.deviation_level / 5
@@ -292,8 +292,8 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
 
 def check_contact(planned: PlannedSession) -> Finding:
     """Check that the finger sensors can be connected and read."""
-    told = try_sources(_contact_specs(planned), _plan(planned).study.seed)
-    return Finding(name="finger", passed=True, detail="; ".join(told))
+    readings = try_sources(_contact_specs(planned), _plan(planned).study.seed)
+    return Finding(name="finger", passed=True, detail="; ".join(readings))
 
 
 def check_display(planned: PlannedSession) -> Finding:
@@ -379,7 +379,7 @@ def check_markers(planned: PlannedSession) -> Finding:
         markers.lost = lambda name, reason: lost.append(f"{name}: {reason}")
         markers.mark(Event.BEGIN)
         markers.mark(Event.END)
-        told = ", ".join(markers.names)
+        names = ", ".join(markers.names)
     if lost:
         return Finding(
             name="markers",
@@ -387,7 +387,7 @@ def check_markers(planned: PlannedSession) -> Finding:
             detail="; ".join(lost),
             remedy="check the recorder's cable and driver, or omit --markers",
         )
-    detail = f"sent a start and an end marker to {told}" if told else "none are requested"
+    detail = f"sent a start and an end marker to {names}" if names else "none are requested"
     return Finding(name="markers", passed=True, detail=detail)
 
 

@@ -60,14 +60,14 @@ def check_screens(plan: RunPlan) -> None:
         The plan of any participant. Questions without texts in a language are skipped, except in
         the plan's own language.
     """
-    told = [
+    faults = [
         f"{spoken.language}: {fault}"
         for spoken in in_each_language(plan)
         for fault in dict.fromkeys(each for seen in every_screen(spoken) for each in seen.faults)
     ]
-    if told:
-        lines = "".join(f"\n  {sentence}" for sentence in told[:MOST_TOLD])
-        more = f"\n  and {len(told) - MOST_TOLD} more" if len(told) > MOST_TOLD else ""
+    if faults:
+        lines = "".join(f"\n  {sentence}" for sentence in faults[:MOST_TOLD])
+        more = f"\n  and {len(faults) - MOST_TOLD} more" if len(faults) > MOST_TOLD else ""
         raise UserError(
             f"{plan.study_name}: some screens cannot be shown properly; shorten the "
             f"texts:{lines}{more}"

@@ -104,11 +104,11 @@ def validate(name: str) -> str:
     check_ways(plan)
     check_screens(plan)
     textures = f", textures: {len(study.textures)}" if study.textures else ""
-    said = (
+    line = (
         f"{name}: no faults (tasks: {len(study.tasks)}, {study.quantity.levels}: "
         f"{len(study.levels)}{textures})"
     )
-    return "\n".join([said, *_textures(study), *balance(name, study, text)])
+    return "\n".join([line, *_textures(study), *balance(name, study, text)])
 
 
 def _textures(study: Study) -> Iterator[str]:
@@ -122,12 +122,12 @@ def _textures(study: Study) -> Iterator[str]:
         ]
     for name, surface in surfaces:
         if followed := surface.followed():
-            said = f"the plate passes {followed.plate:.0%} of {followed.whole}"
+            parts = f"the plate passes {followed.plate:.0%} of {followed.whole}"
             if study.plate_quantity.in_um_pp:  # only ultrasonic plates have an air film
-                said += f", friction from the film model {followed.friction:.0%}"
+                parts += f", friction from the film model {followed.friction:.0%}"
                 if followed.rise_s:
-                    said += f" (10 to 90 % in {1000 * followed.rise_s:.3g} ms)"
-            yield f"{name}: {followed.change}; {said}"
+                    parts += f" (10 to 90 % in {1000 * followed.rise_s:.3g} ms)"
+            yield f"{name}: {followed.change}; {parts}"
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
@@ -212,18 +212,18 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     )
     runs_in_all = study.participants * len(_sessions(study)) * study.runs
     plans = list(islice(every, max(TRIALS_LOOKED_AT // max(whole.planned_trials(), 1), 1)))
-    said = []
+    lines = []
     if len(plans) < runs_in_all:
-        said.append(f"the first {len(plans)} of {runs_in_all} runs:")
+        lines.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
         # Only ratings of single surfaces have orders to balance.
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]
-            said.append(f"{protocol.task}, {order_balance(options, surfaces, runs)}")
+            lines.append(f"{protocol.task}, {order_balance(options, surfaces, runs)}")
     if study.task_order == "counterbalanced" and len(study.tasks) > 1:
-        said.append(task_balance(plan.tasks()[0][0].task for plan in plans))
-    return said
+        lines.append(task_balance(plan.tasks()[0][0].task for plan in plans))
+    return lines
 
 
 def orders_of_all(name: str) -> Figure:

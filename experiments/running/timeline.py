@@ -239,9 +239,9 @@ def _part(step: Step, plan: RunPlan) -> str:
 
 def as_json(found: Timeline) -> str:
     """Return a timeline as JSON."""
-    told = asdict(found)
-    told["parts"] = [{"part": part, **asdict(minutes)} for part, minutes in found.parts]
-    return json.dumps(told, indent=2, ensure_ascii=False)
+    content = asdict(found)
+    content["parts"] = [{"part": part, **asdict(minutes)} for part, minutes in found.parts]
+    return json.dumps(content, indent=2, ensure_ascii=False)
 
 
 def lines(found: Timeline) -> list[str]:
@@ -250,36 +250,36 @@ def lines(found: Timeline) -> list[str]:
     head = f"{'minutes':<{width}}{'p5':>8}{'p50':>8}{'p95':>8}"
     rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
     width = max(width, *(len(name) + 2 for name, _ in rows))
-    told = [
+    shown = [
         f"Timeline for a participant ({found.people} simulated people)",
         head,
         *(f"{name:<{width}}{s.p5:8.1f}{s.p50:8.1f}{s.p95:8.1f}" for name, s in rows),
         "",
     ]
     exposures, longest, duty = found.exposures, found.longest_on_s, found.duty
-    told.append(
+    shown.append(
         f"surfaces that vibrate: {exposures.p50:.0f} ({exposures.p5:.0f} to {exposures.p95:.0f})"
     )
-    told.append(
+    shown.append(
         f"longest continuous vibration: {longest.p50:.0f} s, at p95 {longest.p95:.0f} s (the "
         f"plate's limit: {found.on_time_limit_s:g} s)"
     )
-    told.append(
+    shown.append(
         f"largest duty: {duty.p50:.0%}, at p95 {duty.p95:.0%} (the plate's limit: "
         f"{found.duty_limit:.0%})"
     )
     if found.longest_on_s.p95 > found.on_time_limit_s or found.duty.p95 > found.duty_limit:
-        told.append(
+        shown.append(
             "WARNING: the plate switches itself off beyond its limits; add rests, or limit the "
             "exploration time"
         )
     if found.cost_each and found.cost_total:
         each, total = found.cost_each, found.cost_total
-        told.append(
+        shown.append(
             f"cost: {each.p50:.0f} {found.currency} each ({each.p5:.0f} to {each.p95:.0f}), "
             f"{total.p50:.0f} {found.currency} for {found.participants} participants "
             f"({total.p5:.0f} to {total.p95:.0f})"
         )
     else:
-        told.append("cost: the study file has no [cost]")
-    return told
+        shown.append("cost: the study file has no [cost]")
+    return shown

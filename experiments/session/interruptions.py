@@ -227,12 +227,12 @@ class Interruptions:
             self._journal.write("fault", code=fault.code, message=fault.message)
             self._plate.close()
             self._clock.sleep(RECONNECT_WAIT_S)
-            told = fault if self._progress.unblinded else fault.blinded()
+            shown = fault if self._progress.unblinded else fault.blinded()
             try:
-                self._wait_for("fault", "retry", str(told))
+                self._wait_for("fault", "retry", str(shown))
             except StopRequested as stopped:
                 self._journal.write("given_up", reason=str(stopped))
-                raise told from None
+                raise shown from None
             try:
                 self._plate.connect()
             except PlateFault as again:

@@ -143,22 +143,22 @@ class Mailbox:
     def _request(self, text: bytes) -> Request | None:
         """Return the request in a file, or None after storing the reason for refusing it."""
         try:
-            asked = LiveRequest.model_validate_json(text)
+            request = LiveRequest.model_validate_json(text)
         except ValidationError:
             return None  # an incomplete file, or a file from another program
-        if asked.token != self._token:
+        if request.token != self._token:
             return None  # meant for an earlier session
-        trial = self._trial(asked.trial)
-        question = self._question(asked.question)
-        if asked.what == "void" and trial is None:
+        trial = self._trial(request.trial)
+        question = self._question(request.question)
+        if request.what == "void" and trial is None:
             self._refuse("that trial can no longer be voided")
-        elif asked.what == "answer" and not self._waits_for(asked.trial):
+        elif request.what == "answer" and not self._waits_for(request.trial):
             self._refuse("that question is over")
-        elif asked.what == "ask_again" and question is None:
+        elif request.what == "ask_again" and question is None:
             self._refuse("that question was not asked in this run")
         else:
             self._refused = ""
-            return Request(what=asked.what, reason=asked.reason, trial=trial, question=question)
+            return Request(what=request.what, reason=request.reason, trial=trial, question=question)
         return None
 
     def _waits_for(self, wanted: TrialName | None) -> bool:

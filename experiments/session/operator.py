@@ -159,7 +159,7 @@ class Operators:
 
     def poll(self) -> Request | None:
         """Return the first operator's request, if any."""
-        return next((asked for each in self._operators if (asked := each.poll())), None)
+        return next((request for each in self._operators if (request := each.poll())), None)
 
 
 class UnattendedOperator:

@@ -294,8 +294,8 @@ class Session:
         reply = self._feel(step)
         self._surface.confirm()
         self._surface.explored(step)
-        if self._stroke and (said := self._stroke.judged(step, self._contact.last)):
-            self._feedback(said)
+        if self._stroke and (advice := self._stroke.judged(step, self._contact.last)):
+            self._feedback(advice)
         return reply
 
     def _feel(self, step: Explore) -> Reply:

@@ -233,11 +233,11 @@ class SurfaceState:
         """Return the plate's readback; raise a `PlateFault` if it differs from the command."""
         self._plate.check()
         self._following.settle()
-        told = self._plate.read_back()
-        self._temperature_c = told.temperature_c
-        self._measured = told.kind in MEASURED and told.level is not None
-        self._plate.confirm(self._commanded_level, told)
-        return told.level
+        readback = self._plate.read_back()
+        self._temperature_c = readback.temperature_c
+        self._measured = readback.kind in MEASURED and readback.level is not None
+        self._plate.confirm(self._commanded_level, readback)
+        return readback.level
 
     def check(self) -> None:
         """Raise a `PlateFault` if the plate failed during a presentation. This check is fast."""

@@ -38,8 +38,8 @@ def impossible(
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
         # Otherwise their trials would be in the same table under the same numbers.
-        said = f"there is already a '{label}': set another label"
-        yield (*place, "label" if task.label else "protocol"), {"msg": said}
+        message = f"there is already a '{label}': set another label"
+        yield (*place, "label" if task.label else "protocol"), {"msg": message}
     for key in protocol.amplitudes:
         given = getattr(task, key, None) or ()
         each = given if isinstance(given, tuple) else (given,)
@@ -52,11 +52,11 @@ def impossible(
         yield (*place, "protocol"), {"msg": str(error)}
         return
     if protocol.texts and protocol.instructions not in texts:
-        said = f"its instructions '{protocol.instructions}' are not among its texts"
-        yield (*place, "protocol"), {"msg": said}
+        message = f"its instructions '{protocol.instructions}' are not among its texts"
+        yield (*place, "protocol"), {"msg": message}
     columns = {*protocol.design, *protocol.stimulus, *protocol.response}
-    doubled = columns & {factor.name for factor in data.get("factors", ())}
-    yield from ((place, {"msg": f"has a column '{name}', as a factor"}) for name in doubled)
+    shared = columns & {factor.name for factor in data.get("factors", ())}
+    yield from ((place, {"msg": f"has a column '{name}', as a factor"}) for name in shared)
     levels, textures = data.get("levels"), data.get("textures")
     if levels is None or textures is None:
         return
@@ -98,18 +98,18 @@ def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> 
 def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Iterator[Fault]:
     """Yield errors for questions without texts in the study's language and unknown languages."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
-    language, asked = data.get("language"), data.get("about_you", ())
-    yield from named_twice("about_you", [question.name for question in asked])
+    language, questions = data.get("language"), data.get("about_you", ())
+    yield from named_twice("about_you", [question.name for question in questions])
     if language is not None and language not in known:
-        said = {"msg": f"expected one of {', '.join(known)}", "input": language}
-        yield ("language",), said
+        fault = {"msg": f"expected one of {', '.join(known)}", "input": language}
+        yield ("language",), fault
     elif language is not None:
-        yield from unanswerable(asked, language, known)
+        yield from unanswerable(questions, language, known)
         tasks = [load_protocol(t.protocol).for_task(t).task for t in data.get("tasks", ())]
         if data.get("headphone_test") and HEADPHONES in tasks:
-            said = {
+            fault = {
                 "msg": (f"expected another label: '{HEADPHONES}' is used by the headphone test")
             }
-            yield ("tasks", tasks.index(HEADPHONES), "label"), said
-        taken = [HEADPHONES, *tasks, *(question.name for question in asked)]
+            yield ("tasks", tasks.index(HEADPHONES), "label"), fault
+        taken = [HEADPHONES, *tasks, *(question.name for question in questions)]
         yield from unusable(data.get("questionnaires", ()), language, known, taken)

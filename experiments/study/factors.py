@@ -140,8 +140,8 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     tables |= {("instructions", language): texts for language, texts in factor.instructions.items()}
     for key, table in tables.items():
         if strange := sorted(set(table) - known):
-            said = f"{', '.join(strange)}: expected levels of the factor"
-            yield (*place, *key), {"msg": said}
+            message = f"{', '.join(strange)}: expected levels of the factor"
+            yield (*place, *key), {"msg": message}
     language = study.get("language", "en")
     if factor.instructions and known - set(factor.instructions.get(language, {})):
         yield (*place, "instructions"), {"msg": f"expected a text in '{language}' for each level"}
@@ -183,8 +183,8 @@ def second_faults(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fa
         yield ("factors",), {"msg": f"expected one named {second.factor}, for [second_plate]"}
     elif len(levels) < len(named[0].levels) or not 0 <= min(levels) <= max(levels) <= second.level:
         limit = second.quantity.quantity.short(second.level)
-        said = f"expected the levels of {second.factor} to be numbers from 0 to {limit}"
-        yield ("factors",), {"msg": said}
+        message = f"expected the levels of {second.factor} to be numbers from 0 to {limit}"
+        yield ("factors",), {"msg": message}
 
 
 def conditions_of(factors: Sequence[Factor]) -> list[Condition]:
@@ -212,13 +212,13 @@ def crossed(
         total = protocol.trials(options, context)
         done = 0
         for number, condition in enumerate(ordered(conditions, context)):
-            told = [
+            instructions = [
                 text
                 for factor in factors
                 if (text := _instruction(factor, condition.values[factor.name], language))
             ]
-            if told:
-                yield Instruct(text="\n\n".join(told))
+            if instructions:
+                yield Instruct(text="\n\n".join(instructions))
             inner = protocol.steps(options, condition.context(context, plate))
             left = total * (len(conditions) - number - 1)
             shift = _Shift(done, left, condition.values, second.factor if second else "")

@@ -122,8 +122,8 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
         faults += second_faults(second, value)
     count = len(conditions_of(value)) if value else 1
     if count > MOST_CONDITIONS:
-        said = f"expected at most {MOST_CONDITIONS} combinations, not {count}"
-        faults.append((("factors",), {"msg": said}))
+        message = f"expected at most {MOST_CONDITIONS} combinations, not {count}"
+        faults.append((("factors",), {"msg": message}))
     refuse(faults)
     return value
 

@@ -154,5 +154,5 @@ class Levels:
         for key, field in type(table).model_fields.items():
             left_out = in_um(key) != key and key not in table.model_fields_set
             if left_out and field.default is not None:
-                said = f"is missing; its default is in µm, expected {quantity.unit_in_full}"
-                yield (*place, key), {"msg": said}
+                message = f"is missing; its default is in µm, expected {quantity.unit_in_full}"
+                yield (*place, key), {"msg": message}

@@ -82,7 +82,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     document = tomlkit.parse(text)
     del document[KEY]
     whole = tomlkit.dumps(document)
-    there = {*languages(), *(table.get("texts") or {})}
+    available = {*languages(), *(table.get("texts") or {})}
     for name in named:
         # The console page can set these names, and must not access files outside the folder.
         if Path(name).name != name or "\\" in name or not name.isprintable():
@@ -94,13 +94,13 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         if absent and not path.exists():
             continue
         language, words = _read(path)
-        if language in there:
+        if language in available:
             raise UserError(
                 f"{path}: language '{language}' already exists; expected another language (to "
                 f"replace single texts of {', '.join(languages())}, use [texts] in the study "
                 "file)"
             )
-        there.add(language)
+        available.add(language)
         whole += f"\n# The words of {path.name}.\n[texts.{_key(language)}]\n{_lines(words)}"
     try:
         tomllib.loads(whole)
@@ -134,8 +134,8 @@ def _read(path: Path) -> tuple[str, Texts]:
         if not isinstance(value, str)
     ]
     known = {key: words[key] for key in words if key in shipped_texts(ENGLISH)}
-    told = (*text_faults(ENGLISH, known), *unlike(words, {}), *unshown(words))
-    faults += [(tuple(key.split(".")), {"msg": said}) for key, said in told]
+    wrong = (*text_faults(ENGLISH, known), *unlike(words, {}), *unshown(words))
+    faults += [(tuple(key.split(".")), {"msg": message}) for key, message in wrong]
     if faults:
         raise complaint(str(path), sentences(faults, Lines(text).of))
     return str(language), words
@@ -155,13 +155,13 @@ def check_words(study: Study, source: str) -> None:
     Call this function only for studies that are about to run. A recorded study keeps its texts,
     even if Slipscale has added or removed keys since.
     """
-    told = [
+    faults = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
         for language, table in study.texts.items()
         for key, sentence in _faults(study, language, flatten(table), source)
     ]
-    if told:
-        raise complaint(source, told)
+    if faults:
+        raise complaint(source, faults)
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:

@@ -69,8 +69,8 @@ class ParticipantKeys(FrozenTable):
     def _two_keys(self) -> Self:
         if self.yes == self.no == "":
             return self
-        told = all(_is_character(key) for key in (self.yes, self.no))
-        if not told or self.yes.casefold() == self.no.casefold():
+        characters = all(_is_character(key) for key in (self.yes, self.no))
+        if not characters or self.yes.casefold() == self.no.casefold():
             raise ValueError("expected both yes and no, as two different characters")
         return self
 

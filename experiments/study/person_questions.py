@@ -128,8 +128,8 @@ class PersonQuestion(FrozenTable):
         UserError
             If the study has no words for the question in that language.
         """
-        if told := [f"about_you: {sentence}" for _, sentence in self.faults(language)]:
-            raise UserError("; ".join(told))
+        if faults := [f"about_you: {sentence}" for _, sentence in self.faults(language)]:
+            raise UserError("; ".join(faults))
         prompt = self.prompt[language] if isinstance(self.prompt, dict) else self.prompt
         prompt = prompt or texts[f"about_you.{self.name}"]
         if self.minimum is not None and self.maximum is not None:
@@ -163,7 +163,7 @@ def unanswerable(
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:
-            said = f"expected languages among {', '.join(known)}"
-            yield ("about_you", number, key), {"msg": said}
+            message = f"expected languages among {', '.join(known)}"
+            yield ("about_you", number, key), {"msg": message}
         for place, sentence in question.faults(language):
             yield ("about_you", number, *place), {"msg": sentence}

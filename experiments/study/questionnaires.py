@@ -160,23 +160,33 @@ def unusable(
             yield (*place, "name"), {"msg": f"there is already a '{each.name}'"}
         names.add(each.name)
         for key, words in (("title", each.title), ("instructions", each.instructions)):
-            yield from (((*place, key), {"msg": said}) for said in _unread(words, language, known))
-        told = set()
+            yield from (
+                ((*place, key), {"msg": words_fault})
+                for words_fault in _unread(words, language, known)
+            )
+        unknown = set()
         for index, question in enumerate(each.questions()):
             if question.name in names:
-                said = f"there is already a '{question.name}'"
-                yield (*place, "items", index, "name"), {"msg": said}
+                words_fault = f"there is already a '{question.name}'"
+                yield (*place, "items", index, "name"), {"msg": words_fault}
             names.add(question.name)
             own = each.items[index].options is not None
             for key, spoken in question.languages():
                 if spoken not in known:
-                    said = f"expected languages among {', '.join(known)}"
-                    told.add((_place(place, index, key, own=own), said))
-            for found, said in question.faults(language):
+                    words_fault = f"expected languages among {', '.join(known)}"
+                    unknown.add((_place(place, index, key, own=own), words_fault))
+            for found, words_fault in question.faults(language):
                 where = _place(place, index, str(found[0]), own=own)
                 shared = where == (*place, "options")  # reported once, not per item
-                told.add((where, said.replace(question.name, each.name) if shared else said))
-        yield from ((where, {"msg": said}) for where, said in sorted(told, key=str))
+                unknown.add(
+                    (
+                        where,
+                        words_fault.replace(question.name, each.name) if shared else words_fault,
+                    )
+                )
+        yield from (
+            (where, {"msg": words_fault}) for where, words_fault in sorted(unknown, key=str)
+        )
 
 
 def _place(

@@ -119,8 +119,8 @@ class Stroke(FrozenTable):
         """Yield an error for each requirement that the study's sensors cannot measure."""
         position = bool(plate.position)
         if self.passive and not (position and self.speed_mm_s):
-            said = "expected speed_mm_s, and a stage as position in [plate]"
-            yield ("stroke", "passive"), {"msg": said}
+            message = "expected speed_mm_s, and a stage as position in [plate]"
+            yield ("stroke", "passive"), {"msg": message}
         if self.speed_mm_s and not (position or self.pacer):
             yield ("stroke", "speed_mm_s"), {"msg": "expected position in [plate], or pacer = true"}
         if self.direction != "any" and not position:
@@ -150,7 +150,7 @@ class Stroke(FrozenTable):
             ),
             (found.normal_n, guide.normal_force_n, self.force_share, OUTSIDE[2:4]),
         )
-        said = [
+        advice = [
             less if value < wanted else more
             for value, wanted, share, (less, more) in pairs
             if value is not None and wanted and abs(value - wanted) > share * wanted
@@ -158,8 +158,8 @@ class Stroke(FrozenTable):
         forward = found.forward_share
         if forward is not None and guide.direction != "any" and not self.passive:
             along = forward if guide.direction == "forward" else 1 - forward
-            said += [OUTSIDE[4]] if along < DIRECTION_SHARE else []
-        return tuple(said)
+            advice += [OUTSIDE[4]] if along < DIRECTION_SHARE else []
+        return tuple(advice)
 
 
 def guided(steps: Steps, stroke: Stroke, texts: Texts) -> Steps:

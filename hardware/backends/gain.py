@@ -31,7 +31,7 @@ def agreed_gain(
         If the gain is unknown, or two sources disagree.
     """
     calibrated = calibration.drive.amplifier_gain if calibration else None
-    told = {
+    stated = {
         source: gain
         for source, gain in (
             ("the SPEC has", given),
@@ -40,11 +40,11 @@ def agreed_gain(
         )
         if gain is not None
     }
-    if not told:
+    if not stated:
         raise UserError(unknown)
-    gains = list(told.values())
+    gains = list(stated.values())
     if not all(math.isclose(gains[0], each) for each in gains):
-        sources = ", ".join(f"{source} {gain:g}" for source, gain in told.items())
+        sources = ", ".join(f"{source} {gain:g}" for source, gain in stated.items())
         backend = unknown.partition(":")[0]
         raise UserError(f"{backend}: two different values for the amplifier's gain: {sources}")
     return gains[0]

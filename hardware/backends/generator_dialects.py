@@ -348,8 +348,8 @@ def dialect_named(name: str) -> Dialect:
 
 def dialect_of(manufacturer: str, model: str) -> Dialect | None:
     """Return the dialect for an answer to ``*IDN?``; None for a make that is not in the table."""
-    said = f"{manufacturer},{model}"
-    return next((each for each in DIALECTS.values() if re.search(each.identity, said)), None)
+    device = f"{manufacturer},{model}"
+    return next((each for each in DIALECTS.values() if re.search(each.identity, device)), None)
 
 
 def channel_number(text: str) -> int:

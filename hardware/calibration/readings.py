@@ -183,14 +183,14 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
             rows, columns = list(table), table.fieldnames or ()
     except (OSError, UnicodeDecodeError) as error:
         raise UserError(f"--csv {path}: cannot be read ({error})") from error
-    told = [each for each in QUANTITIES if each in columns]
-    if len(told) != 1:
+    quantities = [each for each in QUANTITIES if each in columns]
+    if len(quantities) != 1:
         raise UserError(
             f"--csv {path}: expected one of the columns {', '.join(QUANTITIES)}, got "
-            f"{' and '.join(told) or 'none of them'}"
+            f"{' and '.join(quantities) or 'none of them'}"
         )
     return tuple(
-        _point(row, told[0], f"--csv {path}, line {line}", path.parent, mm_s_per_v)
+        _point(row, quantities[0], f"--csv {path}, line {line}", path.parent, mm_s_per_v)
         for line, row in enumerate(rows, start=2)
     )
 

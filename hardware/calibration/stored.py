@@ -47,10 +47,10 @@ def _require_refit(calibration: Calibration, path: Path) -> None:
         ("gain", calibration.gain, gain),
     ):
         for name in type(stored).model_fields:
-            told, refitted = getattr(stored, name), getattr(found, name)
-            if not math.isclose(told, refitted, rel_tol=REFITTED, abs_tol=1e-9):
+            values, refitted = getattr(stored, name), getattr(found, name)
+            if not math.isclose(values, refitted, rel_tol=REFITTED, abs_tol=1e-9):
                 raise UserError(
-                    f"calibration '{path}': {table}.{name} is {told:g}, but the stored readings "
+                    f"calibration '{path}': {table}.{name} is {values:g}, but the stored readings "
                     f"give {refitted:g}; restore the file, or fit the readings again with "
                     "slipscale plate calibrate --csv"
                 )

@@ -99,17 +99,17 @@ def _backend(spec: str) -> Iterator[Verdict]:
 
 def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
     """Print the result of each rule; return the exit status."""
-    told = []
+    lines = []
     for verdict in verdicts:
-        told.append(verdict)
+        lines.append(verdict)
         if not as_json:
             detail = f": {verdict.detail}" if verdict.detail else ""
             print(f"{verdict.outcome:<15} {verdict.rule}{detail}", flush=True)
-    departs = sum(each.outcome == "departs" for each in told)
+    departs = sum(each.outcome == "departs" for each in lines)
     if as_json:
-        print(json.dumps([asdict(each) for each in told], indent=2))
+        print(json.dumps([asdict(each) for each in lines], indent=2))
     else:
-        print(f"{len(told)} rules, {departs} violated")
+        print(f"{len(lines)} rules, {departs} violated")
     return ANSWER_IS_NO if departs else DONE
 
 

@@ -186,16 +186,16 @@ def _serve_generator(make: str) -> int:
     from slipscale.hardware.emulator.generator_server import GeneratorServer  # noqa: PLC0415 - PyVISA
     from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
-    told: dict[int, float] = {}
+    status: dict[int, float] = {}
     try:
         with signals_raise(), GeneratorServer(make) as server:
             print(server.resource, flush=True)
             while True:
                 for number, channel in server.generator.channel.items():
                     vpp = channel.plate_vpp()
-                    if vpp != told.setdefault(number, 0.0):
+                    if vpp != status.setdefault(number, 0.0):
                         print(f"output {number}: {vpp:.4f} V peak to peak", flush=True)
-                        told[number] = vpp
+                        status[number] = vpp
                 time.sleep(SHOWN_S)
     except EndedBySignal:
         pass  # the usual way to end it

@@ -75,10 +75,10 @@ def sign(arguments: Namespace) -> int:
         raise UserError("expected --beyond-shipped-limits and --by NAME together, or neither")
     today = datetime.now(tz=UTC).date()
     beyond = plate_file.sign(arguments.file, beyond_by=arguments.by, today=today)
-    told = "".join(
+    remarks = "".join(
         f"\nbeyond the shipped limits: {name} = {value:g}" for name, value in beyond.items()
     )
-    print(f"signed {arguments.file}{told}")
+    print(f"signed {arguments.file}{remarks}")
     return DONE
 
 

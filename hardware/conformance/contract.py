@@ -71,16 +71,16 @@ def _presents(rig: Rig) -> None:
                 differs(f"a readback of kind {get_args(ReadbackKind)}", made.readback.kind)
             _expect_output(plate, Output.MAY_BE_ON, "present")
             rig.clock.sleep(STEADY_S)
-            told = plate.read_back()
-            plate.confirm(surface.level, told)  # still the same, so it had settled
+            readback = plate.read_back()
+            plate.confirm(surface.level, readback)  # still the same, so it had settled
 
 
 def _readback_proves(rig: Rig) -> None:
     with rig.plate as plate:
-        told = plate.present(rig.surface(0.5)).readback
-        if told.kind not in PROVING or told.level is None:
+        readback = plate.present(rig.surface(0.5)).readback
+        if readback.kind not in PROVING or readback.level is None:
             raise NotApplicable(
-                f"its readback is '{told.kind}', which cannot reveal a wrong amplitude; "
+                f"its readback is '{readback.kind}', which cannot reveal a wrong amplitude; "
                 "measure with a vibrometer"
             )
 
@@ -173,9 +173,9 @@ def _follows(rig: Rig) -> None:
         plate.present(rig.surface(0.5))
         plate.follow(rig.surface(0.3).level)
         rig.clock.sleep(STEADY_S)
-        told = plate.read_back()
-        if told.kind in PROVING:
-            plate.confirm(rig.surface(0.3).level, told)
+        readback = plate.read_back()
+        if readback.kind in PROVING:
+            plate.confirm(rig.surface(0.3).level, readback)
 
 
 def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
@@ -183,11 +183,11 @@ def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
         differs(f"an output that is {due} after {after}", str(plate.output))
 
 
-def _expect_off(told: Readback, after: str) -> None:
-    if told.voltage_v_peak:
-        differs(f"0 V after {after}", f"{told.voltage_v_peak:g} V")
-    if told.kind == "applied" and told.level:
-        differs(f"an applied amplitude of 0 after {after}", f"{told.level:g}")
+def _expect_off(readback: Readback, after: str) -> None:
+    if readback.voltage_v_peak:
+        differs(f"0 V after {after}", f"{readback.voltage_v_peak:g} V")
+    if readback.kind == "applied" and readback.level:
+        differs(f"an applied amplitude of 0 after {after}", f"{readback.level:g}")
 
 
 RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (

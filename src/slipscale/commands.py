@@ -203,8 +203,8 @@ def dispatch(words: list[str]) -> int:
         from slipscale.faults.suggestions import did_you_mean  # noqa: PLC0415 - rarely needed
 
         meant = did_you_mean(words[0], COMMANDS, start="slipscale ")
-        told = f"slipscale: unknown command '{words[0]}'{meant}; for help: slipscale --help"
-        print(harmless(told), file=sys.stderr)
+        message = f"slipscale: unknown command '{words[0]}'{meant}; for help: slipscale --help"
+        print(harmless(message), file=sys.stderr)
         return USER_FAULT
     return call(words[0], words[1:])
 

@@ -250,14 +250,14 @@ def unwritable(path: Path) -> str:
 
     Folders that do not exist are created later, so the nearest existing folder is checked.
     """
-    there = path
+    folder = path
     try:
-        while not there.exists() and there != there.parent:
-            there = there.parent
+        while not folder.exists() and folder != folder.parent:
+            folder = folder.parent
     except OSError as error:
         return f"cannot be reached ({error.strerror}); name another folder"
-    if there != path and not there.is_dir():
-        return f"{there} is a file; expected a folder, name another one"
-    if not os.access(there, os.W_OK):
-        return f"no permission to write to {there}; correct it, or name another folder"
+    if folder != path and not folder.is_dir():
+        return f"{folder} is a file; expected a folder, name another one"
+    if not os.access(folder, os.W_OK):
+        return f"no permission to write to {folder}; correct it, or name another folder"
     return ""

@@ -107,7 +107,7 @@ class ManyStudies:
     def seed_of(self, number: int) -> int:
         """Return the seed of one simulated study: SHA-256 of its number and all settings."""
         first = self.plans[0]
-        told = {
+        content = {
             "version": VERSION,
             "study": study_hash(first.study_text),
             "participants": self.people,
@@ -116,21 +116,21 @@ class ManyStudies:
             "seed": first.seed,
             "number": number,
         }
-        digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
+        digest = hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
         return int(digest[:SEED_DIGITS], 16)
 
     def compute(self, number: int) -> StudyResult:
         """Simulate one study and analyse it, as `slipscale pilot` and `slipscale analyse` would."""
         seed = self.seed_of(number)
         plans = [replace(plan, seed=seed) for plan in self.plans]
-        with tempfile.TemporaryDirectory(prefix="slipscale-") as there:
-            folder = Path(there) / "study"
+        with tempfile.TemporaryDirectory(prefix="slipscale-") as folder_name:
+            folder = Path(folder_name) / "study"
             write_simulated(folder, plans, self.population, sessions=bool(self.why_sessions))
             try:
                 return StudyResult(number=number, seed=seed, found=findings(analyse(folder)))
             except UserError as error:
-                said = str(error).replace(f"{folder}: ", "")
-                return StudyResult(number=number, seed=seed, refused=said)
+                message = str(error).replace(f"{folder}: ", "")
+                return StudyResult(number=number, seed=seed, refused=message)
 
 
 def results(

@@ -86,8 +86,8 @@ def print_distribution(found: Distribution) -> None:
             cells.add_column(title.lower(), justify="right", no_wrap=True)
         for amplitude in found.amplitudes_um_pp:
             row = [found.cell(amplitude, statistic) for statistic in STATISTICS]
-            told = [f"{c.median:.1f} ({c.p5:.1f} to {c.p95:.1f})" if c else "–" for c in row]
-            cells.add_row(f"{amplitude:g}", *told)
+            texts = [f"{c.median:.1f} ({c.p5:.1f} to {c.p95:.1f})" if c else "–" for c in row]
+            cells.add_row(f"{amplitude:g}", *texts)
         target.print(cells)
     if found.headlines:
         chief = Table(title="Main results", **head)  # type: ignore[arg-type]

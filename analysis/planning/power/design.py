@@ -74,11 +74,11 @@ class Design:
         """Tests whose power is estimated: the planned tests, or by default all vectorised tests."""
         known = (*TESTS, *SLOW)
         named = self.choices.tests
-        wanted = list(TESTS) if named is None else [test for test in known if test in set(named)]
+        chosen = list(TESTS) if named is None else [test for test in known if test in set(named)]
         # Friedman's test needs three amplitudes. With two, the pairwise test replaces it.
         if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
-            wanted = [test for test in wanted if test not in ("friedman", "page_trend")]
-        return tuple(wanted)
+            chosen = [test for test in chosen if test not in ("friedman", "page_trend")]
+        return tuple(chosen)
 
     @property
     def factor_tests(self) -> dict[str, bool]:

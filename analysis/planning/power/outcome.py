@@ -66,8 +66,8 @@ class Sums:
     @classmethod
     def of(cls, values: NDArray[np.float64]) -> Self:
         """Return the sums of the finite values."""
-        there = values[np.isfinite(values)]
-        return cls(n=len(there), total=float(there.sum()), squares=float((there**2).sum()))
+        finite = values[np.isfinite(values)]
+        return cls(n=len(finite), total=float(finite.sum()), squares=float((finite**2).sum()))
 
     def __add__(self, other: Sums) -> Sums:
         return Sums(

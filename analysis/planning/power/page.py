@@ -35,8 +35,8 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
         figures["catch_steps"] = catch_figure(found)
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        told = json.dumps(as_json(design, found, target), indent=2)
-        (folder / "power.json").write_text(told, encoding="utf-8")
+        content = json.dumps(as_json(design, found, target), indent=2)
+        (folder / "power.json").write_text(content, encoding="utf-8")
         with (folder / "power.csv").open("w", encoding="utf-8", newline="") as file:
             writer = csv.writer(file, lineterminator="\n")
             writer.writerows(_csv(found))

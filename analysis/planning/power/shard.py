@@ -135,13 +135,13 @@ class Shard:
 def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
     """Return the results of all vectorised tests."""
     alpha = design.alpha
-    told = {
+    significant = {
         name: (TESTS[name](found) < alpha) & found.usable for name in design.tests if name in TESTS
     }
     if design.pairs:
-        told |= _pairs_told(design, found, alpha)
+        significant |= _pairs_told(design, found, alpha)
     if looks.number > 1:
-        told |= _looks_told(design, found, looks)
+        significant |= _looks_told(design, found, looks)
     confidence = design.choices.confidence
     of_means = half_widths(found.cells, confidence)
     widths = {"exponent": half_widths(exponents(found), confidence)} | {
@@ -151,7 +151,7 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
     return Outcome(
         studies=len(found.usable),
         unusable=int((~found.usable).sum()),
-        found={name: int(share.sum()) for name, share in told.items()},
+        found={name: int(share.sum()) for name, share in significant.items()},
         widths={name: Sums.of(values[found.usable]) for name, values in widths.items()},
     )
 
@@ -192,12 +192,12 @@ def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArra
     """
     sizes = look_sizes(found.cells.shape[1], looks.number)
     going_on = found.usable.copy()
-    told: dict[str, NDArray[np.bool_]] = {}
+    stopped: dict[str, NDArray[np.bool_]] = {}
     for size, level in zip(sizes, levels(sizes, design.alpha, looks.spending), strict=True):
         ends = going_on & (_any_difference(design, found.first(size)) < level)
-        told[f"look after {size}"] = ends
+        stopped[f"look after {size}"] = ends
         going_on &= ~ends
-    return told
+    return stopped
 
 
 def _any_difference(design: Design, found: Tables) -> Array:

@@ -40,12 +40,12 @@ class ShardCache:
             folder.mkdir(parents=True, exist_ok=True)
             if not mark.exists():
                 _write(mark, json.dumps({"version": VERSION}))
-            told: object = json.loads(mark.read_text(encoding="utf-8"))
+            version: object = json.loads(mark.read_text(encoding="utf-8"))
         except OSError as error:
             raise UserError(f"--cache {folder}: {error.strerror}") from None
         except ValueError:
-            told = None
-        if told != {"version": VERSION}:
+            version = None
+        if version != {"version": VERSION}:
             raise UserError(
                 f"--cache {folder}: its shards come from another version of Slipscale; "
                 "expected a new folder, or one from this version"
@@ -89,9 +89,9 @@ class ShardCache:
 
 def _write(path: Path, text: str) -> None:
     """Write a file atomically."""
-    being = path.with_name(f"{path.name}.{os.getpid()}.part")
+    unfinished = path.with_name(f"{path.name}.{os.getpid()}.part")
     try:
-        being.write_text(text, encoding="utf-8")
-        being.replace(path)
+        unfinished.write_text(text, encoding="utf-8")
+        unfinished.replace(path)
     finally:
-        being.unlink(missing_ok=True)
+        unfinished.unlink(missing_ok=True)

@@ -123,12 +123,12 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
     others = [axis for axis in varying(found) if axis != "participants"]
     for condition, size in fewest(found, target).items():
         where = condition.described(others)
-        said = (
+        answer = (
             f"{size} participants or more reach {target:g} on every comparison"
             if size
             else f"none of these sizes reaches {target:g} on every comparison"
         )
-        line = f"{where}: {said}" if where else said[0].upper() + said[1:]
+        line = f"{where}: {answer}" if where else answer[0].upper() + answer[1:]
         lines.append(f"{line}.")
     if found[0].steps:
         lines.append(

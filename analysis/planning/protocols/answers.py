@@ -121,7 +121,7 @@ def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
 def _exponent(rows: pd.DataFrame) -> float:
     """Return the slope of mean log ratios against log amplitude, as for magnitude estimates."""
     amplitude, ratio = RATIO
-    there = rows[(rows["catch"] != "true") & (rows[amplitude] > 0) & rows[ratio].notna()]
-    logs = there[ratio].astype(float).map(math.log)
-    means = logs.groupby(there[amplitude].astype(float)).mean()
+    usable = rows[(rows["catch"] != "true") & (rows[amplitude] > 0) & rows[ratio].notna()]
+    logs = usable[ratio].astype(float).map(math.log)
+    means = logs.groupby(usable[amplitude].astype(float)).mean()
     return float(fit_lines(np.log(means.index.to_numpy()), means.to_numpy()).slope)

@@ -129,16 +129,16 @@ def _axis_values(
         for values in (condition.values for condition in conditions_of(factors))  # noqa: PD011
     ]
     rows, _ = rows_of(study, participants, seed, population)
-    told = []
+    answers = []
     for own in rows:
         labels = own[list(conditions[0])].map(factor_level)
-        told += [
+        answers += [
             read_answers(study, own[labels.eq(pd.Series(each)).all(axis=1)].reset_index(drop=True))
             for each in conditions
         ]
-    method = next((each.method for each in told if each), "")
+    method = next((each.method for each in answers if each), "")
     logarithmic = CURVES[CURVE_OF.get(method, "weibull")].logarithmic
-    found = thresholds_of(told, points=True)
+    found = thresholds_of(answers, points=True)
     shape = (participants, *(len(factor.levels) for factor in factors))
     return (np.log(found) if logarithmic else found).reshape(shape), logarithmic
 
@@ -160,8 +160,8 @@ def _rows(
         p = pairwise(tables, "logarithms")
         for pair, (first, second) in enumerate(combinations(range(len(names)), 2)):
             change = thresholds[..., second] - thresholds[..., first]
-            there = np.isfinite(change)
-            typical = float(np.median(change[there])) if there.any() else float("nan")
+            finite = np.isfinite(change)
+            typical = float(np.median(change[finite])) if finite.any() else float("nan")
             yield ConditionPower(
                 participants=people,
                 factor=factor.name,
@@ -169,7 +169,7 @@ def _rows(
                 second=names[second],
                 change=float(np.exp(typical)) if logarithmic else typical,
                 power=Share.of(int((p[:, pair] < alpha).sum()), studies),
-                without=float(1 - there.mean()),
+                without=float(1 - finite.mean()),
             )
 
 
@@ -210,7 +210,7 @@ def enough(
 
 def sentences(found: Sequence[ConditionPower], population: Population, target: float) -> list[str]:
     """Describe the tests, and the sample sizes that reach the target power."""
-    said = [
+    lines = [
         (
             "Individual thresholds are compared by paired t tests with Holm's correction; the "
             "report compares them in one hierarchical model. Change: the second threshold divided "
@@ -220,7 +220,7 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
     sizes = enough(found, population, target)
     for factor in dict.fromkeys(row.factor for row in found):
         size = sizes.get(factor)
-        said.append(
+        lines.append(
             f"{factor}: no effect is simulated, so these values are false alarms. Set simulated or "
             "simulated_growth in [[factors]]."
             if factor not in sizes
@@ -228,4 +228,4 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
             if size
             else f"{factor}: none of these sizes reaches {target:g}."
         )
-    return said
+    return lines

@@ -56,7 +56,7 @@ def value_of(row: ProtocolPrecision) -> str:
 
 def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: str) -> list[str]:
     """Describe the comparison and its conclusions."""
-    said = [
+    lines = [
         (
             f"Every study uses the same simulated people (population '{population}') for a median "
             f"of {minutes:.1f} minutes each, with as many trials as fit into that time. Values are "
@@ -67,7 +67,7 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
     for quantity, size, rows in _groups(found):
         best = rows[0]
         if not math.isfinite(best.half_width_percent):
-            said.append(f"{quantity}, {size} participants: no study gives an interval.")
+            lines.append(f"{quantity}, {size} participants: no study gives an interval.")
             continue
         line = (
             f"{quantity}, {size} participants: {best.study.name} estimates it to within ± "
@@ -78,13 +78,13 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
             for row in rows[1:]
             if math.isfinite(row.half_width_percent)
         ]
-        said.append(f"{', '.join([line, *others])}.")
+        lines.append(f"{', '.join([line, *others])}.")
     if len({row.study.quantity for row in found}) > 1:
-        said.append(
+        lines.append(
             "Exponents and thresholds answer different questions: compare exponents with "
             "exponents, and thresholds with thresholds."
         )
-    return said
+    return lines
 
 
 def table(found: Sequence[ProtocolPrecision]) -> list[tuple[str, ...]]:
@@ -136,8 +136,8 @@ def write_comparison(folder: Path, found: Sequence[ProtocolPrecision], minutes: 
     """
     write_rows(folder, "protocols", HEAD, [_cells(row) for row in ranked(found)])
     try:
-        told = json.dumps(as_json(found, minutes), indent=2)
-        (folder / "protocols.json").write_text(told, encoding="utf-8")
+        content = json.dumps(as_json(found, minutes), indent=2)
+        (folder / "protocols.json").write_text(content, encoding="utf-8")
         save(protocols_figure(found, minutes), folder / "protocols", (".svg", ".png"))
     except OSError as error:
         raise UserError(f"--out {folder}: {error.strerror}") from None

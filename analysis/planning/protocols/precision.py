@@ -127,16 +127,16 @@ def _summary(
         value = math.exp(_mean(logs))
         # The interval extends from value / factor to value * factor.
         percent = 100 * np.sinh(half_widths(logs, CONFIDENCE))
-    there = percent[np.isfinite(percent)]
-    low, high = np.percentile(there, QUANTILES) if len(there) else (np.nan, np.nan)
+    finite = percent[np.isfinite(percent)]
+    low, high = np.percentile(finite, QUANTILES) if len(finite) else (np.nan, np.nan)
     return ProtocolPrecision(
         study=study,
         participants=values.shape[1],
         trials=trials,
         minutes=minutes,
         value=value,
-        half_width_percent=float(there.mean()) if len(there) else np.nan,
-        error=float(there.std(ddof=1) / len(there) ** 0.5) if len(there) > 1 else np.nan,
+        half_width_percent=float(finite.mean()) if len(finite) else np.nan,
+        error=float(finite.std(ddof=1) / len(finite) ** 0.5) if len(finite) > 1 else np.nan,
         low=float(low),
         high=float(high),
         without=float((np.isfinite(values).sum(axis=1) < FEWEST).mean()),
@@ -146,8 +146,8 @@ def _summary(
 
 def _mean(values: Array) -> float:
     """Return the mean of the available values; NaN if there are none."""
-    there = values[np.isfinite(values)]
-    return float(there.mean()) if len(there) else math.nan
+    finite = values[np.isfinite(values)]
+    return float(finite.mean()) if len(finite) else math.nan
 
 
 def _exponents(

@@ -74,8 +74,8 @@ def simulated_dataset(
         frame[f"{FACTOR}{factor}"] = pd.Categorical(levels[which])
     # Participants who were excluded or dropped out have no rows.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
-    there = answered[PARTICIPANT].cat.remove_unused_categories()
-    answered = answered.assign(**{PARTICIPANT: there})
+    participants = answered[PARTICIPANT].cat.remove_unused_categories()
+    answered = answered.assign(**{PARTICIPANT: participants})
     return Dataset(
         name="simulated",
         estimates=answered,

@@ -126,9 +126,9 @@ def means(values: Array) -> Array:
     """Return means over the first axis, ignoring NaN; NaN if all values are NaN."""
     if len(values) == 1:
         return np.asarray(values[0])
-    there = ~np.isnan(values)
+    present = ~np.isnan(values)
     with np.errstate(invalid="ignore", divide="ignore"):
-        return np.asarray(np.where(there, values, 0.0).sum(axis=0) / there.sum(axis=0))
+        return np.asarray(np.where(present, values, 0.0).sum(axis=0) / present.sum(axis=0))
 
 
 def simulate_ratings(

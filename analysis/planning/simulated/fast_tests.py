@@ -112,8 +112,8 @@ def tables(
         warnings.filterwarnings("ignore", "All-NaN|Mean of empty", RuntimeWarning)
         top, divisor = DIVISORS[rule]
         below = divisor(estimates, means(estimates), ratings.scale_top)
-        there = ~np.isnan(percent).all(axis=(0, 3))
-        usable = np.asarray(((below > 0) | ~there).all(axis=1))
+        present = ~np.isnan(percent).all(axis=(0, 3))
+        usable = np.asarray(((below > 0) | ~present).all(axis=1))
         factor = (top / below)[..., None]
         scaled = percent if rule == "scale_top" else estimates * factor
         zero: NDArray[np.bool_] = np.asarray(scaled == 0)

@@ -56,9 +56,9 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     filled = [found for found in book.worksheets if found.max_row > 1]
     chosen = [found for found in filled if sheet is None or found.title == sheet]
     if len(chosen) != 1:
-        told = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
+        sheets = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
         expected = "the name of one of them (--sheet)" if sheet is None else f"a sheet '{sheet}'"
-        raise UserError(f"{path}: the sheets are {told}; expected {expected}")
+        raise UserError(f"{path}: the sheets are {sheets}; expected {expected}")
     (table,) = chosen
     if table.merged_cells.ranges:
         where = min(map(str, table.merged_cells.ranges))

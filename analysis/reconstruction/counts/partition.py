@@ -149,7 +149,7 @@ def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
     if not wanted.occurrences:
         yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
         return
-    told = frozenset(value for value, _, _ in wanted.occurrences)
+    fixed = frozenset(value for value, _, _ in wanted.occurrences)
     choices = (range(least, most + 1) for _, least, most in wanted.occurrences)
     for numbers in product(*choices):
         moments = wanted.moments
@@ -159,11 +159,11 @@ def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
             given = (*given, (value, times)) if times else given
         if moments.n < 0 or moments.squares < 0:
             continue
-        there = {value for value, _ in given}
-        if any(not wanted.low <= value <= wanted.high for value in there):
+        values = {value for value, _ in given}
+        if any(not wanted.low <= value <= wanted.high for value in values):
             continue
-        present = tuple(wish - told for wish in wanted.present if not wish & there)
-        yield from _enter(moments, wanted.low, wanted.high, present, given, told)
+        present = tuple(wish - fixed for wish in wanted.present if not wish & values)
+        yield from _enter(moments, wanted.low, wanted.high, present, given, fixed)
 
 
 def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made of
@@ -172,11 +172,11 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
     high: int,
     present: tuple[frozenset[int], ...],
     given: Given,
-    told: frozenset[int],
+    fixed: frozenset[int],
 ) -> Iterator[tuple[Moments, int, int, Given]]:
-    while told and low <= high and low in told:
+    while fixed and low <= high and low in fixed:
         low += 1
-    while told and low <= high and high in told:
+    while fixed and low <= high and high in fixed:
         high -= 1
     if not present:
         if moments.possible(low, high):
@@ -197,7 +197,7 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
             else tuple(wish - {value} for wish in present)
         )
         more = (*given, (value, times)) if times else given
-        yield from _enter(rest, *inside, wishes, more, told)
+        yield from _enter(rest, *inside, wishes, more, fixed)
 
 
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:

@@ -85,8 +85,8 @@ def _extents(shape: Shape) -> list[tuple[int, int, int]]:
     k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
     a, w = np.array(shape.reach, dtype=np.int64).T[:, :, None]
     i, j = a - k * d, w - k * (d * (d + shape.sign) // 2)
-    there = (i >= 0) & (j >= 0)
-    found = (np.where(there, values, -1).max(axis=0).tolist() for values in (k, i, j))
+    inside = (i >= 0) & (j >= 0)
+    found = (np.where(inside, values, -1).max(axis=0).tolist() for values in (k, i, j))
     return list(zip(*found, strict=True))
 
 
@@ -237,11 +237,11 @@ class _Meeting:
         if a[0] > a[1] or w[0] > w[1]:
             return 0
         source = self.above.planes[0].values if k else self.none
-        there = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
+        overlap = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
         # For each w below, the matching states above have this number of consecutive w.
         v = max(low_v, run.first - w[1]), min(high_v, run.last - w[0])
         before, after = w[0] - (run.first - v[1]), run.last - v[0] - w[1]
-        worth = _window(there, before, after, run.last - run.first + 1)[:, ::-1]
+        worth = _window(overlap, before, after, run.last - run.first + 1)[:, ::-1]
         if not left:
             return float(worth.sum()) if self.modulus is None else int(worth.sum())
         row = a[0] - run.signed_sum - low_b

@@ -66,8 +66,8 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
     """Return the verdict on one row."""
     give = partial(Verdict, line=row.line, digest=digest(row))
     if row.column is None:
-        said = "; ".join(words for _, words in row.told)
-        return give(label="", verdict="not understood", reason=said)
+        reason = "; ".join(words for _, words in row.told)
+        return give(label="", verdict="not understood", reason=reason)
     solutions = Solutions(row.column, memory_gib, minutes)
     label = row.column.label
     if solutions.refused:

@@ -105,8 +105,8 @@ def plain_sums(column: Column) -> dict[int, range] | None:
         column.observed_maximum,
         column.median,
     )
-    told = column.present or column.absent or column.frequencies or column.percentages
-    if told or any(more) or impossible(column):
+    restricted = column.present or column.absent or column.frequencies or column.percentages
+    if restricted or any(more) or impossible(column):
         return None
     sums = admissible_sums(column)
     if len(sums) > MOST_SUMS:
@@ -135,7 +135,7 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
         ]
     except _TooManyValues:
         wanted = []
-    said = (
+    reason = (
         f"about {number:,} pairs of a sum and a sum of squares give the printed mean and SD"
         if number
         else f"{len(sums):,} sums give the printed mean"
@@ -146,7 +146,8 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
         grimmer=True,
         reason="",
         refused=(
-            f"{said}, more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this scale"
+            f"{reason}, more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this "
+            "scale"
         ),
         looked_at=tuple(wish for wish in wanted if wish is not None),
         pairs=number,
@@ -348,6 +349,6 @@ def _grimmer_reason(column: Column) -> str:
         "a standard error of": column.se,
         "a confidence interval from": column.ci_low,
     }
-    asked = " and ".join(f"{words} {number.text}" for words, number in printed.items() if number)
+    given = " and ".join(f"{words} {number.text}" for words, number in printed.items() if number)
     mean = next(text.text for text, _ in column.means())
-    return f"GRIMMER: no sum of squares of {column.n} ratings with mean {mean} gives {asked}"
+    return f"GRIMMER: no sum of squares of {column.n} ratings with mean {mean} gives {given}"

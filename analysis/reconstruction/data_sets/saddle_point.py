@@ -64,10 +64,10 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
     By inclusion-exclusion: solutions within the bounds minus solutions without a required value.
     """
-    told = _told(wish)
-    if told is None:
+    required = _told(wish)
+    if required is None:
         return None
-    moments, holes, present = told
+    moments, holes, present = required
     every = chain.from_iterable(combinations(present, size) for size in range(len(present) + 1))
     reference: float | None = None
     share = 0.0
@@ -87,20 +87,20 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
     Returns None if the frequency of another rating is not exact.
     """
-    moments, holes, there = wish.moments, set(), set()
+    moments, holes, occurring = wish.moments, set(), set()
     forced = []
     for value, least, most in wish.occurrences:
         if least == most:
             moments = moments.without(value, least)
             holes.add(value)
-            there |= {value} if least else set()
+            occurring |= {value} if least else set()
         elif (least, most) == (1, wish.moments.n):
             forced.append(frozenset({value}))
         else:
             return None
     if moments.n < 2 or moments.squares < 0:  # noqa: PLR2004 - nothing left to approximate
         return None
-    present = [frozenset(kept - holes) for kept in wish.present if not kept & there]
+    present = [frozenset(kept - holes) for kept in wish.present if not kept & occurring]
     return moments, frozenset(holes), [*present, *forced]
 
 

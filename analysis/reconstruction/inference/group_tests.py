@@ -60,11 +60,11 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
         return case.said("not decided", UNFOUND, extent, pairs=pairs)
     counted = [ColumnRows(solutions) for solutions in case.columns]
     real = [{moments: at for at, moments in enumerate(row.moments)} for row in counted]
-    there = [
+    indices = [
         [real[j].get(rows[j].moments[at], -1) for j, at in enumerate(place)]
         for place in places[left].tolist()
     ]
-    kept = [place for place in there if -1 not in place]
+    kept = [place for place in indices if -1 not in place]
     pairs = len(places), len(kept)
     if not kept:
         return impossible(case, counted, why_not(extent), extent, pairs)

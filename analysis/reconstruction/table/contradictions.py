@@ -90,13 +90,13 @@ def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
 
     Ratings outside the scale are omitted.
     """
-    told = [
+    stated = [
         *((value, range(1, column.n + 1)) for value in column.present),
         *((value, range(1)) for value in column.absent),
         *((value, range(times, times + 1)) for value, times in column.frequencies),
         *((value, _occurrences(column, printed)) for value, printed in column.percentages),
     ]
-    placed = ((column.scale.steps_to(value), times) for value, times in told)
+    placed = ((column.scale.steps_to(value), times) for value, times in stated)
     return tuple(
         (steps, times.start, times.stop - 1)
         for steps, times in placed

@@ -133,13 +133,13 @@ def _column(
     summary: Summary, mean: Ends, sd: Ends, scale: Ends, *, logarithms: bool
 ) -> IntervalColumn:
     names = ("mean", "sum", "sd", "se", "ci_low", "ci_high", "geometric_mean", "log_sd")
-    said = [
+    printed_values = [
         f"{name.replace('_', ' ')} {printed.text}"
         for name in names
         if (printed := getattr(summary, name)) is not None
     ]
     if logarithms:
-        said.append(f"logarithms to base {summary.log_base}")
+        printed_values.append(f"logarithms to base {summary.log_base}")
     inside = max(mean[0], scale[0]), min(mean[1], scale[1])
     reason = ""
     if sd[0] > sd[1]:
@@ -155,7 +155,7 @@ def _column(
         sd=sd,
         scale=scale,
         logarithms=logarithms,
-        printed=f"n {summary.n}, {', '.join(said)}",
+        printed=f"n {summary.n}, {', '.join(printed_values)}",
         reason=reason,
     )
 

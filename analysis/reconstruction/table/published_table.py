@@ -202,9 +202,9 @@ class Summary(FrozenTable):
             raise ValueError("geometric_mean and log_sd describe logarithms: omit mean, sum and sd")
         if bool(self.ci_low) != bool(self.ci_high):
             raise ValueError("expected both ends of the confidence interval, or none")
-        told = [value for value, _ in (*self.frequencies, *self.percentages)]
-        told += [*self.present, *self.absent]
-        for value, times in Counter(told).items():
+        stated = [value for value, _ in (*self.frequencies, *self.percentages)]
+        stated += [*self.present, *self.absent]
+        for value, times in Counter(stated).items():
             if times > 1:
                 raise ValueError(f"the frequency of the rating {value} is given {times} times")
         return self
@@ -252,8 +252,8 @@ class Column(Summary):
                 f"the scale has {self.scale.steps:,} steps of {self.scale.step}; expected at "
                 f"most {most:,} for n = {self.n:,}"
             )
-        told = [value for value, _ in (*self.frequencies, *self.percentages)]
-        for value in (*told, *self.present, *self.absent):
+        stated = [value for value, _ in (*self.frequencies, *self.percentages)]
+        for value in (*stated, *self.present, *self.absent):
             if ((value - self.scale.minimum) / self.scale.step).denominator != 1:
                 raise ValueError(
                     f"the rating {value} is not on the scale, steps of {self.scale.step} "

@@ -208,8 +208,8 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
     tab, as in the header.
     """
     rows = _csv_rows(text, source)
-    if told := [fault for row in rows for fault in row.told]:
-        raise complaint(source, told)
+    if faults := [fault for row in rows for fault in row.told]:
+        raise complaint(source, faults)
     columns = tuple(row.column for row in rows if row.column is not None)
     open_scales = not any(column.scale_is_printed for column in columns)
     return PublishedTable(title, on_one_scale(columns) if open_scales else columns)
@@ -232,8 +232,8 @@ def _csv_rows(text: str, source: str) -> list[Row]:
     (first, header), *rows = rows
     names = [name.strip() for name in header]
     found = [_row(names, line, cells, place) for place, (line, cells) in enumerate(rows, 1)]
-    if told := [(first, f"line {first}, {words}") for words in _wrong_names(names)]:
-        raise complaint(source, told + [fault for row in found for fault in row.told])
+    if faults := [(first, f"line {first}, {words}") for words in _wrong_names(names)]:
+        raise complaint(source, faults + [fault for row in found for fault in row.told])
     return found
 
 

@@ -28,15 +28,15 @@ NAMES = {
 
 def in_words(column: Column) -> str:
     """Describe all printed numbers of a column."""
-    said = [f"n {column.n}"]
+    parts = [f"n {column.n}"]
     for name, words in NAMES.items():
         printed = getattr(column, name)
         if printed is not None:
-            said.append(f"{words} {printed.text}")
-    said += [f"{value} given by somebody" for value in column.present]
-    said += [f"{value} given by nobody" for value in column.absent]
-    said += [f"{value} given by {times}" for value, times in column.frequencies]
-    said += [f"{value} given by {share.text} %" for value, share in column.percentages]
+            parts.append(f"{words} {printed.text}")
+    parts += [f"{value} given by somebody" for value in column.present]
+    parts += [f"{value} given by nobody" for value in column.absent]
+    parts += [f"{value} given by {times}" for value, times in column.frequencies]
+    parts += [f"{value} given by {share.text} %" for value, share in column.percentages]
     scale = column.scale
     ends = {
         (): f"{scale.minimum} to {scale.maximum}",
@@ -45,7 +45,7 @@ def in_words(column: Column) -> str:
     }
     missing = tuple(name for name in ("minimum", "maximum") if name in column.assumed)
     step = "step not printed" if "step" in column.assumed else f"in steps of {scale.step}"
-    return f"{', '.join(said)}; scale {ends.get(missing, 'not printed')}, {step}"
+    return f"{', '.join(parts)}; scale {ends.get(missing, 'not printed')}, {step}"
 
 
 def assumptions(column: Column) -> Iterator[str]:

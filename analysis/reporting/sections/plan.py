@@ -33,9 +33,9 @@ def summary(analysis: Analysis) -> str:
     if check is None:
         return ""
     number = len(check.deviations)
-    said = {0: "There are no deviations", 1: "There is 1 deviation"}
+    counted = {0: "There are no deviations", 1: "There is 1 deviation"}
     return (
-        f"{said.get(number, f'There are {number} deviations')} from the plan {check.plan}, frozen "
-        f"at {check.frozen_utc} (SHA-256 {check.digest}). The comparison does not detect journals "
-        "or plans whose hashes were recomputed after editing."
+        f"{counted.get(number, f'There are {number} deviations')} from the plan {check.plan}, "
+        f"frozen at {check.frozen_utc} (SHA-256 {check.digest}). The comparison does "
+        "not detect journals or plans whose hashes were recomputed after editing."
     )

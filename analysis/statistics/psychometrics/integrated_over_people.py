@@ -170,21 +170,21 @@ class IntegratedModel:
 
     def posteriors(self, theta: Array) -> tuple[Array, Array]:
         """Return each row's log likelihood, and the posterior probabilities of the outer nodes."""
-        told = self._predicted(theta)
-        logs, shares, _ = self._integrated(told)
+        predicted = self._predicted(theta)
+        logs, shares, _ = self._integrated(predicted)
         return logs, shares
 
     def _predicted(self, theta: Array) -> Prediction:
         return self.predict(theta, self.outer.nodes[:, :, None], self.inner.nodes[0])
 
-    def _integrated(self, told: Prediction) -> tuple[Array, Array, list[Array]]:
+    def _integrated(self, predicted: Prediction) -> tuple[Array, Array, list[Array]]:
         """Return log likelihoods, and probabilities of the outer and of each cell's inner nodes."""
         total = self.outer.log_weights
         within = []
         for kinds in self._cells:
             yes, no = self.counted.yes[:, kinds], self.counted.no[:, kinds]
-            terms = np.tensordot(yes, told.log_yes[kinds], 1)
-            terms += np.tensordot(no, told.log_no[kinds], 1)
+            terms = np.tensordot(yes, predicted.log_yes[kinds], 1)
+            terms += np.tensordot(no, predicted.log_no[kinds], 1)
             logs, share = _log_sum(terms + self.inner.log_weights)
             within.append(share)
             total = total + logs
@@ -193,15 +193,15 @@ class IntegratedModel:
 
     def minus_log(self, theta: Array) -> tuple[float, Array]:
         """Return minus the log likelihood and its gradient."""
-        told = self._predicted(theta)
-        logs, shares, within = self._integrated(told)
+        predicted = self._predicted(theta)
+        logs, shares, within = self._integrated(predicted)
         weights = shares * self.counted.times[:, None]
-        pull_yes, pull_no = np.empty_like(told.log_yes), np.empty_like(told.log_no)
+        pull_yes, pull_no = np.empty_like(predicted.log_yes), np.empty_like(predicted.log_no)
         for kinds, share in zip(self._cells, within, strict=True):
             here = weights[:, :, None] * share
             pull_yes[kinds] = np.tensordot(self.counted.yes[:, kinds].T, here, 1)
             pull_no[kinds] = np.tensordot(self.counted.no[:, kinds].T, here, 1)
-        value, gradient = float(self.counted.times @ logs), told.gradient(pull_yes, pull_no)
+        value, gradient = float(self.counted.times @ logs), predicted.gradient(pull_yes, pull_no)
         if self._more is not None:
             own, slope = self._more(theta)
             value, gradient = value + own, gradient + slope

@@ -315,12 +315,12 @@ def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
             break
         here, some, limits = theta[going], counts[going], bounds[going]
         step = _step(model, some, here, limits, damping[going])
-        there = np.clip(here + step, limits.low, limits.high)
-        found = some.log_likelihood(model.proportion(there, some.u))
+        proposed = np.clip(here + step, limits.low, limits.high)
+        found = some.log_likelihood(model.proportion(proposed, some.u))
         gain = found - value[going]
         better = gain > 0
         moved = going[better]
-        theta[moved], value[moved] = there[better], found[better]
+        theta[moved], value[moved] = proposed[better], found[better]
         damping[going] = np.where(better, np.maximum(damping[going] / 4, 1e-12), damping[going] * 8)
         over = np.where(better, gain < TOLERANCE, damping[going] > MOST_DAMPING)
         going = going[~over]

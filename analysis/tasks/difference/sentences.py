@@ -97,12 +97,12 @@ def finding(found: Finding, quantity: Quantity) -> str:
     coded = quantity.judged == PLATE_AMPLITUDE.judged
     if n == 1:
         felt = "a difference" if found.felt_a_difference else "no difference"
-        said = "said" if found.said_less_slippery else "did not say"
-        less = f", and {said} that the surface became less slippery" if coded else ""
+        verb = "said" if found.said_less_slippery else "did not say"
+        less = f", and {verb} that the surface became less slippery" if coded else ""
         return f"The one participant felt {felt} {fell}{less}."
     everyone = f"All {n}" if found.all_felt_a_difference else f"{found.felt_a_difference} of {n}"
-    said = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
-    less = f", and {said} said that the surface became less slippery" if coded else ""
+    some = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
+    less = f", and {some} said that the surface became less slippery" if coded else ""
     return (
         f"{everyone} participants felt a difference {fell} ({found.felt_every_change} of {n} at "
         f"every step){less}."

@@ -83,7 +83,7 @@ class Codebook(FrozenTable):
         >>> [book.meaning(words) for words in ("less smooth, it sticks more", "warm")]
         ['less_slippery', 'unclear']
         """
-        said: set[Meaning] = set()
+        meanings: set[Meaning] = set()
         for clause in CLAUSES.split(plain(report)):
             for name in self.code(clause):
                 if name != OTHER:
@@ -93,9 +93,9 @@ class Codebook(FrozenTable):
                         "more": entry.more,
                         "bare": entry.bare,
                     }
-                    said.add(turned[self.direction(clause, name)])
-        said.discard("unclear")
-        return said.pop() if len(said) == 1 else "unclear"
+                    meanings.add(turned[self.direction(clause, name)])
+        meanings.discard("unclear")
+        return meanings.pop() if len(meanings) == 1 else "unclear"
 
 
 def plain(text: str) -> str:

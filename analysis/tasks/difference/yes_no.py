@@ -409,9 +409,9 @@ def finding(changes: pd.DataFrame, book: Codebook) -> Finding:
     """
     felt = changes["difference_felt"].groupby(changes[PARTICIPANT].astype(str)).agg(["max", "min"])
     n = len(felt)
-    said = changes[(changes["difference_felt"] == 1) & (changes["verbal_report"] != "")]
-    meanings = said["verbal_report"].astype(str).map(book.meaning)
-    less = said[PARTICIPANT].astype(str)[meanings == "less_slippery"].nunique()
+    reports = changes[(changes["difference_felt"] == 1) & (changes["verbal_report"] != "")]
+    meanings = reports["verbal_report"].astype(str).map(book.meaning)
+    less = reports[PARTICIPANT].astype(str)[meanings == "less_slippery"].nunique()
     return Finding(
         n=n,
         felt_a_difference=int((felt["max"] == 1).sum()),

@@ -276,14 +276,14 @@ def _all_pairs(
         return (
             f"None of the {len(rows)} pairs of {quantity.levels} differed ({how}, all {smallest})."
         )
-    told = len(rows) - len(doubtful)
+    certain = len(rows) - len(doubtful)
     listed = "; ".join(
         f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
     )
     if len(doubtful) > MOST_LISTED:
         listed = f"the other {len(doubtful)}, all {smallest}"
     return (
-        f"{told or 'None'} of the {len(rows)} pairs of {quantity.levels} differed ({how}); no "
+        f"{certain or 'None'} of the {len(rows)} pairs of {quantity.levels} differed ({how}); no "
         f"significant difference: {listed}."
     )
 

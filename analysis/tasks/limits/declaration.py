@@ -53,20 +53,20 @@ def _sentences(task: TaskLimits, confidence: float, quantity: Quantity) -> list[
 
 
 def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-    said, error = [], task.constant_error_um_pp
+    remarks, error = [], task.constant_error_um_pp
     if not isinstance(error, NotComputed):
         verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
-        said.append(
+        remarks.append(
             f"Descending and ascending series {verb}, by "
             f"{quantity.value(number(error.mean, 3))} (t({error.df}) = {number(error.t)}, "
             f"{p_value(error.p)})."
         )
     if task.without_transition:
-        said.append(
+        remarks.append(
             f"Series without a transition, which were left out: {task.without_transition} of "
             f"{task.series}."
         )
-    return said
+    return remarks
 
 
 def _blocks(

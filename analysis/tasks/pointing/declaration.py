@@ -92,19 +92,19 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
 
 def _sentences(task: TaskPointing, confidence: float, q: Quantity) -> list[str]:
     """Return sentences on throughput, on regressions and on omitted cells."""
-    said = _answers(task, confidence, q)
+    sentences = _answers(task, confidence, q)
     for each in task.conditions:
-        said.append(
+        sentences.append(
             f"Feedback {each.feedback}: movement time = a + b × index of difficulty, with "
             f"a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
             "s/bit."
         )
         if each.left_out:
-            said.append(
+            sentences.append(
                 f"{each.left_out} combinations of participant, distance and width have fewer "
                 f"than {FEWEST} movements or no spread, and are left out."
             )
-    return said
+    return sentences
 
 
 def _blocks(

@@ -72,8 +72,8 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
     if isinstance(scale, NotComputed):
         counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
         shares = ", ".join(f"{name}: {chosen} of {there}" for name, chosen, there in counts)
-        told = f"; chosen: {shares}" if shares else ""
-        return f"{what}: no scale ({scale.reason}){told}."
+        listing = f"; chosen: {shares}" if shares else ""
+        return f"{what}: no scale ({scale.reason}){listing}."
     order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
     names = ", ".join(f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order)
     return f"{what}: scale values, from the least to the most {quantity.adjective}: {names}."

@@ -113,13 +113,13 @@ def difference_scale(
         trials.astype(int), share, size=(simulations, len(trials))
     )
     again = _likeliest(same, drawn.astype(float), trials)
-    there = again[_why_no_scale(again) == ""]
-    if len(there) < (1 - MOST_FAILED) * simulations:
+    usable = again[_why_no_scale(again) == ""]
+    if len(usable) < (1 - MOST_FAILED) * simulations:
         return NotComputed(
-            f"{simulations - len(there)} of {simulations} simulated data sets have no scale: "
+            f"{simulations - len(usable)} of {simulations} simulated data sets have no scale: "
             f"too few answers for intervals"
         )
-    return _result(scale, there, (same, yes, trials, share), confidence, simulations)
+    return _result(scale, usable, (same, yes, trials, share), confidence, simulations)
 
 
 def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:

@@ -57,8 +57,8 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
     logarithmic = CURVES[found.curve].logarithmic
     levels = main["level_um_pp"].to_numpy(float)
     levels = levels[levels > 0] if logarithmic else levels
-    there = [each.function.threshold_um_pp.value for each in people if each.function]
-    low, high = min([levels.min(), *there]), max([levels.max(), *there])
+    thresholds = [each.function.threshold_um_pp.value for each in people if each.function]
+    low, high = min([levels.min(), *thresholds]), max([levels.max(), *thresholds])
     margin = 0.05 * (high - low)
     fine = (
         np.geomspace(low / 1.3, high * 1.3, 200)

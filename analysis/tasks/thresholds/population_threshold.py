@@ -318,16 +318,16 @@ def _factors(
     if len(names) > 1:
         by[COMBINED.join(name.removeprefix(FACTOR) for name in names)] = _combined(counted, names)
     for name, labels in by.items():
-        there = labels.notna()
-        people = counted["who"][there].groupby(labels[there]).nunique()
+        labelled = labels.notna()
+        people = counted["who"][labelled].groupby(labels[labelled]).nunique()
         if len(people) > 1 and people.min() >= FEWEST:
             others = [
                 each for each in names if each.removeprefix(FACTOR) not in name.split(COMBINED)
             ]
             fitted = partial(
-                _fitted, model, right, counted[there], _deviations(counted[there][others])
+                _fitted, model, right, counted[labelled], _deviations(counted[labelled][others])
             )
-            yield _factor(name, labels[there], counted["who"][there], fitted, confidence)
+            yield _factor(name, labels[labelled], counted["who"][labelled], fitted, confidence)
 
 
 def _fitted(

@@ -123,9 +123,9 @@ def _read(
     frame = frame.assign(**_friction(frame, sources, problems))
     crossed = [name for name in factors if name in frame]
     frame = frame.assign(**{FACTOR + name: labels(frame, name, "") for name in crossed})
-    told = told_choices(frame, marks, quantity_of(entries[0][0]))
-    answered = told["correct"].notna() & told["level_um_pp"].notna()
-    kept = told[answered]
+    choices = told_choices(frame, marks, quantity_of(entries[0][0]))
+    answered = choices["correct"].notna() & choices["level_um_pp"].notna()
+    kept = choices[answered]
     add_counts(counts, "choice", unanswered=(~answered).sum(), analysed=len(kept))
     columns = [*COLUMNS, *(FACTOR + name for name in crossed)]
     return kept.astype({"correct": bool})[columns].reset_index(drop=True), sources

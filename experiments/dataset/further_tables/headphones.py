@@ -37,9 +37,9 @@ def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, ob
     last = attempts[-1]
     if NO_SOUND in last.values():
         return {"result": "not done", "reason": reasons[-1], "attempts": len(attempts)}
-    told = {name: value for name, value in last.items() if not name.startswith(TONE)}
-    heard, correct = len(last) - len(told), right.get(len(attempts), 0)
-    ears = all(told.get(f"{NOISE}_{ear}", ear) == ear for ear in ("left", "right"))
+    decisions = {name: value for name, value in last.items() if not name.startswith(TONE)}
+    heard, correct = len(last) - len(decisions), right.get(len(attempts), 0)
+    ears = all(decisions.get(f"{NOISE}_{ear}", ear) == ear for ear in ("left", "right"))
     result = "passed" if correct >= test.needed and ears else "failed"
     return {
         "result": result if heard == test.trials else "broken off",
@@ -47,7 +47,7 @@ def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, ob
         "right": correct,
         "trials": heard,
         "needed": test.needed,
-        **told,
+        **decisions,
     }
 
 

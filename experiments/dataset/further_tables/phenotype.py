@@ -18,12 +18,12 @@ FOLDER = PurePosixPath("phenotype")
 
 def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, object]]]:
     """Yield each questionnaire's table, with one row per administration, and its sidecar."""
-    asked: dict[str, list[Run]] = {}
+    answers: dict[str, list[Run]] = {}
     for run in runs:
         for questionnaire in run.plan.study.questionnaires:
             if run.gathered.run_answers.get(questionnaire.name):
-                asked.setdefault(questionnaire.name, []).append(run)
-    for name, answered in asked.items():
+                answers.setdefault(questionnaire.name, []).append(run)
+    for name, answered in answers.items():
         yield from _of_one(name, answered)
 
 

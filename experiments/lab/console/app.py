@@ -212,12 +212,12 @@ class Console:
         if self.presence and self.presence.first():
             renew(self.desk)
         jobs = [self.jobs.last(kind) for kind in KINDS]
-        told = [
+        states = [
             (job.status, job.complained(), job.steps(), changed_ns(job.output)) if job else None
             for job in jobs
         ]
         return self.state.version(
-            told,
+            states,
             parts_done(self.state.now(), self.jobs),
             self._notices(),
             self.desk.warnings.pending(),

@@ -44,7 +44,7 @@ def notices(
         for visit in person.visits
         if visit.state != "free"
     ]
-    theirs = [
+    visits = [
         (person.label, visit)
         for person in rosters[0].people
         for visit in person.visits
@@ -54,7 +54,7 @@ def notices(
         _running(begun),
         *(_damaged(label, visit) for label, visit in begun if visit.state == "damaged"),
         _still_to_come(begun, now),
-        _edited(theirs, defaults.study, study.name, text),
+        _edited(visits, defaults.study, study.name, text),
     )
     return tuple(sentence for sentence in found if sentence)
 
@@ -108,9 +108,9 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
     )
 
 
-def _edited(theirs: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
+def _edited(visits: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
     """Return a notice about a study that was edited after a run, whose journal has the old text."""
-    other = [label for label, visit in theirs if _has_another_text(visit.path, name, text)]
+    other = [label for label, visit in visits if _has_another_text(visit.path, name, text)]
     if not other:
         return ""
     people = ", ".join([*dict.fromkeys(other)][:MOST_NAMED])

@@ -146,16 +146,16 @@ class State:
         if beat_ns != self._beat[0]:
             self._beat = (beat_ns, now_s)
         silent_s = int(now_s - self._beat[1])
-        told = silent_s if silent_s >= SILENT_S else 0
-        return replace(self._snapshot, live=replace(live, silent_s=told))
+        silence_s = silent_s if silent_s >= SILENT_S else 0
+        return replace(self._snapshot, live=replace(live, silent_s=silence_s))
 
     def pulse(self) -> Pulse:
         """Return a value that changes when the running session reports or records something."""
         live = self._snapshot.live
         if live is None or live.status is None:
             return Pulse()
-        told = _changed_ns(mailbox_of(live.visit.path) / STATUS)
-        return Pulse(told, _changed_ns(live.visit.path), there=told is not None)
+        status_ns = _changed_ns(mailbox_of(live.visit.path) / STATUS)
+        return Pulse(status_ns, _changed_ns(live.visit.path), there=status_ns is not None)
 
     def version(self, *more: object) -> str:
         """Return a digest that changes if anything on a page may have changed."""

@@ -81,8 +81,8 @@ class Asking(Unmoved):
         if not self._notice:
             return hint
         # Touch keys cover the usual position of the notice, but not that of the hint.
-        said = scene.notice(self._notice)
-        return (replace(said, y=scene.HINT_Y),) if self._touch else (said, *hint)
+        notice = scene.notice(self._notice)
+        return (replace(notice, y=scene.HINT_Y),) if self._touch else (notice, *hint)
 
     def _way_back(self) -> Scene:
         """Return the line or touch key that leads to the previous question, if there is one."""

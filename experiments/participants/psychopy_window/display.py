@@ -99,9 +99,9 @@ def screens() -> list[str]:
 
 def check_screen(number: int) -> None:
     """Raise `UserError` unless the screen exists; PsychoPy would silently use another one."""
-    there = screens()
-    if not 0 <= number < len(there):
-        known = ", ".join(f"{n} ({size})" for n, size in enumerate(there))
+    available = screens()
+    if not 0 <= number < len(available):
+        known = ", ".join(f"{n} ({size})" for n, size in enumerate(available))
         raise UserError(f"screen {number}: no such screen; expected one of {known}")
 
 

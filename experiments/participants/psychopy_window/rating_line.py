@@ -49,7 +49,7 @@ class Marking:
         """Return the question, the labelled line, the mark, and how to submit the answer."""
         question, texts = self._question, self._texts
         half = LINE_LENGTH / 2
-        said = (scene.notice(self._notice),) if self._notice else ()
+        notice = (scene.notice(self._notice),) if self._notice else ()
         foot = "window.mark_keys" if self._put is None else "window.mark_done"
         return (
             Text(content=question.prompt.strip(), y=0.25, size=0.06, width=1.2, height=0.17),
@@ -63,7 +63,7 @@ class Marking:
                 for words, x in ((question.left, -half + 0.12), (question.right, half - 0.12))
             ),
             *self._mark(),
-            *said,
+            *notice,
             *(() if self._put is None else (DONE,)),
             scene.hint(naming_key(texts, foot)),
             *remaining(self._limit_s, elapsed_s, texts, y=0.415),

@@ -45,8 +45,8 @@ def remaining(limit_s: float | None, elapsed_s: float, texts: Texts, *, y: float
     if limit_s is None:
         return ()
     left_s = max(limit_s - elapsed_s, 0.0)
-    said = texts["window.seconds_left"].format(seconds=math.ceil(left_s))
+    message = texts["window.seconds_left"].format(seconds=math.ceil(left_s))
     return (
         *scene.bar(left_s / limit_s if limit_s else 0.0, y=y),
-        Text(content=said, y=y - 0.05, size=scene.HINT, colour="quiet"),
+        Text(content=message, y=y - 0.05, size=scene.HINT, colour="quiet"),
     )

@@ -204,13 +204,13 @@ class Population(BaseModel):
     @model_serializer(mode="wrap")
     def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
         # Empty new keys are omitted, so that pilots begun before these keys existed can be resumed.
-        told = {
+        content = {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
         }
         return {
             name: value
-            for name, value in told.items()
+            for name, value in content.items()
             if value or name not in (OWN, "unit", "effects", "growths", "effect_sds")
         }
 
@@ -401,5 +401,5 @@ def _of_package(name: str) -> Population:
         own = dict(behaviour.kind.population)
         return Population.model_validate({**own, "name": name, OWN: name})
     except (TypeError, ValueError) as error:
-        said = in_words(error) if isinstance(error, ValidationError) else error
-        raise UserError(f"{behaviour.named}: its population is invalid: {said}") from None
+        message = in_words(error) if isinstance(error, ValidationError) else error
+        raise UserError(f"{behaviour.named}: its population is invalid: {message}") from None

@@ -333,8 +333,8 @@ class Respondent:
 
     def _in_condition(self, percent: float) -> float:
         """Return a sensation after applying the effects of the trial's condition."""
-        told = self.memory.trial.factors if self.memory.trial else {}
-        levels = {name: factor_level(value) for name, value in told.items()}
+        condition = self.memory.trial.factors if self.memory.trial else {}
+        levels = {name: factor_level(value) for name, value in condition.items()}
         return self._people.in_condition(percent, levels, self._own)
 
     def _of_standard(self) -> float:

@@ -43,9 +43,9 @@ class AnsweredTracks:
 
     def take_back(self, trials: Iterable[int]) -> None:
         """Take back the answers to the given trials; trials without an answer are ignored."""
-        gone = [self._answers.pop(trial) for trial in trials if trial in self._answers]
-        if gone:
-            again = tuple(answered.track for answered in gone)
+        removed = [self._answers.pop(trial) for trial in trials if trial in self._answers]
+        if removed:
+            again = tuple(answered.track for answered in removed)
             tracks = tuple(self._track(number) for number in range(len(self.now.tracks)))
             self.now = self.now.taken_back(tracks, again)
 

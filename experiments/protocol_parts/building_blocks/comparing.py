@@ -138,8 +138,8 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
     """Return a check that raises `UserError` if a study has too few surfaces."""
 
     def check(_options: object, context: Context) -> None:
-        if (there := len(context.surfaces)) < fewest:
-            raise UserError(f"{protocol} needs {fewest} surfaces, but the study has {there}")
+        if (available := len(context.surfaces)) < fewest:
+            raise UserError(f"{protocol} needs {fewest} surfaces, but the study has {available}")
 
     return check
 

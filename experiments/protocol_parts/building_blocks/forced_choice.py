@@ -207,8 +207,8 @@ class ForcedChoice(IntervalTask[Choice]):
         chosen = reply.value if isinstance(reply, Reply) else None
         correct = chosen == target + 1
         if chosen is not None and options.feedback in ("always", condition.phase):
-            said = texts["forced_choice.right" if correct else "forced_choice.wrong"]
-            yield Feedback(text=said, duration_s=options.feedback_s, trial=trial)
+            feedback = texts["forced_choice.right" if correct else "forced_choice.wrong"]
+            yield Feedback(text=feedback, duration_s=options.feedback_s, trial=trial)
         return (yield from self.end(trial, condition, chosen, correct=correct))
 
     def end(
@@ -219,9 +219,9 @@ class ForcedChoice(IntervalTask[Choice]):
         if condition.track is not None and chosen is not None:
             now = now.answered(correct=correct)
         # Only the answer determines whether this trial is the last.
-        told = yield EndTrial(trial=replace(trial, total=self._total(now)))
-        told = told if isinstance(told, Voided) else Voided()
-        voided, dropped = told.trials, number in told.dropped
+        reply = yield EndTrial(trial=replace(trial, total=self._total(now)))
+        reply = reply if isinstance(reply, Voided) else Voided()
+        voided, dropped = reply.trials, number in reply.dropped
         missed = (chosen is None or dropped) and number not in voided
         self._missed += missed
         if condition.track is not None and not missed and number not in voided:

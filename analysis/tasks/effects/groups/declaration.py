@@ -102,10 +102,10 @@ def _welch(
     listing = "; ".join(
         f"{_pair(pair, by, write, confidence)}, {p_value(pair.p_holm)}" for pair in apart
     )
-    told = f": {listing}" if apart else ""
+    differences = f": {listing}" if apart else ""
     return (
         f"{test}; {len(apart) or 'none'} of {len(found.pairs)} pairs of groups differed "
-        f"(Welch's t, Holm-corrected){told}."
+        f"(Welch's t, Holm-corrected){differences}."
     )
 
 

@@ -64,19 +64,19 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
         for each in measure.changes
         if each.change and each.p_holm is not None and reliable(each.p_holm, confidence)
     ]
-    said = "; ".join(
+    changes = "; ".join(
         f"session {session} by {number(change.mean)}, {level_of(confidence)} CI "
         f"{bracketed(change.interval)}, {p_value(p)}"
         for session, change, p in changed
     )
-    told = f"changed from session {sessions[0]} (Holm-corrected): {said}" if changed else (
-        "did not change reliably"
-    )  # fmt: skip
+    verdict = "did not change reliably"
+    if changed:
+        verdict = f"changed from session {sessions[0]} (Holm-corrected): {changes}"
     icc = measure.agreement
     bounds = "" if icc.interval is None else f" {bracketed(icc.interval, unit_number)}"
     return (
-        f"{name} ({measure.unit}, n = {measure.n}) {told}; agreement between single sessions was "
-        f"ICC(A,1) = {unit_number(icc.value)}{bounds}."
+        f"{name} ({measure.unit}, n = {measure.n}) {verdict}; agreement between single sessions "
+        f"was ICC(A,1) = {unit_number(icc.value)}{bounds}."
     )
 
 

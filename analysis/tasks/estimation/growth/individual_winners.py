@@ -133,11 +133,11 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
         diagonal = np.einsum("npp->np", matrix)
         diagonal += damping[:, None] * diagonal + np.finfo(float).tiny ** 0.5
         step = np.linalg.solve(matrix, down.T[..., None])[..., 0].T
-        there = np.clip(theta + step, low, high)
-        then = residuals(there)
+        proposed = np.clip(theta + step, low, high)
+        then = residuals(proposed)
         gain = squares - (then**2).sum(axis=1)
         better = gain > 0
-        theta, now = np.where(better, there, theta), np.where(better[:, None], then, now)
+        theta, now = np.where(better, proposed, theta), np.where(better[:, None], then, now)
         squares = np.where(better, squares - gain, squares)
         damping = np.where(better, damping / 5, damping * 4)
         searching &= np.where(better, gain > NO_GAIN * squares, damping < STUCK)

@@ -60,40 +60,40 @@ class Surface(Form):
     level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
 
-def _calibrate(desk: Desk, asked: Calibrate) -> str:
+def _calibrate(desk: Desk, request: Calibrate) -> str:
     found = desk.free()
-    words = [f"--by={asked.by}", f"--instrument={asked.instrument}"]
+    words = [f"--by={request.by}", f"--instrument={request.instrument}"]
     numbers = ("temperature", "centre", "span", "sweep_voltage", "max_voltage")
     words += [
         f"--{name.replace('_', '-')}={typed.replace(',', '.')}"
         for name in numbers
-        if (typed := getattr(asked, name))
+        if (typed := getattr(request, name))
     ]
-    if asked.table == TYPED:
+    if request.table == TYPED:
         words.append("--prompt")
-    elif asked.table:
-        if asked.table not in (path.name for path in Path().glob("*.csv")):
-            raise UserError(f"{asked.table}: expected a CSV file in the laboratory folder")
-        words += [f"--csv={asked.table}", f"--serial={asked.serial}"]
-    if asked.finger:
+    elif request.table:
+        if request.table not in (path.name for path in Path().glob("*.csv")):
+            raise UserError(f"{request.table}: expected a CSV file in the laboratory folder")
+        words += [f"--csv={request.table}", f"--serial={request.serial}"]
+    if request.finger:
         words.append("--finger")
-    if asked.changed_plate:
+    if request.changed_plate:
         words.append("--changed-plate")
     spec = without_calibration(found.defaults.plate)
-    out = ("--out", str(unused("calibration-{}.toml"))) if asked.keep else ("--measure-only",)
+    out = ("--out", str(unused("calibration-{}.toml"))) if request.keep else ("--measure-only",)
     words = ["plate", "calibrate", f"--plate={spec}", *words, *out, "--steps"]
     desk.jobs.start("calibrate", "the calibration", *words)
     return "calibrating"
 
 
-def _reading(desk: Desk, asked: Reading) -> str:
+def _reading(desk: Desk, request: Reading) -> str:
     job = desk.jobs.last("calibrate")
     measured = measured_so_far(job.steps()) if job and job.running else None
     if job is None or measured is None or not measured.asked:
         raise UserError("no calibration is waiting for a reading")
-    if len(measured.points) != asked.number:
+    if len(measured.points) != request.number:
         raise UserError("this point already has a reading; read the instrument again")
-    job.type(asked.reading)
+    job.type(request.reading)
     return ""
 
 
@@ -103,9 +103,9 @@ def _conform(desk: Desk, _: Nothing) -> str:
     return "checking the plate's conformance"
 
 
-def _surface(desk: Desk, asked: Surface) -> str:
+def _surface(desk: Desk, request: Surface) -> str:
     spec = desk.free().defaults.plate
-    words = ("plate", "watch", spec, f"--amplitude={asked.level:g}", "--every=0.2")
+    words = ("plate", "watch", spec, f"--amplitude={request.level:g}", "--every=0.2")
     desk.jobs.start("surface", "the test surface", *words)
     return "presenting a test surface"
 

@@ -34,9 +34,9 @@ def check_meant(word: str) -> None:
         raise UserError(f"expected the word {' or '.join(sorted(CONFIRMING))}")
 
 
-def _unblind(desk: Desk, asked: Unblind) -> str:
+def _unblind(desk: Desk, request: Unblind) -> str:
     found = desk.now()
-    check_meant(asked.word)
+    check_meant(request.word)
     if found.roster is None:
         raise UserError("there are no participants yet")
     unblind(found.defaults.data, found.roster)
@@ -71,35 +71,35 @@ class Withdraw(Form):
     pilot: bool = False
 
 
-def _exclude(desk: Desk, asked: Exclude) -> str:
+def _exclude(desk: Desk, request: Exclude) -> str:
     found = desk.now()
     decide(
-        found.defaults.out(pilot=asked.pilot),
-        asked.participant,
-        excluded=asked.excluded,
-        reason=asked.reason,
+        found.defaults.out(pilot=request.pilot),
+        request.participant,
+        excluded=request.excluded,
+        reason=request.reason,
         results_seen=found.seen,
     )
-    back_up_exclusions(found.defaults.out(pilot=asked.pilot), asked.participant)
+    back_up_exclusions(found.defaults.out(pilot=request.pilot), request.participant)
     desk.now()
-    done = "excluded" if asked.excluded else "included again"
-    return f"participant {asked.participant} is {done}; the next analysis takes this into account"
+    done = "excluded" if request.excluded else "included again"
+    return f"participant {request.participant} is {done}; the next analysis takes this into account"
 
 
-def _withdraw(desk: Desk, asked: Withdraw) -> str:
+def _withdraw(desk: Desk, request: Withdraw) -> str:
     found = desk.free()
-    if asked.word.strip() != asked.participant:
-        raise UserError(f"expected the participant's label, {asked.participant}")
-    dataset = found.defaults.out(pilot=asked.pilot)
-    gone = withdraw(dataset, asked.participant)
+    if request.word.strip() != request.participant:
+        raise UserError(f"expected the participant's label, {request.participant}")
+    dataset = found.defaults.out(pilot=request.pilot)
+    removed = withdraw(dataset, request.participant)
     desk.now()
     left = "".join(
         f" {dataset} was merged from {source}, which may still contain their data: "
         "withdraw the participant there too."
-        for source in sources_with(dataset, asked.participant)
+        for source in sources_with(dataset, request.participant)
     )
     return (
-        f"participant {asked.participant} has withdrawn: {len(gone)} files and folders "
+        f"participant {request.participant} has withdrawn: {len(removed)} files and folders "
         "were removed or rewritten, including the results of all participants. Remove any "
         f"copies that you made elsewhere.{left}"
     )
@@ -138,10 +138,10 @@ def renew(desk: Desk) -> None:
         _start_analysis(desk, found)
 
 
-def _work(desk: Desk, asked: Work) -> str:
+def _work(desk: Desk, request: Work) -> str:
     found = desk.now()
     data = found.defaults.data
-    if asked.what == "export" and not found.seen:
+    if request.what == "export" and not found.seen:
         raise UserError("the export contains results: unblind first, or wait for all planned")
     if found.live and not found.live.pilot:
         raise UserError(f"a session of participant {found.live.label} is running; end it first")
@@ -150,8 +150,8 @@ def _work(desk: Desk, asked: Work) -> str:
         "build": ("data", "build", str(data), "--json"),
         "export": ("export", str(data), "--out", str(export_folder(data))),
     }
-    desk.jobs.start(asked.what, f"data set: {asked.what}", *words[asked.what])
-    return f"started: {asked.what}"
+    desk.jobs.start(request.what, f"data set: {request.what}", *words[request.what])
+    return f"started: {request.what}"
 
 
 def _backup(desk: Desk, _: Nothing) -> str:

@@ -55,21 +55,21 @@ class Test(Form):
     plate: Annotated[str, Field(min_length=1, max_length=300)]
 
 
-def _settings(desk: Desk, asked: Settings) -> str:
+def _settings(desk: Desk, request: Settings) -> str:
     desk.check_free(desk.state.now(fresh=True))  # also works in a folder without settings
-    if text_hash(lab_text(Path())) != asked.before:
+    if text_hash(lab_text(Path())) != request.before:
         raise UserError(
             f"{FILE} was changed on disk after this page was loaded; reload the page, and "
             "make the change again"
         )
-    write_settings(Path(), asked.settings)
+    write_settings(Path(), request.settings)
     desk.state.now(fresh=True)
     return f"saved: {FILE}"
 
 
-def _test(desk: Desk, asked: Test) -> str:
+def _test(desk: Desk, request: Test) -> str:
     desk.check_free(desk.state.now(fresh=True))
-    words = ("check", "--json", "--only", "plate", f"--plate={asked.plate}")
+    words = ("check", "--json", "--only", "plate", f"--plate={request.plate}")
     desk.jobs.start("test", "the test of the plate", *words)
     return "testing"
 
@@ -126,15 +126,15 @@ def _power(desk: Desk, _: Nothing) -> str:
     return "computing"
 
 
-def _freeze(desk: Desk, asked: Freeze) -> str:
+def _freeze(desk: Desk, request: Freeze) -> str:
     found = desk.now()
     power = power_folder(found.study_text)
-    told = {
-        "--sample-size": asked.sample_size,
-        "--existing-data": asked.existing_data,
-        "--stopping": asked.stopping,
+    options = {
+        "--sample-size": request.sample_size,
+        "--existing-data": request.existing_data,
+        "--stopping": request.stopping,
     }
-    words = [f"{option}={text.strip()}" for option, text in told.items() if text.strip()]
+    words = [f"{option}={text.strip()}" for option, text in options.items() if text.strip()]
     if (power / "power.json").is_file():
         words += ["--power", str(power)]
     PLANNING.mkdir(exist_ok=True)
@@ -144,23 +144,23 @@ def _freeze(desk: Desk, asked: Freeze) -> str:
     return f"freezing: {path}"
 
 
-def _pilot(desk: Desk, asked: Pilot) -> str:
+def _pilot(desk: Desk, request: Pilot) -> str:
     desk.now()
-    numbers = ("--participants", str(asked.participants), "--seed", str(asked.seed))
-    desk.jobs.start("pilot", "the pilot", "pilot", *numbers, parts=asked.participants)
+    numbers = ("--participants", str(request.participants), "--seed", str(request.seed))
+    desk.jobs.start("pilot", "the pilot", "pilot", *numbers, parts=request.participants)
     return "the pilot is running"
 
 
-def _save(desk: Desk, asked: Study) -> str:
+def _save(desk: Desk, request: Study) -> str:
     # Errors in the study itself, which the folder reports as a problem, are corrected here.
     path = _study_file(desk.state.now(fresh=True))
-    if text_hash(study_text(str(path))) != asked.before:
+    if text_hash(study_text(str(path))) != request.before:
         raise UserError(
             f"{path}: was changed on disk after this page was loaded; copy your text, "
             "reload the page, and edit it again"
         )
-    parse_whole(asked.text, str(path))
-    write_file(path, asked.text)
+    parse_whole(request.text, str(path))
+    write_file(path, request.text)
     desk.now()
     return f"saved: {path.name}"
 
@@ -172,14 +172,14 @@ def _study_file(found: Snapshot) -> Path:
     return Path(found.defaults.study)
 
 
-def _copy(desk: Desk, asked: Copy) -> str:
+def _copy(desk: Desk, request: Copy) -> str:
     desk.now()
-    path = Path(f"{asked.name}.toml")
-    if path.exists() or asked.name in shipped_studies():
+    path = Path(f"{request.name}.toml")
+    if path.exists() or request.name in shipped_studies():
         raise UserError(f"{path}: already exists; choose another name")
-    parse_whole(asked.text, path.name)
-    label = re.sub("[^A-Za-z0-9]+", "_", asked.name)
-    text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', asked.text, count=1)
+    parse_whole(request.text, path.name)
+    label = re.sub("[^A-Za-z0-9]+", "_", request.name)
+    text = re.sub(r"(?m)^name\s*=.*$", f'name = "{label}"', request.text, count=1)
     parse_whole(text, path.name)
     write_file(path, text)
     return f"wrote {path}; to use it, select it on the Settings page"

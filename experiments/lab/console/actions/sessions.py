@@ -54,62 +54,64 @@ class Acknowledge(Form):
     sentence: str
 
 
-def _begin(desk: Desk, asked: Begin) -> str:
+def _begin(desk: Desk, request: Begin) -> str:
     found = desk.free()
-    roster = found.rehearsals if asked.pilot else found.roster
-    person = roster.person(asked.participant) if roster else None
-    new = roster is not None and asked.participant == roster.new
+    roster = found.rehearsals if request.pilot else found.roster
+    person = roster.person(request.participant) if roster else None
+    new = roster is not None and request.participant == roster.new
     if not new and not (person and person.next_visit):
-        raise UserError(f"participant {asked.participant} is no longer next; check the table again")
-    if is_mock(found.defaults.plate) and not asked.pilot:
+        raise UserError(
+            f"participant {request.participant} is no longer next; check the table again"
+        )
+    if is_mock(found.defaults.plate) and not request.pilot:
         raise UserError(
             f"plate '{found.defaults.plate}' is simulated; participants cannot feel it. "
             "Set the real plate in slipscale.toml, or rehearse"
         )
-    pilot = ("--pilot",) if asked.pilot else ()
-    about = f"participant {asked.participant}"
-    desk.jobs.start("session", about, "next", "--yes", "--participant", asked.participant, *pilot)
+    pilot = ("--pilot",) if request.pilot else ()
+    about = f"participant {request.participant}"
+    desk.jobs.start("session", about, "next", "--yes", "--participant", request.participant, *pilot)
     return f"{about}: starting the session"
 
 
-def _resume(desk: Desk, asked: Resume) -> str:
+def _resume(desk: Desk, request: Resume) -> str:
     found = desk.free()
-    roster = found.rehearsals if asked.pilot else found.roster
-    person: Person | None = roster.person(asked.participant) if roster else None
-    wanted = (asked.session, asked.run, "interrupted")
+    roster = found.rehearsals if request.pilot else found.roster
+    person: Person | None = roster.person(request.participant) if roster else None
+    run = (request.session, request.run, "interrupted")
     for visit in person.visits if person else ():
-        if (visit.session, visit.run, visit.state) == wanted:
-            about = f"participant {asked.participant}"
+        if (visit.session, visit.run, visit.state) == run:
+            about = f"participant {request.participant}"
             desk.jobs.start("session", about, "resume", str(visit.path))
             return f"{about}: resuming the session"
-    raise UserError(f"participant {asked.participant} has no such interrupted run")
+    raise UserError(f"participant {request.participant} has no such interrupted run")
 
 
-def _ask(desk: Desk, asked: Ask) -> str:
+def _ask(desk: Desk, request: Ask) -> str:
     live = desk.now().live
-    if live is None or live.status is None or live.status.token != asked.token:
+    if live is None or live.status is None or live.status.token != request.token:
         raise UserError("that session is over")
-    if asked.what in ("void", "note", "answer") and not asked.reason.strip():
+    if request.what in ("void", "note", "answer") and not request.reason.strip():
         raise UserError("expected a text: a reason, a note, or the answer")
-    if asked.what == "unblind":
-        check_meant(asked.word)
-    about_trial = asked.what in ("void", "answer")
-    trial = TrialName(task=asked.task, number=asked.trial) if about_trial else None
+    if request.what == "unblind":
+        check_meant(request.word)
+    about_trial = request.what in ("void", "answer")
+    trial = TrialName(task=request.task, number=request.trial) if about_trial else None
     post(
         live.visit.path,
         LiveRequest(
-            token=asked.token,
-            what=asked.what,
-            reason=asked.reason.strip(),
+            token=request.token,
+            what=request.what,
+            reason=request.reason.strip(),
             trial=trial,
-            question=asked.question,
+            question=request.question,
         ),
     )
-    return f"request sent to the session: {asked.what.replace('_', ' ')}"
+    return f"request sent to the session: {request.what.replace('_', ' ')}"
 
 
-def _acknowledge(desk: Desk, asked: Acknowledge) -> str:
-    desk.warnings.acknowledge(asked.session, asked.sentence)
+def _acknowledge(desk: Desk, request: Acknowledge) -> str:
+    desk.warnings.acknowledge(request.session, request.sentence)
     return ""
 
 

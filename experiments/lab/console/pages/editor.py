@@ -30,19 +30,19 @@ SIMULATED = 4  # number of simulated participants, accurate to tenths of a minut
 def editor(view: View, text: str, template: str) -> dict[str, Any]:
     """Return the immediately available contents of the editor: form, errors, tasks and trials."""
     source = _source(view, template)
-    told: list[Told] = []
+    faults: list[Told] = []
     study, whole = None, text
     try:
         study, whole = parse_whole(text, source)
     except UserError as error:
-        told = told_in(str(error), source)
+        faults = told_in(str(error), source)
     try:
         content = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError):
-        return {"told": told, "form": None, "edited": None, "timeline": []}
+        return {"told": faults, "form": None, "edited": None, "timeline": []}
     shown: dict[str, object] = {
-        "told": told,
-        "form": StudyForm(content, told),
+        "told": faults,
+        "form": StudyForm(content, faults),
         "drawings": _drawings(tomllib.loads(whole)),  # text with the images of friction maps
         "edited": study,
         "timeline": [],

@@ -89,9 +89,9 @@ def _progress(steps: list[str]) -> tuple[int, int]:
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
     """Return an axis with the value from the URL, from the study, or the largest value."""
     values = tuple(sorted({float(each[axis]) for each in conditions}))
-    asked = view.query.get(axis, "")
-    if asked.isdecimal() and int(asked) < len(values):
-        return Slider(axis=axis, values=values, at=int(asked))
+    given = view.query.get(axis, "")
+    if given.isdecimal() and int(given) < len(values):
+        return Slider(axis=axis, values=values, at=int(given))
     study = view.found.study
     own = {"participants": study.participants if study else 0, "effect": 1.0}.get(axis, 1.0)
     return Slider(
