@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, ValidationError
 
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, made_by_plate
 
 Text = Annotated[str, Field(strict=True, min_length=1)]
@@ -15,21 +15,16 @@ Text = Annotated[str, Field(strict=True, min_length=1)]
 class QuantityTable(FrozenTable):
     """The quantity that the plate produces, in which a study's levels are also expressed."""
 
-    name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = Field(
-        default=PLATE_AMPLITUDE.name, description="A lower-case noun, such as voltage."
+    name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = setting(
+        PLATE_AMPLITUDE.name, "A lower-case noun, such as voltage."
     )
-    unit: Text = Field(
-        default=PLATE_AMPLITUDE.unit, description=("The unit as written: V, m/s², N.")
+    unit: Text = setting(PLATE_AMPLITUDE.unit, "The unit as written: V, m/s², N.")
+    convention: Literal["peak to peak", "peak", "RMS", ""] = setting(
+        "peak to peak", "The convention, if the unit leaves it open; may be empty."
     )
-    convention: Literal["peak to peak", "peak", "RMS", ""] = Field(
-        default="peak to peak",
-        description=("The convention, if the unit leaves it open; may be empty."),
-    )
-    judged: Text = Field(
-        default=PLATE_AMPLITUDE.judged, description=("The quality that participants judge, a noun.")
-    )
-    falls: Annotated[bool, Field(strict=True)] = Field(
-        default=False, description="Whether that quality falls with the quantity."
+    judged: Text = setting(PLATE_AMPLITUDE.judged, "The quality that participants judge, a noun.")
+    falls: Annotated[bool, Field(strict=True)] = setting(
+        False, "Whether that quality falls with the quantity."
     )
 
     @classmethod

@@ -79,8 +79,9 @@ class Journal:
     clock : Clock
         Provides the records' times.
     lost : Path or None
-        The original file, if it has disappeared. moved, tell : callable Called when the journal
-        moves, with the new path and with a message, respectively.
+        The original file, if it has disappeared.
+    moved, tell : callable
+        Called when the journal moves, with the new path and with a message, respectively.
     """
 
     def __init__(

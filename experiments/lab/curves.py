@@ -49,8 +49,9 @@ class Curve:
     Parameters
     ----------
     label, task : str
-        The participant's label, and the task label in the file name. x, y : str Columns of the
-        table.
+        The participant's label, and the task label in the file name.
+    x, y : str
+        Columns of the table.
     points : tuple of (float, float)
         Mean of ``y`` for each value of ``x``, sorted by ``x``; true counts as 1 and false as 0.
     """

@@ -13,7 +13,7 @@ from slipscale.experiments.languages.texts import CODE
 from slipscale.experiments.study.file import read_study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.faults.toml_file import parse_toml, read_toml
 from slipscale.hardware.registry import backend_names, unknown_backend
 
@@ -24,46 +24,31 @@ Text = Annotated[str, Field(min_length=1)]
 class LabFile(FrozenTable):
     """The contents of ``slipscale.toml``; paths are relative to the file's folder."""
 
-    study: Text = Field(
-        default="biet2007", description=("A TOML file, or the name of a shipped study.")
+    study: Text = setting("biet2007", "A TOML file, or the name of a shipped study.")
+    plate: Text = setting(
+        "mock", "The plate's SPEC, with its calibration: serial:/dev/ttyACM0,calibration=plate.toml"
     )
-    plate: Text = Field(
-        default="mock",
-        description="The plate's SPEC, with its calibration: "
-        "serial:/dev/ttyACM0,calibration=plate.toml",
+    screen: Annotated[int, Field(strict=True, ge=0)] = setting(
+        0, "Number of the participant's monitor, from 0.", unit="none"
     )
-    screen: Annotated[int, Field(strict=True, ge=0)] = Field(
-        default=0,
-        description="Number of the participant's monitor, from 0.",
-        json_schema_extra={"unit": "none"},
+    windowed: Annotated[bool, Field(strict=True)] = setting(
+        False, "Whether to run in a window instead of full screen."
     )
-    windowed: Annotated[bool, Field(strict=True)] = Field(
-        default=False,
-        description="Whether to run in a window instead of full screen.",
+    language: str = setting("", "Language of the texts for participants; default: the study's.")
+    markers: tuple[Text, ...] = setting(
+        (), "Outputs for event markers, one SPEC each: lsl, serial:PORT, parallel:ADDRESS."
     )
-    language: str = Field(
-        default="", description="Language of the texts for participants; default: the study's."
+    position: str = setting("", "Finger-position sensor; default: the study's.")
+    force: str = setting("", "Finger-force sensor; default: the study's.")
+    sound_required: Annotated[bool, Field(strict=True)] = setting(
+        False,
+        "Whether a study with masking noise requires a sound device, even if the study allows "
+        "sessions without one.",
     )
-    markers: tuple[Text, ...] = Field(
-        default=(),
-        description=(
-            "Outputs for event markers, one SPEC each: lsl, serial:PORT, parallel:ADDRESS."
-        ),
-    )
-    position: str = Field(default="", description="Finger-position sensor; default: the study's.")
-    force: str = Field(default="", description="Finger-force sensor; default: the study's.")
-    sound_required: Annotated[bool, Field(strict=True)] = Field(
-        default=False,
-        description="Whether a study with masking noise requires a sound device, even if the "
-        "study allows sessions without one.",
-    )
-    data: Text = Field(default="data", description="Folder for participants' data.")
-    pilots: Text = Field(
-        default="pilots", description=("Folder for pilots; also contains rehearsals with a person.")
-    )
-    backup: str = Field(
-        default="",
-        description="Folder on another disk, to which each run's journal is copied at the end.",
+    data: Text = setting("data", "Folder for participants' data.")
+    pilots: Text = setting("pilots", "Folder for pilots; also contains rehearsals with a person.")
+    backup: str = setting(
+        "", "Folder on another disk, to which each run's journal is copied at the end."
     )
 
     @field_validator("plate")

@@ -18,7 +18,7 @@ from slipscale.experiments.languages.texts import ENGLISH, Texts, languages
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.ordering.williams import Place
 from slipscale.faults import UserError
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.stimuli.field_names import in_code, in_um
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.surface import UNLISTED, Stimulus, VirtualSurface
@@ -56,11 +56,10 @@ class Options(FrozenTable):
     """Protocol options that a study can set; unknown keys are errors."""
 
     protocol: Words = Field(description="Name of the protocol's entry point.")
-    label: EntityLabel | None = Field(
-        default=None,
-        description="Task label for file names (letters and digits only); default: the protocol's "
-        "label. If a study uses a protocol several times, each task needs its own "
-        "label.",
+    label: EntityLabel | None = setting(
+        None,
+        "Task label for file names (letters and digits only); default: the protocol's label. If a "
+        "study uses a protocol several times, each task needs its own label.",
     )
 
 
@@ -79,8 +78,9 @@ class Context:
     visit : int
         Index of the run among the participant's planned runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next position in the counterbalancing. session, run : str The
-        run's labels. Each run has its own orders.
+        Whether each visit takes the next position in the counterbalancing.
+    session, run : str
+        The run's labels. Each run has its own orders.
     levels : tuple of float
         The levels of the study's plain surfaces, in its quantity.
     quantity : Quantity
@@ -195,8 +195,9 @@ class Column:
     kind : {"number", "label", "text"}
         Cell type: a number, one of a few words (or a name), or free text.
     description : str
-        For readers of the data set. units : str The unit in BIDS notation; empty for a
-        dimensionless number.
+        For readers of the data set.
+    units : str
+        The unit in BIDS notation; empty for a dimensionless number.
     levels : Mapping
         All possible labels and their meanings; empty if not known in advance.
     as_stated : bool

@@ -27,6 +27,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
 )
 from slipscale.experiments.steps.questions import ChoiceQuestion
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
@@ -36,10 +37,8 @@ if TYPE_CHECKING:
 class CategoryScale(RatedOptions):
     """Options for category ratings, in addition to the options for order and pacing."""
 
-    repetitions: AtLeastOne = Field(
-        default=3,
-        description="Number of ratings per surface.",
-        json_schema_extra={"unit": "ratings per surface"},
+    repetitions: AtLeastOne = setting(
+        3, "Number of ratings per surface.", unit="ratings per surface"
     )
     labels: Annotated[
         tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=NUMBER_KEYS)

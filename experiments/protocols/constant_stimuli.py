@@ -32,6 +32,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion, Question, YesNoQuestion
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Ask, Steps
@@ -43,22 +44,17 @@ FIRST, SECOND = 1, 2
 class ConstantStimuli(ComparingOptions):
     """Options for constant stimuli."""
 
-    standard_level: Amplitude = Field(default=1.2, description="Amplitude of the standard.")
-    comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
-        default=None,
-        description="Amplitudes compared with the standard, each equally often; default: the "
-        "study's.",
+    standard_level: Amplitude = setting(1.2, "Amplitude of the standard.")
+    comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = setting(
+        None, "Amplitudes compared with the standard, each equally often; default: the study's."
     )
-    question: Literal["forced_choice", "yes_no"] = Field(
-        default="forced_choice",
-        description="forced_choice: which of the two was more slippery; the comparison is "
-        "first or second equally often. yes_no: whether the second, always the "
-        "comparison, was more slippery.",
+    question: Literal["forced_choice", "yes_no"] = setting(
+        "forced_choice",
+        "forced_choice: which of the two was more slippery; the comparison is first or second "
+        "equally often. yes_no: whether the second, always the comparison, was more slippery.",
     )
-    repetitions: AtLeastOne = Field(
-        default=20,
-        description="Number of presentations per comparison.",
-        json_schema_extra={"unit": "trials per comparison"},
+    repetitions: AtLeastOne = setting(
+        20, "Number of presentations per comparison.", unit="trials per comparison"
     )
 
     def comparisons(self, context: Context) -> tuple[float, ...]:

@@ -11,8 +11,6 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TYPE_CHECKING, NamedTuple
 
-from pydantic import Field
-
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
@@ -42,6 +40,7 @@ from slipscale.experiments.steps.steps import (
     Steps,
 )
 from slipscale.experiments.steps.trial import Trial
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.stimuli.surface import Stimulus
@@ -52,23 +51,14 @@ TASK = "descendingdifference"
 class DescendingDifference(PacedOptions):
     """Options for the descending-difference protocol, in addition to the options for pacing."""
 
-    series: AtLeastOne = Field(
-        default=1,
-        description="Number of descending series.",
-        json_schema_extra={"unit": "series"},
+    series: AtLeastOne = setting(1, "Number of descending series.", unit="series")
+    catch_steps: Count = setting(
+        1, "Number of catch steps per series, at which nothing changes.", unit="steps per series"
     )
-    catch_steps: Count = Field(
-        default=1,
-        description="Number of catch steps per series, at which nothing changes.",
-        json_schema_extra={"unit": "steps per series"},
+    start_level: Amplitude | None = setting(
+        None, "Starting amplitude of a series; default: the study's largest amplitude."
     )
-    start_level: Amplitude | None = Field(
-        default=None,
-        description="Starting amplitude of a series; default: the study's largest amplitude.",
-    )
-    confidence: Switch = Field(
-        default=False, description="Whether to ask how certain the participant is."
-    )
+    confidence: Switch = setting(False, "Whether to ask how certain the participant is.")
 
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:

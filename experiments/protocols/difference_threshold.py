@@ -9,8 +9,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     Column,
@@ -30,6 +28,7 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
 )
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Steps
@@ -40,14 +39,13 @@ SIGNS = {"more": 1, "less": -1}
 class DifferenceThreshold(ForcedChoiceOptions):
     """Options for a difference threshold."""
 
-    standard_level: Amplitude = Field(
-        default=1.2,
-        description="Amplitude of the standard, to which the other surfaces are compared.",
+    standard_level: Amplitude = setting(
+        1.2, "Amplitude of the standard, to which the other surfaces are compared."
     )
-    comparison: Literal["more", "less"] = Field(
-        default="more",
-        description="Whether the target surface has a larger or a smaller amplitude than the "
-        "standard; the question is worded accordingly.",
+    comparison: Literal["more", "less"] = setting(
+        "more",
+        "Whether the target surface has a larger or a smaller amplitude than the standard; the "
+        "question is worded accordingly.",
     )
 
     def compared_level(self, level: float) -> float:

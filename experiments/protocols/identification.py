@@ -8,8 +8,6 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field
-
 from slipscale.experiments.languages.texts import NUMBER_KEYS
 from slipscale.experiments.protocol_parts.base import (
     AtLeastOne,
@@ -31,6 +29,7 @@ from slipscale.experiments.steps.questions import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Feedback, Instruct, Present, Silence, Step, Steps
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
@@ -41,20 +40,18 @@ FEWEST = 2
 class Identification(RatedOptions):
     """Options for identification, in addition to the options for order and pacing."""
 
-    repetitions: AtLeastOne = Field(
-        default=10,
-        description="Number of presentations per surface.",
-        json_schema_extra={"unit": "trials per surface"},
+    repetitions: AtLeastOne = setting(
+        10, "Number of presentations per surface.", unit="trials per surface"
     )
-    learning: Count = Field(
-        default=2,
-        description="Number of times each surface is presented with its number before the trials.",
-        json_schema_extra={"unit": "presentations per surface"},
+    learning: Count = setting(
+        2,
+        "Number of times each surface is presented with its number before the trials.",
+        unit="presentations per surface",
     )
-    feedback: Literal["none", "practice", "always"] = Field(
-        default="practice", description="When the participant is shown the correct number."
+    feedback: Literal["none", "practice", "always"] = setting(
+        "practice", "When the participant is shown the correct number."
     )
-    feedback_s: Positive = Field(default=1.5, description="Duration of the feedback.")
+    feedback_s: Positive = setting(1.5, "Duration of the feedback.")
 
 
 def check(_options: Identification, context: Context) -> None:

@@ -13,8 +13,6 @@ from collections import deque
 from collections.abc import Generator, Iterable
 from typing import NamedTuple
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
     AtLeastOne,
@@ -35,33 +33,30 @@ from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Step, Steps
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 
 class Limits(RestedOptions):
     """Options for the method of limits."""
 
-    standard_level: Amplitude = Field(
-        default=0.0, description="Amplitude of the standard; 0, the plate at rest, for detection."
+    standard_level: Amplitude = setting(
+        0.0, "Amplitude of the standard; 0, the plate at rest, for detection."
     )
-    lowest_level: Amplitude = Field(
-        default=0.05,
-        description="Lowest level: ascending series begin here, descending ones end here.",
+    lowest_level: Amplitude = setting(
+        0.05, "Lowest level: ascending series begin here, descending ones end here."
     )
-    highest_level: Positive = Field(
-        default=0.6,
-        description="Highest level: descending series begin here, ascending ones end here.",
+    highest_level: Positive = setting(
+        0.6, "Highest level: descending series begin here, ascending ones end here."
     )
-    step_level: Positive = Field(default=0.05, description="Distance between adjacent levels.")
-    series: AtLeastOne = Field(
-        default=4,
-        description="Number of series in each direction; directions alternate.",
-        json_schema_extra={"unit": "series per direction"},
+    step_level: Positive = setting(0.05, "Distance between adjacent levels.")
+    series: AtLeastOne = setting(
+        4, "Number of series in each direction; directions alternate.", unit="series per direction"
     )
-    start_steps: Count = Field(
-        default=2,
-        description="Maximum number of levels by which a series starts further inside the range; "
-        "drawn at random for each series.",
-        json_schema_extra={"unit": "levels"},
+    start_steps: Count = setting(
+        2,
+        "Maximum number of levels by which a series starts further inside the range; drawn at "
+        "random for each series.",
+        unit="levels",
     )
 
     @property

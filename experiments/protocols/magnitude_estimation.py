@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from slipscale.experiments.protocol_parts.base import Amplitude, Column, Context, Positive, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
@@ -24,6 +24,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
 )
 from slipscale.experiments.steps.questions import NumberQuestion
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.replies import Answer
@@ -37,21 +38,21 @@ class MagnitudeEstimation(RatedOptions):
     When the maximum exploration time is over, the surface is switched off.
     """
 
-    scale_top: Literal["none", "declared"] = Field(
-        default="none",
-        description="declared: the participant states beforehand what number they would give the "
-        "most slippery surface.",
+    scale_top: Literal["none", "declared"] = setting(
+        "none",
+        "declared: the participant states beforehand what number they would give the most slippery "
+        "surface.",
     )
-    standard_level: Amplitude | None = Field(
-        default=None,
-        description="Amplitude of a standard that is presented before each block; default: no "
-        "standard and a free modulus. Requires modulus.",
+    standard_level: Amplitude | None = setting(
+        None,
+        "Amplitude of a standard that is presented before each block; default: no standard and a "
+        "free modulus. Requires modulus.",
     )
-    modulus: Positive | None = Field(
-        default=None,
+    modulus: Positive | None = setting(
+        None,
+        "Number assigned to the standard. Requires the standard.",
+        unit="the participant's scale",
         validate_default=True,
-        description="Number assigned to the standard. Requires the standard.",
-        json_schema_extra={"unit": "the participant's scale"},
     )
 
     @field_validator("modulus")

@@ -40,6 +40,7 @@ from slipscale.experiments.protocol_parts.simulated_answers import until_number
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence, Step, Steps
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.replies import Answer
@@ -60,28 +61,22 @@ class MagnitudeProduction(StandardOptions):
         "modulus.",
         json_schema_extra={"unit": "the modulus's scale"},
     )
-    modulus: Positive = Field(
-        default=10.0,
-        description="Number assigned to the standard.",
-        json_schema_extra={"unit": "the numbers' scale"},
+    modulus: Positive = setting(10.0, "Number assigned to the standard.", unit="the numbers' scale")
+    practice: Count = setting(
+        1,
+        "Number of practice productions per number and starting side, before the main trials; "
+        "recorded but not analysed.",
+        unit="trials per number and starting side",
     )
-    practice: Count = Field(
-        default=1,
-        description="Number of practice productions per number and starting side, before the main "
-        "trials; recorded but not analysed.",
-        json_schema_extra={"unit": "trials per number and starting side"},
+    repetitions: AtLeastOne = setting(
+        2,
+        "Number of productions per number from a low starting point, and the same number from a "
+        "high one.",
+        unit="trials per number and starting side",
     )
-    repetitions: AtLeastOne = Field(
-        default=2,
-        description="Number of productions per number from a low starting point, and the same "
-        "number from a high one.",
-        json_schema_extra={"unit": "trials per number and starting side"},
-    )
-    step_level: Positive = Field(
-        default=0.05, description="Change per notch of the wheel or press of a key."
-    )
-    lowest_level: Positive = Field(default=0.1, description="Lower limit of the adjustment.")
-    highest_level: Positive = Field(default=2.3, description="Upper limit of the adjustment.")
+    step_level: Positive = setting(0.05, "Change per notch of the wheel or press of a key.")
+    lowest_level: Positive = setting(0.1, "Lower limit of the adjustment.")
+    highest_level: Positive = setting(2.3, "Upper limit of the adjustment.")
 
     @field_validator("numbers")
     @classmethod

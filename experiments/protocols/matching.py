@@ -44,6 +44,7 @@ from slipscale.experiments.steps.steps import (
 )
 from slipscale.experiments.steps.trial import Phase, Trial
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 REFERENCE, TURNED = 1, 2
 Direction = Literal["ascending", "descending", "equal"]
@@ -54,46 +55,40 @@ EQUAL: Direction = "equal"  # starts at the reference: a catch trial
 class Matching(RestedOptions):
     """Options for matching."""
 
-    reference_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = Field(
-        default=None, description="Amplitudes to be matched; default: the study's."
+    reference_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = setting(
+        None, "Amplitudes to be matched; default: the study's."
     )
-    repetitions: AtLeastOne = Field(
-        default=3,
-        description="Number of matches per reference from below, and the same number from above.",
-        json_schema_extra={"unit": "trials per reference and direction"},
+    repetitions: AtLeastOne = setting(
+        3,
+        "Number of matches per reference from below, and the same number from above.",
+        unit="trials per reference and direction",
     )
-    practice: Count = Field(
-        default=2,
-        description="Number of practice trials before the main trials; recorded but not analysed.",
-        json_schema_extra={"unit": "trials"},
+    practice: Count = setting(
+        2,
+        "Number of practice trials before the main trials; recorded but not analysed.",
+        unit="trials",
     )
-    step_level: Positive = Field(
-        default=0.02, description="Change per notch of the wheel or press of a key."
+    step_level: Positive = setting(0.02, "Change per notch of the wheel or press of a key.")
+    nearest_start_level: Positive = setting(
+        0.3, "Smallest distance between the plate's starting point and the reference."
     )
-    nearest_start_level: Positive = Field(
-        default=0.3,
-        description="Smallest distance between the plate's starting point and the reference.",
+    furthest_start_level: Positive = setting(
+        0.6, "Largest distance between the plate's starting point and the reference."
     )
-    furthest_start_level: Positive = Field(
-        default=0.6,
-        description="Largest distance between the plate's starting point and the reference.",
+    lowest_level: Amplitude = setting(0.0, "Lower limit of the adjustment.")
+    highest_level: Positive = setting(2.3, "Upper limit of the adjustment.")
+    catch_trials: Count = setting(
+        0,
+        "Number of catch trials, which start at the reference itself: a match far from it "
+        "indicates a lapse of attention or memory. Not analysed as matches.",
+        unit="trials",
     )
-    lowest_level: Amplitude = Field(default=0.0, description="Lower limit of the adjustment.")
-    highest_level: Positive = Field(default=2.3, description="Upper limit of the adjustment.")
-    catch_trials: Count = Field(
-        default=0,
-        description="Number of catch trials, which start at the reference itself: a match far "
-        "from it indicates a lapse of attention or memory. Not analysed as matches.",
-        json_schema_extra={"unit": "trials"},
+    reference_again: Switch = setting(
+        False,
+        "Whether a key presents the reference again during the adjustment, as often as the "
+        "participant wants; the number of times is recorded.",
     )
-    reference_again: Switch = Field(
-        default=False,
-        description="Whether a key presents the reference again during the adjustment, as often "
-        "as the participant wants; the number of times is recorded.",
-    )
-    repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated once."
-    )
+    repeat_timed_out: Switch = setting(True, "Whether a timed-out trial is repeated once.")
 
     def references(self, context: Context) -> tuple[float, ...]:
         """Return the amplitudes to be matched, µm peak to peak."""

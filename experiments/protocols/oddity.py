@@ -9,11 +9,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import ForcedChoice
 from slipscale.experiments.protocols.difference_threshold import PROTOCOL as DIFFERENCE_THRESHOLD
 from slipscale.experiments.protocols.difference_threshold import SIGNS, DifferenceThreshold
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.base import Context
@@ -23,10 +22,8 @@ if TYPE_CHECKING:
 class Oddity(DifferenceThreshold):
     """Options for oddity, the same as for a difference threshold but with three intervals."""
 
-    intervals: Literal[3] = Field(
-        default=3,
-        description="Number of surfaces in a trial, one of which is the target.",
-        json_schema_extra={"unit": "intervals"},
+    intervals: Literal[3] = setting(
+        3, "Number of surfaces in a trial, one of which is the target.", unit="intervals"
     )
 
 

@@ -11,8 +11,6 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, Literal
 
-from pydantic import Field
-
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
@@ -27,6 +25,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Ask, Steps
@@ -38,16 +37,15 @@ SIZE = {"pairs": 2, "triads": 3}
 class PairedComparison(ComparingOptions):
     """Options for paired comparison."""
 
-    form: Literal["pairs", "triads"] = Field(
-        default="pairs",
-        description="pairs: which of two is more slippery; triads: which of the two steps between "
-        "three is larger, for a scale of differences.",
+    form: Literal["pairs", "triads"] = setting(
+        "pairs",
+        "pairs: which of two is more slippery; triads: which of the two steps between three is "
+        "larger, for a scale of differences.",
     )
-    repetitions: AtLeastOne = Field(
-        default=2,
-        description="Number of presentations per pair or triad; if even, each order is equally "
-        "frequent.",
-        json_schema_extra={"unit": "trials per pair or triad"},
+    repetitions: AtLeastOne = setting(
+        2,
+        "Number of presentations per pair or triad; if even, each order is equally frequent.",
+        unit="trials per pair or triad",
     )
 
 

@@ -46,6 +46,7 @@ from slipscale.experiments.steps.steps import (
 )
 from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.surface import UNLISTED, Stimulus
 from slipscale.stimuli.texture import Grating, bar
 
@@ -70,50 +71,46 @@ Lengths = Annotated[tuple[Positive, ...], Field(min_length=1, max_length=10)]
 class Pointing(Options):
     """Options for pointing."""
 
-    dimensions: Literal[1, 2] = Field(
-        default=1,
-        description="1: two bars, reached by turns; 2: discs on a ring, each opposite the last.",
-        json_schema_extra={"unit": "dimensions"},
+    dimensions: Literal[1, 2] = setting(
+        1,
+        "1: two bars, reached by turns; 2: discs on a ring, each opposite the last.",
+        unit="dimensions",
     )
-    distances_mm: Lengths = Field(
-        default=(40.0, 80.0), description="Distances between the centres of start and target."
+    distances_mm: Lengths = setting(
+        (40.0, 80.0), "Distances between the centres of start and target."
     )
-    widths_mm: Lengths = Field(default=(4.0, 10.0), description="Widths of the targets.")
-    movements: AtLeastOne = Field(
-        default=15,
-        description="Number of movements in a sequence, with one distance and width; in two "
-        "dimensions an odd number, which is also the number of discs.",
-        json_schema_extra={"unit": "movements"},
+    widths_mm: Lengths = setting((4.0, 10.0), "Widths of the targets.")
+    movements: AtLeastOne = setting(
+        15,
+        "Number of movements in a sequence, with one distance and width; in two dimensions an odd "
+        "number, which is also the number of discs.",
+        unit="movements",
     )
-    practice: Count = Field(
-        default=5,
-        description="Number of practice movements to the easiest target; recorded but not "
-        "analysed.",
-        json_schema_extra={"unit": "movements"},
+    practice: Count = setting(
+        5,
+        "Number of practice movements to the easiest target; recorded but not analysed.",
+        unit="movements",
     )
-    feedback: Annotated[tuple[FeedbackKind, ...], Field(min_length=1)] = Field(
-        default=("none",),
-        description="Conditions, each with every distance and width. none: the plate has "
-        "ground_level everywhere; target: it has target_level on the target, which requires a "
-        "measured position.",
+    feedback: Annotated[tuple[FeedbackKind, ...], Field(min_length=1)] = setting(
+        ("none",),
+        "Conditions, each with every distance and width. none: the plate has ground_level "
+        "everywhere; target: it has target_level on the target, which requires a measured "
+        "position.",
     )
-    ground_level: Amplitude = Field(
-        default=0.0, description="Level outside the target, and everywhere without feedback."
+    ground_level: Amplitude = setting(
+        0.0, "Level outside the target, and everywhere without feedback."
     )
-    target_level: Amplitude = Field(default=0.0, description="Level on the target, with feedback.")
-    screen_height_mm: Positive = Field(
-        default=300.0,
-        description="Height of the participant's screen; with a position sensor, the finger's "
-        "movement that corresponds to this height.",
+    target_level: Amplitude = setting(0.0, "Level on the target, with feedback.")
+    screen_height_mm: Positive = setting(
+        300.0,
+        "Height of the participant's screen; with a position sensor, the finger's movement that "
+        "corresponds to this height.",
     )
-    response_time_limit_s: Positive | None = Field(
-        default=None,
-        description="Time after which a movement counts as timed out; default: no limit.",
+    response_time_limit_s: Positive | None = setting(
+        None, "Time after which a movement counts as timed out; default: no limit."
     )
-    repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated once."
-    )
-    rest_minimum_s: Seconds = Field(default=0.0, description="Shortest rest between sequences.")
+    repeat_timed_out: Switch = setting(True, "Whether a timed-out trial is repeated once.")
+    rest_minimum_s: Seconds = setting(0.0, "Shortest rest between sequences.")
 
     @property
     def sequences(self) -> list[tuple[str, float, float]]:

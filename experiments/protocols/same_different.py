@@ -10,8 +10,6 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
@@ -28,6 +26,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 )
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
 from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Steps
@@ -36,12 +35,11 @@ if TYPE_CHECKING:
 class SameDifferent(ComparingOptions):
     """Options for same–different trials."""
 
-    repetitions: AtLeastOne = Field(
-        default=10,
-        description="Number of presentations per pair of different surfaces; the same number of "
-        "trials presents one surface of the pair twice. Even numbers balance orders "
-        "and surfaces.",
-        json_schema_extra={"unit": "trials per pair"},
+    repetitions: AtLeastOne = setting(
+        10,
+        "Number of presentations per pair of different surfaces; the same number of trials "
+        "presents one surface of the pair twice. Even numbers balance orders and surfaces.",
+        unit="trials per pair",
     )
 
 

@@ -10,8 +10,6 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
@@ -25,6 +23,7 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     with_catch_trials,
 )
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
@@ -38,14 +37,12 @@ RESOLUTION = 1.0
 class Similarity(ComparingOptions):
     """Options for similarity rating."""
 
-    repetitions: AtLeastOne = Field(
-        default=2,
-        description="Number of ratings per pair; if even, both orders are equally frequent.",
-        json_schema_extra={"unit": "trials a pair"},
+    repetitions: AtLeastOne = setting(
+        2,
+        "Number of ratings per pair; if even, both orders are equally frequent.",
+        unit="trials a pair",
     )
-    identical_pairs: Switch = Field(
-        default=False, description="Whether each surface is also paired with itself."
-    )
+    identical_pairs: Switch = setting(False, "Whether each surface is also paired with itself.")
 
 
 def pairs(options: Similarity, context: Context) -> list[tuple[Stimulus, ...]]:

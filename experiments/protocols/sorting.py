@@ -26,6 +26,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
 )
 from slipscale.experiments.steps.questions import WholeNumberQuestion
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
@@ -37,22 +38,14 @@ FEWEST = 3
 class Sorting(RatedOptions):
     """Options for free sorting, in addition to the options for order and pacing."""
 
-    repetitions: AtLeastOne = Field(
-        default=2,
-        description=(
-            "Number of rounds; every surface is sorted once per round, and the last round counts."
-        ),
-        json_schema_extra={"unit": "rounds"},
+    repetitions: AtLeastOne = setting(
+        2,
+        "Number of rounds; every surface is sorted once per round, and the last round counts.",
+        unit="rounds",
     )
-    practice: Count = Field(
-        default=0,
-        description="Number of practice rounds.",
-        json_schema_extra={"unit": "rounds"},
-    )
-    groups: Annotated[int, Field(strict=True, ge=2, le=20)] = Field(
-        default=5,
-        description="Largest number of groups; the participant may use fewer.",
-        json_schema_extra={"unit": "groups"},
+    practice: Count = setting(0, "Number of practice rounds.", unit="rounds")
+    groups: Annotated[int, Field(strict=True, ge=2, le=20)] = setting(
+        5, "Largest number of groups; the participant may use fewer.", unit="groups"
     )
 
 

@@ -26,6 +26,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
 )
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
@@ -40,36 +41,34 @@ PLACES: dict[Start, float] = {"left": 0.0, "middle": LENGTH / 2, "right": LENGTH
 class VisualAnalogueScale(RatedOptions):
     """Options for ratings on a line, in addition to the options for order and pacing."""
 
-    resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = Field(
-        default=1.0,
-        description="Distance between adjacent mark positions on the 100-point line: 1 gives 101 "
-        "positions. Must divide 100 without a remainder.",
-        json_schema_extra={"unit": "hundredths of the line"},
+    resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = setting(
+        1.0,
+        "Distance between adjacent mark positions on the 100-point line: 1 gives 101 positions. "
+        "Must divide 100 without a remainder.",
+        unit="hundredths of the line",
     )
-    key_step: Annotated[float, Field(strict=True, gt=0, le=50, allow_inf_nan=False)] = Field(
-        default=1.0,
+    key_step: Annotated[float, Field(strict=True, gt=0, le=50, allow_inf_nan=False)] = setting(
+        1.0,
+        "Distance that one arrow key press moves the mark, a multiple of the resolution; the page "
+        "keys move it five times as far, Home and End move it to the ends of the line.",
+        unit="hundredths of the line",
         validate_default=True,
-        description="Distance that one arrow key press moves the mark, a multiple of the "
-        "resolution; the page keys move it five times as far, Home and End move it to "
-        "the ends of the line.",
-        json_schema_extra={"unit": "hundredths of the line"},
     )
-    cursor_start: Start = Field(
-        default="random",
-        description="Position from which keys move the mark. random: anywhere, drawn for each "
-        "trial, so that the effect of the start is distributed over the line and can "
-        "be estimated.",
+    cursor_start: Start = setting(
+        "random",
+        "Position from which keys move the mark. random: anywhere, drawn for each trial, so that "
+        "the effect of the start is distributed over the line and can be estimated.",
     )
-    cursor_shown: Switch = Field(
-        default=False,
-        description="Whether the mark is visible at its initial position before the first press "
-        "or click; otherwise the line is empty until then.",
+    cursor_shown: Switch = setting(
+        False,
+        "Whether the mark is visible at its initial position before the first press or click; "
+        "otherwise the line is empty until then.",
     )
-    catch_trials: Count = Field(
-        default=0,
-        description="Number of catch trials on the bare plate, without vibration, to check "
-        "attention; not analysed with the other trials.",
-        json_schema_extra={"unit": "trials"},
+    catch_trials: Count = setting(
+        0,
+        "Number of catch trials on the bare plate, without vibration, to check attention; not "
+        "analysed with the other trials.",
+        unit="trials",
     )
 
     @field_validator("resolution", "key_step")

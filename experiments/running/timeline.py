@@ -73,9 +73,11 @@ class Timeline:
     duty : Spread
         Largest duty cycle in any window of the length given by the plate's limits.
     on_time_limit_s, duty_limit : float
-        The plate's limits for the longest vibration and the duty cycle. people, participants : int
-        Number of simulated participants, and of planned participants. cost_each, cost_total :
-        Spread or None In the study's currency; None without ``[cost]``.
+        The plate's limits for the longest vibration and the duty cycle.
+    people, participants : int
+        Number of simulated participants, and of planned participants.
+    cost_each, cost_total : Spread or None
+        In the study's currency; None without ``[cost]``.
     currency : str
     """
 

@@ -43,7 +43,9 @@ class SessionStatus:
         Time since the session began (or was resumed), excluding faults and pauses.
     time_left_s : float or None
         Estimated from the pace so far, excluding faults and pauses; None before the end of the
-        first trial. faults, voided : int Number of faults and voided trials so far.
+        first trial.
+    faults, voided : int
+        Number of faults and voided trials so far.
     noise : str
         Whether the masking noise is "playing", "silent" or "absent".
     plate : str

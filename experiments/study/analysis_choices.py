@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 
 Normalisation = Literal[
     "none",
@@ -78,66 +78,57 @@ Share = Annotated[float, Field(ge=0, le=1)]
 class Thresholds(FrozenTable):
     """Criteria for flagging a participant's data; only flags in ``exclusions`` exclude data."""
 
-    falling_steps: Annotated[int, Field(ge=1)] | None = Field(
-        default=None,
-        description="Flag non_monotone: the mean estimate decreases on at least this many steps "
-        "from one amplitude to the next; default: the number reached by at most 1 in "
-        "20 participants who feel no difference (3 of 3 steps, 4 of 4, 5 of 6).",
-        json_schema_extra={"unit": "steps"},
+    falling_steps: Annotated[int, Field(ge=1)] | None = setting(
+        None,
+        "Flag non_monotone: the mean estimate decreases on at least this many steps from one "
+        "amplitude to the next; default: the number reached by at most 1 in 20 participants who "
+        "feel no difference (3 of 3 steps, 4 of 4, 5 of 6).",
+        unit="steps",
     )
-    distinct_numbers: Annotated[int, Field(ge=1)] = Field(
-        default=2,
-        description="Flag constant: at most this many different estimates across three or more "
-        "amplitudes.",
-        json_schema_extra={"unit": "different estimates"},
+    distinct_numbers: Annotated[int, Field(ge=1)] = setting(
+        2,
+        "Flag constant: at most this many different estimates across three or more amplitudes.",
+        unit="different estimates",
     )
-    zero_share: Share = Field(
-        default=0.25,
-        description=(
-            "Flag zeros: more than this proportion of the estimates for amplitudes above 0 is zero."
-        ),
+    zero_share: Share = setting(
+        0.25,
+        "Flag zeros: more than this proportion of the estimates for amplitudes above 0 is zero.",
     )
-    timed_out_share: Share = Field(
-        default=0.1,
-        description="Flag timed_out: largest accepted proportion of trials without an answer.",
+    timed_out_share: Share = setting(
+        0.1, "Flag timed_out: largest accepted proportion of trials without an answer."
     )
-    fast_share: Share = Field(
-        default=0.05,
-        description="Flag fast: largest accepted proportion of answers faster than fast_s.",
+    fast_share: Share = setting(
+        0.05, "Flag fast: largest accepted proportion of answers faster than fast_s."
     )
-    fast_s: Annotated[float, Field(gt=0)] = Field(
-        default=0.2, description="Response time below which an answer counts as fast."
+    fast_s: Annotated[float, Field(gt=0)] = setting(
+        0.2, "Response time below which an answer counts as fast."
     )
-    outlier_sd: Annotated[float, Field(gt=0)] = Field(
-        default=4.5,
-        description="Flag outlying: an estimate deviates from the participant's own pattern by "
-        "more than this many robust standard deviations (1.4826 times the median "
-        "absolute deviation of the log residuals; the variance is the mean of this "
-        "amplitude's and the overall variance).",
-        json_schema_extra={"unit": "robust standard deviations"},
+    outlier_sd: Annotated[float, Field(gt=0)] = setting(
+        4.5,
+        "Flag outlying: an estimate deviates from the participant's own pattern by more than this "
+        "many robust standard deviations (1.4826 times the median absolute deviation of the log "
+        "residuals; the variance is the mean of this amplitude's and the overall variance).",
+        unit="robust standard deviations",
     )
-    reliability: Annotated[float, Field(ge=-1, le=1)] = Field(
-        default=0.5,
-        description="Flag unreliable: smallest accepted correlation between the first and second "
-        "halves of the repetitions.",
-        json_schema_extra={"unit": "correlation, -1 to 1"},
+    reliability: Annotated[float, Field(ge=-1, le=1)] = setting(
+        0.5,
+        "Flag unreliable: smallest accepted correlation between the first and second halves of the "
+        "repetitions.",
+        unit="correlation, -1 to 1",
     )
-    drift_factor: Annotated[float, Field(gt=1)] = Field(
-        default=2.0,
-        description="Flag drift: estimates increase or decrease by more than this factor from the "
-        "first trial to the last, and significantly (p < .05).",
-        json_schema_extra={"unit": "factor"},
+    drift_factor: Annotated[float, Field(gt=1)] = setting(
+        2.0,
+        "Flag drift: estimates increase or decrease by more than this factor from the first trial "
+        "to the last, and significantly (p < .05).",
+        unit="factor",
     )
-    false_alarm_share: Share = Field(
-        default=0.5,
-        description=(
-            'Flag false_alarms: largest accepted proportion of catch steps answered "yes".'
-        ),
+    false_alarm_share: Share = setting(
+        0.5, 'Flag false_alarms: largest accepted proportion of catch steps answered "yes".'
     )
-    fault_share: Share = Field(
-        default=0.25,
-        description="Flag faults: largest accepted proportion of trials with a plate fault or a "
-        "repeated presentation.",
+    fault_share: Share = setting(
+        0.25,
+        "Flag faults: largest accepted proportion of trials with a plate fault or a repeated "
+        "presentation.",
     )
 
 
@@ -154,87 +145,80 @@ def _no_outcome(flags: tuple[QualityFlag, ...]) -> tuple[QualityFlag, ...]:
 class AnalysisChoices(FrozenTable):
     """The ``[analysis]`` table of a study file."""
 
-    normalisation: Normalisation | None = Field(
-        default=None,
-        description="Method for putting estimates on a common scale; default: scale_top if every "
-        "trial has one, otherwise grand_maximum.",
+    normalisation: Normalisation | None = setting(
+        None,
+        "Method for putting estimates on a common scale; default: scale_top if every trial has "
+        "one, otherwise grand_maximum.",
     )
-    zero_rule: ZeroRule = Field(
-        default="exclude",
-        description="Treatment of zero estimates before taking logarithms.",
+    zero_rule: ZeroRule = setting(
+        "exclude", "Treatment of zero estimates before taking logarithms."
     )
-    standard_deviation: SdConvention = Field(
-        default="sample",
-        description="Standard deviation in Table III: sample divides by n - 1, population by n.",
+    standard_deviation: SdConvention = setting(
+        "sample", "Standard deviation in Table III: sample divides by n - 1, population by n."
     )
-    exclusions: Annotated[tuple[QualityFlag, ...], AfterValidator(_no_outcome)] = Field(
-        default=(), description="Flags that exclude a participant from every analysis."
+    exclusions: Annotated[tuple[QualityFlag, ...], AfterValidator(_no_outcome)] = setting(
+        (), "Flags that exclude a participant from every analysis."
     )
-    thresholds: Thresholds = Field(
-        default=Thresholds(), description=("Thresholds at which a participant's data are flagged.")
+    thresholds: Thresholds = setting(
+        Thresholds(), "Thresholds at which a participant's data are flagged."
     )
-    primary: Primary = Field(
-        default="ranks",
-        description="Primary analysis, on which the report's answer and the power analysis are "
-        "based: ranks (Friedman test and Holm-corrected pairwise Wilcoxon tests; "
-        "keeps estimates of zero) or logarithms (repeated-measures ANOVA and "
-        "Holm-corrected pairwise t-tests). All other tests are reported as secondary.",
+    primary: Primary = setting(
+        "ranks",
+        "Primary analysis, on which the report's answer and the power analysis are based: ranks "
+        "(Friedman test and Holm-corrected pairwise Wilcoxon tests; keeps estimates of zero) or "
+        "logarithms (repeated-measures ANOVA and Holm-corrected pairwise t-tests). All other tests "
+        "are reported as secondary.",
     )
-    tests: tuple[Test, ...] | None = Field(
-        default=None,
-        description='Tests to run; default: all. The others are reported as "not chosen".',
+    tests: tuple[Test, ...] | None = setting(
+        None, 'Tests to run; default: all. The others are reported as "not chosen".'
     )
-    confidence: Annotated[float, Field(gt=0.5, lt=1)] = Field(
-        default=0.95,
-        description="Confidence level of all intervals.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    confidence: Annotated[float, Field(gt=0.5, lt=1)] = setting(
+        0.95, "Confidence level of all intervals.", unit="share, 0 to 1"
     )
-    equivalence_ratio: Annotated[float, Field(gt=1, allow_inf_nan=False)] = Field(
-        default=1.25,
-        description="Two amplitudes count as equivalent if the ratio of their geometric means "
-        "lies between 1/x and x, where x is this value (two one-sided tests). The "
-        "default is the bioequivalence bound, 0.80 to 1.25; set the smallest "
-        "difference that matters to you.",
-        json_schema_extra={"unit": "ratio"},
+    equivalence_ratio: Annotated[float, Field(gt=1, allow_inf_nan=False)] = setting(
+        1.25,
+        "Two amplitudes count as equivalent if the ratio of their geometric means lies between 1/x "
+        "and x, where x is this value (two one-sided tests). The default is the bioequivalence "
+        "bound, 0.80 to 1.25; set the smallest difference that matters to you.",
+        unit="ratio",
     )
-    group: str | None = Field(
-        default=None,
-        description="Column of participants.tsv with each participant's group, to compare "
-        "groups; default: group, if it exists.",
+    group: str | None = setting(
+        None,
+        "Column of participants.tsv with each participant's group, to compare groups; default: "
+        "group, if it exists.",
     )
-    threshold_curve: ThresholdCurve | None = Field(
-        default=None,
-        description="Psychometric function for thresholds: weibull, log_logistic and log_normal "
-        "are functions of the log level; gumbel, logistic and normal of the level "
-        "itself. Default: weibull, or normal for comparisons on both sides of a "
-        "standard.",
+    threshold_curve: ThresholdCurve | None = setting(
+        None,
+        "Psychometric function for thresholds: weibull, log_logistic and log_normal are functions "
+        "of the log level; gumbel, logistic and normal of the level itself. Default: weibull, or "
+        "normal for comparisons on both sides of a standard.",
     )
-    threshold_share: Annotated[float, Field(gt=0, lt=1)] = Field(
-        default=0.5,
-        description="Position of the threshold on the curve, corrected for guesses and lapses: "
-        "0.5 is halfway between the asymptotes.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    threshold_share: Annotated[float, Field(gt=0, lt=1)] = setting(
+        0.5,
+        "Position of the threshold on the curve, corrected for guesses and lapses: 0.5 is halfway "
+        "between the asymptotes.",
+        unit="share, 0 to 1",
     )
-    threshold_reversals: Annotated[int, Field(strict=True, ge=2, multiple_of=2)] | None = Field(
-        default=None,
-        description="Also report staircase thresholds as the mean of this number of final "
-        "reversals per track (Levitt 1971); must be even; default: not reported.",
-        json_schema_extra={"unit": "reversals"},
+    threshold_reversals: Annotated[int, Field(strict=True, ge=2, multiple_of=2)] | None = setting(
+        None,
+        "Also report staircase thresholds as the mean of this number of final reversals per track "
+        "(Levitt 1971); must be even; default: not reported.",
+        unit="reversals",
     )
-    threshold_friction: Literal["level_means", "trials"] | None = Field(
-        default=None,
-        description="Also report thresholds in measured friction, as a function of each trial's "
-        "change in the coefficient (trials) or of its mean per participant and level (level_means: "
-        "noise in individual measurements does not flatten the curve); default: not reported.",
+    threshold_friction: Literal["level_means", "trials"] | None = setting(
+        None,
+        "Also report thresholds in measured friction, as a function of each trial's change in the "
+        "coefficient (trials) or of its mean per participant and level (level_means: noise in "
+        "individual measurements does not flatten the curve); default: not reported.",
     )
-    largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = Field(
-        default=0.2,
-        description="Upper bound of the lapse rate that participants share in the population "
-        "model; catch trials help to estimate it.",
-        json_schema_extra={"unit": "share, 0 to 0.5"},
+    largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = setting(
+        0.2,
+        "Upper bound of the lapse rate that participants share in the population model; catch "
+        "trials help to estimate it.",
+        unit="share, 0 to 0.5",
     )
-    codebook: str | None = Field(
-        default=None,
-        description="Codebook for verbal reports: a path relative to the data set; default: the "
-        "shipped codebook.",
+    codebook: str | None = setting(
+        None,
+        "Codebook for verbal reports: a path relative to the data set; default: the shipped "
+        "codebook.",
     )

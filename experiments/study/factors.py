@@ -28,7 +28,7 @@ from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Presen
 from slipscale.experiments.steps.trial import Trial, Value, factor_level
 from slipscale.experiments.study.levels import Levels
 from slipscale.faults import UserError
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.stimuli.field_names import in_code
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.textures import PARAMETERS
@@ -57,7 +57,7 @@ class Factor(FrozenTable):
     levels: Annotated[
         tuple[float | Words, ...], Field(min_length=2, max_length=MOST_CONDITIONS)
     ] = Field(description="Levels, all different: numbers for a parameter, otherwise words.")
-    description: str = Field(default="", description="Description of the column, for the data set.")
+    description: str = setting("", "Description of the column, for the data set.")
     instructions: dict[str, dict[str, Words]] = Field(
         default_factory=dict,
         description="Text that the participant reads before a condition: for each language, a "

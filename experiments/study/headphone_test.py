@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
 from slipscale.experiments.steps.replies import NO_SOUND, Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Instruct, Played, Steps
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.stimuli.headphone_sounds import EARS, TONES, Ears, NoiseInEar, Tones
 
 if TYPE_CHECKING:
@@ -43,20 +43,14 @@ MISHEARD = 0.02
 class HeadphoneTest(FrozenTable):
     """A test in which loudspeakers change which of three tones seems quietest."""
 
-    level_db: Annotated[float, Field(strict=True, le=0, ge=-60)] = Field(
-        default=-20.0,
-        description="Level of the tones relative to full scale.",
-        json_schema_extra={"unit": "dB re full scale"},
+    level_db: Annotated[float, Field(strict=True, le=0, ge=-60)] = setting(
+        -20.0, "Level of the tones relative to full scale.", unit="dB re full scale"
     )
-    trials: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
-        default=6,
-        description="Number of trials with three tones each.",
-        json_schema_extra={"unit": "trials"},
+    trials: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = setting(
+        6, "Number of trials with three tones each.", unit="trials"
     )
-    needed: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = Field(
-        default=5,
-        description="Number of correct answers needed to pass.",
-        json_schema_extra={"unit": "trials"},
+    needed: Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)] = setting(
+        5, "Number of correct answers needed to pass.", unit="trials"
     )
 
     @model_validator(mode="after")

@@ -53,7 +53,7 @@ from slipscale.experiments.study.tables import (
     StimulusTable,
     Texture,
 )
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 from slipscale.stimuli.quantity_table import QuantityTable
 
@@ -76,27 +76,16 @@ class Study(FrozenTable):
         "letter. Every record of the study contains it."
     )
     title: Words = Field(description="Title of the study and its data set.")
-    authors: tuple[Words, ...] = Field(
-        default=(), description="Authors listed in the data set description."
+    authors: tuple[Words, ...] = setting((), "Authors listed in the data set description.")
+    license: Words = setting("not decided", "Licence stated in the data set description.")
+    language: str = setting(
+        "en",
+        "Language of the texts shown to the participant: en, fr, or one that the study provides "
+        "(`texts_files`); the command-line option `--language` overrides it.",
     )
-    license: Words = Field(
-        default="not decided", description="Licence stated in the data set description."
-    )
-    language: str = Field(
-        default="en",
-        description="Language of the texts shown to the participant: en, fr, or one that the "
-        "study provides (`texts_files`); the command-line option `--language` "
-        "overrides it.",
-    )
-    seed: Seed = Field(
-        default=1,
-        description="Random seed for all orders and simulations.",
-        json_schema_extra={"unit": "none"},
-    )
-    participants: AtLeastOne = Field(
-        default=12,
-        description="Number of planned participants, also used for pilots.",
-        json_schema_extra={"unit": "participants"},
+    seed: Seed = setting(1, "Random seed for all orders and simulations.", unit="none")
+    participants: AtLeastOne = setting(
+        12, "Number of planned participants, also used for pilots.", unit="participants"
     )
     made: QuantityTable = Field(
         default=QuantityTable(),
@@ -105,17 +94,16 @@ class Study(FrozenTable):
         "vibration amplitude in µm peak to peak. For other quantities, key names end "
         "in the unit.",
     )
-    attribute: str = Field(
-        default="",
-        description="Attribute that participants judge: a noun such as roughness, used in "
-        "prompts, columns, axes and reports. Default: slipperiness, or `judged` from "
-        "[quantity].",
+    attribute: str = setting(
+        "",
+        "Attribute that participants judge: a noun such as roughness, used in prompts, columns, "
+        "axes and reports. Default: slipperiness, or `judged` from [quantity].",
     )
-    attribute_falls: Switch = Field(
-        default=False,
-        description="Whether the attribute decreases with the level, as roughness may with "
-        "spatial period. Forced choice then asks which surface is less rough for a "
-        "higher level, and trend tests expect a decrease.",
+    attribute_falls: Switch = setting(
+        False,
+        "Whether the attribute decreases with the level, as roughness may with spatial period. "
+        "Forced choice then asks which surface is less rough for a higher level, and trend tests "
+        "expect a decrease.",
     )
     attribute_words: Annotated[dict[str, StatedWords], AfterValidator(valid_attribute_words)] = (
         Field(
@@ -126,46 +114,42 @@ class Study(FrozenTable):
             ),
         )
     )
-    vary: Annotated[str, AfterValidator(valid_vary)] = Field(
-        default="",
-        description="Key of the [stimulus] parameter that is varied, such as spatial_period_mm: "
-        "all levels of the study are then values of that parameter. Default: levels "
-        "are values of the plate's quantity.",
+    vary: Annotated[str, AfterValidator(valid_vary)] = setting(
+        "",
+        "Key of the [stimulus] parameter that is varied, such as spatial_period_mm: all levels of "
+        "the study are then values of that parameter. Default: levels are values of the plate's "
+        "quantity.",
     )
-    stimulus: Annotated[StimulusTable | None, AfterValidator(valid_stimulus)] = Field(
-        default=None,
-        validate_default=True,
-        description="Parameters that stay fixed in a study that varies one.",
+    stimulus: Annotated[StimulusTable | None, AfterValidator(valid_stimulus)] = setting(
+        None, "Parameters that stay fixed in a study that varies one.", validate_default=True
     )
-    plate: Annotated[PlateSettings, AfterValidator(valid_plate)] = Field(
-        default=PlateSettings(),
-        validate_default=True,
-        description="Limits for all amplitudes in the study.",
+    plate: Annotated[PlateSettings, AfterValidator(valid_plate)] = setting(
+        PlateSettings(), "Limits for all amplitudes in the study.", validate_default=True
     )
-    second_plate: SecondPlate | None = Field(
-        default=None,
-        description="A second actuator, for a plate `pair:FIRST+SECOND`; default: none.",
+    second_plate: SecondPlate | None = setting(
+        None, "A second actuator, for a plate `pair:FIRST+SECOND`; default: none."
     )
     levels: Annotated[
         tuple[Amplitude, ...], Field(max_length=MOST), AfterValidator(valid_levels)
-    ] = Field(
-        default=(),
-        description="Vibration amplitudes of the plain surfaces, all different; 0 is the plate at "
-        "rest. Omit them if the study has textures only.",
+    ] = setting(
+        (),
+        "Vibration amplitudes of the plain surfaces, all different; 0 is the plate at rest. Omit "
+        "them if the study has textures only.",
     )
     textures: Annotated[
         tuple[Texture, ...], Field(max_length=MOST), AfterValidator(valid_textures)
-    ] = Field(
-        default=(),
+    ] = setting(
+        (),
+        "Surfaces with a modulated amplitude, for the protocols that present them.",
         validate_default=True,
-        description="Surfaces with a modulated amplitude, for the protocols that present them.",
     )
     factors: Annotated[tuple[Factor, ...], Field(max_length=4), AfterValidator(valid_factors)] = (
-        Field(
-            default=(),
+        setting(
+            (),
+            "Factors that are crossed with the levels: each task is run in every combination "
+            "of factor "
+            "levels, in orders balanced across participants.",
             validate_default=True,
-            description="Factors that are crossed with the levels: each task is run in every "
-            "combination of factor levels, in orders balanced across participants.",
         )
     )
     tasks: Annotated[
@@ -175,83 +159,73 @@ class Study(FrozenTable):
     ] = Field(
         description="The tasks of a run, in order: each names a protocol and sets its options."
     )
-    task_order: Literal["fixed", "counterbalanced"] = Field(
-        default="fixed",
-        description="Order of the tasks; counterbalanced: every other participant has the "
-        "reverse order.",
+    task_order: Literal["fixed", "counterbalanced"] = setting(
+        "fixed",
+        "Order of the tasks; counterbalanced: every other participant has the reverse order.",
     )
     sessions: Annotated[
         tuple[EntityLabel, ...], Field(max_length=MOST), AfterValidator(valid_sessions)
-    ] = Field(
-        default=(),
-        description="Session labels in order, all different; default: one session, or sessions "
-        "numbered by the number at the end of their labels.",
+    ] = setting(
+        (),
+        "Session labels in order, all different; default: one session, or sessions numbered by the "
+        "number at the end of their labels.",
     )
-    runs: AtLeastOne = Field(
-        default=1,
-        description="Number of runs per session.",
-        json_schema_extra={"unit": "runs"},
+    runs: AtLeastOne = setting(1, "Number of runs per session.", unit="runs")
+    visits: Literal["advance", "same"] = setting(
+        "advance",
+        "Effect of each further session or run on the counterbalancing. advance: it takes the next "
+        "position (the next Williams row, the other task order); same: it keeps the participant's "
+        "position. The surface order is drawn again in both cases.",
     )
-    visits: Literal["advance", "same"] = Field(
-        default="advance",
-        description="Effect of each further session or run on the counterbalancing. advance: it "
-        "takes the next position (the next Williams row, the other task order); same: "
-        "it keeps the participant's position. The surface order is drawn again in "
-        "both cases.",
+    keys: ParticipantKeys = setting(
+        ParticipantKeys(),
+        "Participant keys, if different from the defaults: for a keypad, a response box "
+        "or a pedal.",
     )
-    keys: ParticipantKeys = Field(
-        default=ParticipantKeys(),
-        description="Participant keys, if different from the defaults: for a keypad, a response "
-        "box or a pedal.",
+    informed_consent: Switch = setting(
+        False,
+        "Whether the participant is asked for consent before anything else; the texts "
+        "`session.consent...` describe it. Without consent the run stops.",
     )
-    informed_consent: Switch = Field(
-        default=False,
-        description="Whether the participant is asked for consent before anything else; the "
-        "texts `session.consent...` describe it. Without consent the run stops.",
+    about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = setting(
+        (), "Questions about the participant, asked before the tasks."
     )
-    about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = Field(
-        default=(), description="Questions about the participant, asked before the tasks."
+    questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = setting(
+        (),
+        "Questionnaires with several items, before or after the tasks; each is saved in a separate "
+        "table.",
     )
-    questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = Field(
-        default=(),
-        description="Questionnaires with several items, before or after the tasks; each is saved "
-        "in a separate table.",
+    headphone_test: HeadphoneTest | None = setting(
+        None,
+        "Test before the tasks that checks whether headphones are worn and whether the masking "
+        "noise is heard in both ears; default: none.",
     )
-    headphone_test: HeadphoneTest | None = Field(
-        default=None,
-        description="Test before the tasks that checks whether headphones are worn and whether "
-        "the masking noise is heard in both ears; default: none.",
+    stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = setting(
+        None,
+        "How participants are to stroke the surfaces, and what happens to trials outside these "
+        "limits; default: as they like.",
     )
-    stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = Field(
-        default=None,
-        description="How participants are to stroke the surfaces, and what happens to trials "
-        "outside these limits; default: as they like.",
+    masking_noise: MaskingNoise | None = setting(
+        None, "Pink noise in the headphones while the plate may be audible; default: none."
     )
-    masking_noise: MaskingNoise | None = Field(
-        default=None,
-        description="Pink noise in the headphones while the plate may be audible; default: none.",
+    private_files: Switch = setting(
+        True,
+        "Whether only the owner can read journals and data set files, if the system supports file "
+        "ownership; false: the system's default permissions.",
     )
-    private_files: Switch = Field(
-        default=True,
-        description="Whether only the owner can read journals and data set files, if the system "
-        "supports file ownership; false: the system's default permissions.",
+    analysis: AnalysisChoices = setting(
+        AnalysisChoices(), "The planned data analysis, fixed before anyone sees the data."
     )
-    analysis: AnalysisChoices = Field(
-        default=AnalysisChoices(),
-        description="The planned data analysis, fixed before anyone sees the data.",
+    simulated: Simulated | None = setting(
+        None,
+        "What the study assumes about simulated people; default: the shipped population, or the "
+        "assumption listed for the quantity.",
     )
-    simulated: Simulated | None = Field(
-        default=None,
-        description="What the study assumes about simulated people; default: the shipped "
-        "population, or the assumption listed for the quantity.",
-    )
-    cost: Cost | None = Field(
-        default=None, description="Costs of the study; default: no cost is computed."
-    )
-    texts_files: tuple[Words, ...] = Field(
-        default=(),
-        description="Files in the study file's folder with the texts for another language; "
-        "`slipscale study texts` writes a template to fill in.",
+    cost: Cost | None = setting(None, "Costs of the study; default: no cost is computed.")
+    texts_files: tuple[Words, ...] = setting(
+        (),
+        "Files in the study file's folder with the texts for another language; `slipscale study "
+        "texts` writes a template to fill in.",
     )
     texts: Annotated[dict[str, dict[str, object]], AfterValidator(valid_texts)] = Field(
         default_factory=dict,

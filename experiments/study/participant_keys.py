@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, field_validator, model_validator
 
 from slipscale.experiments.protocol_parts.base import Switch
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 
 NAMED = ("space", "enter")
 AGAIN = ("r", "a")  # the first of these that differs from the `go_on` key
@@ -21,33 +21,29 @@ Key = Annotated[str, Field(strict=True)]
 class ParticipantKeys(FrozenTable):
     """The ``[keys]`` table of a study file."""
 
-    go_on: Key = Field(
-        default="space",
-        description="Key to continue: space, enter, or the character that the key sends.",
+    go_on: Key = setting(
+        "space", "Key to continue: space, enter, or the character that the key sends."
     )
-    yes: Key = Field(
-        default="",
-        description=(
-            "Character of the key for yes; default: the letter of the participant's language, as "
-            "for no."
-        ),
+    yes: Key = setting(
+        "",
+        "Character of the key for yes; default: the letter of the participant's language, as for "
+        "no.",
     )
-    no: Key = Field(default="", description="Character of the key for no.")
-    numbers: Literal["typed", "spoken"] = Field(
-        default="typed",
-        description="typed: the participant enters numbers. spoken: the participant speaks "
-        "them, and the operator types them in the terminal or the console.",
+    no: Key = setting("", "Character of the key for no.")
+    numbers: Literal["typed", "spoken"] = setting(
+        "typed",
+        "typed: the participant enters numbers. spoken: the participant speaks them, and the "
+        "operator types them in the terminal or the console.",
     )
-    touch: Switch = Field(
-        default=False,
-        description="Whether the participant answers on a touch screen or with a mouse: the "
-        "screen then shows buttons for numbers, choices and continuing. A keyboard "
-        "also works.",
+    touch: Switch = setting(
+        False,
+        "Whether the participant answers on a touch screen or with a mouse: the screen then shows "
+        "buttons for numbers, choices and continuing. A keyboard also works.",
     )
-    again: Key = Field(
-        default="",
-        description="Character of the key that presents the reference again, in matching; "
-        "default: r, or a if r is the key to continue.",
+    again: Key = setting(
+        "",
+        "Character of the key that presents the reference again, in matching; default: r, or a if "
+        "r is the key to continue.",
     )
 
     @field_validator("go_on")

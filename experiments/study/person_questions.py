@@ -15,7 +15,7 @@ from slipscale.experiments.protocol_parts.base import Label, Words
 from slipscale.experiments.steps.questions import CONSENT, ChoiceQuestion, WholeNumberQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.faults import UserError
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 
 if TYPE_CHECKING:
     from slipscale.faults.toml_lines import Place
@@ -59,27 +59,25 @@ class PersonQuestion(FrozenTable):
             dict[Words, Translated], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)
         ]
         | None
-    ) = Field(
-        default=None,
-        description="The possible answers, all different. Up to nine options have one number key "
-        "each; more are shown as a scrolling list, answered by number, arrow keys or "
-        "mouse. In a table, each code stored in the data has its words in each "
-        "language; in a list, the words are also the codes, in every language.",
+    ) = setting(
+        None,
+        "The possible answers, all different. Up to nine options have one number key each; more "
+        "are shown as a scrolling list, answered by number, arrow keys or mouse. In a table, each "
+        "code stored in the data has its words in each language; in a list, the words are also the "
+        "codes, in every language.",
     )
-    minimum: Whole | None = Field(
-        default=None,
-        description="Smallest whole number that can be typed, if there are no options.",
-        json_schema_extra={"unit": "as asked for"},
+    minimum: Whole | None = setting(
+        None,
+        "Smallest whole number that can be typed, if there are no options.",
+        unit="as asked for",
     )
-    maximum: Whole | None = Field(
-        default=None,
-        description="Largest whole number that can be typed.",
-        json_schema_extra={"unit": "as asked for"},
+    maximum: Whole | None = setting(
+        None, "Largest whole number that can be typed.", unit="as asked for"
     )
-    prompt: str | Translated = Field(
-        default="",
-        description="Text of the question, or a table with the text in each language; default: "
-        "the shipped text `about_you.<name>`.",
+    prompt: str | Translated = setting(
+        "",
+        "Text of the question, or a table with the text in each language; default: the shipped "
+        "text `about_you.<name>`.",
     )
 
     _distinct = field_validator("options")(distinct)

@@ -19,7 +19,7 @@ from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 
 if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
@@ -43,8 +43,8 @@ class Item(FrozenTable):
     prompt: Words | Translated = Field(
         description="Text of the item, or a table with the text in each language."
     )
-    options: Answers | None = Field(
-        default=None, description=("Answers to this item, if they differ from the questionnaire's.")
+    options: Answers | None = setting(
+        None, "Answers to this item, if they differ from the questionnaire's."
     )
 
     @field_validator("name")
@@ -64,19 +64,16 @@ class Questionnaire(FrozenTable):
     description: Words = Field(
         description="What the questionnaire measures, and its source, for readers of the data set."
     )
-    title: Words | Translated | None = Field(
-        default=None, description="Title shown above the instructions."
-    )
-    instructions: Words | Translated | None = Field(
-        default=None, description="Text shown before the first item; default: none."
+    title: Words | Translated | None = setting(None, "Title shown above the instructions.")
+    instructions: Words | Translated | None = setting(
+        None, "Text shown before the first item; default: none."
     )
     options: Answers = Field(
         description="The possible answers, as in `about_you`: in a table, each code stored in the "
         "data has its words in each language."
     )
-    when: Literal["before", "after"] = Field(
-        default="before",
-        description="Whether the questionnaire is presented before or after the tasks.",
+    when: Literal["before", "after"] = setting(
+        "before", "Whether the questionnaire is presented before or after the tasks."
     )
     items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=MOST_ITEMS)] = Field(
         description="The items, in the order of presentation."

@@ -21,7 +21,7 @@ from pydantic import Field
 
 from slipscale.experiments.protocol_parts.base import Count, Positive, Seconds, Switch
 from slipscale.experiments.steps.steps import Explore, Guide, Present, Steps
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.languages.texts import Texts
@@ -60,59 +60,49 @@ class Stroked:
 class Stroke(FrozenTable):
     """The required strokes, and the response to deviations."""
 
-    speed_mm_s: Positive | None = Field(
-        default=None,
-        description="Speed of the finger; default: any. A factor named finger_speed_mm_s "
-        "replaces it.",
+    speed_mm_s: Positive | None = setting(
+        None, "Speed of the finger; default: any. A factor named finger_speed_mm_s replaces it."
     )
-    speed_share: Share = Field(
-        default=0.3,
-        description="Largest accepted deviation of the mean speed, as a fraction of the speed.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    speed_share: Share = setting(
+        0.3,
+        "Largest accepted deviation of the mean speed, as a fraction of the speed.",
+        unit="share, 0 to 1",
     )
-    normal_force_n: Positive | None = Field(
-        default=None,
-        description="Normal force of the finger; default: any. A factor named normal_force_n "
-        "replaces it.",
-        json_schema_extra={"unit": "N"},
+    normal_force_n: Positive | None = setting(
+        None,
+        "Normal force of the finger; default: any. A factor named normal_force_n replaces it.",
+        unit="N",
     )
-    force_share: Share = Field(
-        default=0.4,
-        description="Largest accepted deviation of the mean force, as a fraction of the force.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    force_share: Share = setting(
+        0.4,
+        "Largest accepted deviation of the mean force, as a fraction of the force.",
+        unit="share, 0 to 1",
     )
-    direction: Literal["any", "forward", "backward"] = Field(
-        default="any",
-        description="Direction of the strokes: forward is towards larger positions of the sensor, "
-        "and the finger is lifted before the next stroke.",
+    direction: Literal["any", "forward", "backward"] = setting(
+        "any",
+        "Direction of the strokes: forward is towards larger positions of the sensor, and the "
+        "finger is lifted before the next stroke.",
     )
-    passive: Switch = Field(
-        default=False,
-        description="Whether a stage makes the strokes, while the finger rests: --position then "
-        "names the stage.",
+    passive: Switch = setting(
+        False,
+        "Whether a stage makes the strokes, while the finger rests: --position then names the "
+        "stage.",
     )
-    pacer: Switch = Field(
-        default=True,
-        description="Whether a mark on the participant's screen moves with the speed.",
+    pacer: Switch = setting(
+        True, "Whether a mark on the participant's screen moves with the speed."
     )
-    stroke_mm: Positive = Field(
-        default=40.0, description="Length of a stroke, after which the mark turns."
+    stroke_mm: Positive = setting(40.0, "Length of a stroke, after which the mark turns.")
+    feedback_s: Seconds = setting(
+        1.5,
+        "Duration of the text that tells the participant what to change after an exploration "
+        "outside the limits; 0: no text.",
     )
-    feedback_s: Seconds = Field(
-        default=1.5,
-        description="Duration of the text that tells the participant what to change after an "
-        "exploration outside the limits; 0: no text.",
+    reject: Switch = setting(
+        True,
+        "Whether a trial outside the limits is rejected; otherwise a column states the outcome.",
     )
-    reject: Switch = Field(
-        default=True,
-        description=(
-            "Whether a trial outside the limits is rejected; otherwise a column states the outcome."
-        ),
-    )
-    repeat: Count = Field(
-        default=2,
-        description="Maximum number of times that a rejected trial is repeated.",
-        json_schema_extra={"unit": "repetitions"},
+    repeat: Count = setting(
+        2, "Maximum number of times that a rejected trial is repeated.", unit="repetitions"
     )
 
     def faults(self, plate: PlateSettings) -> Iterator[Fault]:

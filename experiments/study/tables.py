@@ -11,7 +11,7 @@ from pydantic import Field, create_model, model_validator
 
 from slipscale.experiments.protocol_parts.base import Label, Positive, Seconds, Switch, Words
 from slipscale.faults import UserError
-from slipscale.faults.frozen_table import FrozenTable
+from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.faults.validation import Fault, refuse
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.parameters import Parameter, declared
@@ -26,17 +26,11 @@ from slipscale.stimuli.waves import Waveform  # noqa: TC001 - pydantic evaluates
 class MaskingNoise(FrozenTable):
     """Pink noise in the headphones while the plate may be audible."""
 
-    level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = Field(
-        default=-20.0,
-        description="Level relative to full scale.",
-        json_schema_extra={"unit": "dB re full scale"},
+    level_db: Annotated[float, Field(strict=True, le=0, ge=-100)] = setting(
+        -20.0, "Level relative to full scale.", unit="dB re full scale"
     )
-    fade_s: Seconds = Field(
-        default=0.5, description=("Duration of the fade-in and of the fade-out.")
-    )
-    required: Switch = Field(
-        default=False, description=("Whether a session requires an audio device.")
-    )
+    fade_s: Seconds = setting(0.5, "Duration of the fade-in and of the fade-out.")
+    required: Switch = setting(False, "Whether a session requires an audio device.")
 
 
 Kind = Literal["grating", "transient", "map"]
@@ -46,90 +40,75 @@ Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 class Cost(FrozenTable):
     """The costs of the study, for ``slipscale study show --timeline``."""
 
-    currency: Words = Field(default="EUR", description="Name of the currency, as printed.")
-    per_person: Amount = Field(
-        default=0.0,
-        description="Payment per participant.",
-        json_schema_extra={"unit": "currency"},
+    currency: Words = setting("EUR", "Name of the currency, as printed.")
+    per_person: Amount = setting(0.0, "Payment per participant.", unit="currency")
+    per_rig_hour: Amount = setting(
+        0.0, "Cost of an hour at the rig, including the experimenter.", unit="currency per hour"
     )
-    per_rig_hour: Amount = Field(
-        default=0.0,
-        description="Cost of an hour at the rig, including the experimenter.",
-        json_schema_extra={"unit": "currency per hour"},
-    )
-    setup_minutes: Amount = Field(
-        default=0.0,
-        description=(
-            "Time at the rig before and after each run, for welcoming, cleaning and payment."
-        ),
-        json_schema_extra={"unit": "minutes per run"},
+    setup_minutes: Amount = setting(
+        0.0,
+        "Time at the rig before and after each run, for welcoming, cleaning and payment.",
+        unit="minutes per run",
     )
 
 
 class Simulated(FrozenTable):
     """The growth of simulated people's sensations with the levels that the study assumes."""
 
-    weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
-        default=None,
-        description="Smallest change, as a proportion of the level, that is detected in 75 % of "
-        "forced choices; the sensation grows with the logarithm of the level.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
+        None,
+        "Smallest change, as a proportion of the level, that is detected in 75 % of forced "
+        "choices; the sensation grows with the logarithm of the level.",
+        unit="share, 0 to 1",
     )
-    exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = Field(
-        default=1.0,
-        description=(
-            "Exponent of the sensation without weber, applied to the level as a fraction of the "
-            "range."
-        ),
-        json_schema_extra={"unit": "none"},
+    exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = setting(
+        1.0,
+        "Exponent of the sensation without weber, applied to the level as a fraction of the range.",
+        unit="none",
     )
 
 
 class PlateSettings(FrozenTable):
     """The plate that a study uses, and limits that differ from the defaults."""
 
-    file: str = Field(
-        default="",
-        description="Plate file, or plate name in the plates folder; sessions with participants, "
-        "and their checks, are refused on any other plate.",
+    file: str = setting(
+        "",
+        "Plate file, or plate name in the plates folder; sessions with participants, and their "
+        "checks, are refused on any other plate.",
     )
-    level: Positive = Field(
-        default=PlateLimits().level,
-        description="Largest amplitude that may be presented; a larger one in the study is an "
-        "error, and is never sent to the plate.",
+    level: Positive = setting(
+        PlateLimits().level,
+        "Largest amplitude that may be presented; a larger one in the study is an error, and is "
+        "never sent to the plate.",
     )
-    tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = Field(
-        default=None,
-        description="Largest accepted difference between measured and commanded amplitude, as a "
-        "fraction of the commanded one; default: the plate's own limit. A value "
-        "narrower than the plate's applies; a wider one is ignored.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
+        None,
+        "Largest accepted difference between measured and commanded amplitude, as a fraction of "
+        "the commanded one; default: the plate's own limit. A value narrower than the plate's "
+        "applies; a wider one is ignored.",
+        unit="share, 0 to 1",
     )
-    tolerance_level: Positive | None = Field(
-        default=None,
-        description="The same tolerance as an amplitude; the larger of the two applies. In a "
-        "threshold study, the plate's tolerance must be smaller than the study's "
-        "finest difference.",
+    tolerance_level: Positive | None = setting(
+        None,
+        "The same tolerance as an amplitude; the larger of the two applies. In a threshold study, "
+        "the plate's tolerance must be smaller than the study's finest difference.",
     )
-    track_resonance: str = Field(
-        default="",
-        description="SPEC of a vibrometer, vibrometer:PORT, used to measure the plate's resonance "
-        "at three frequencies before a trial if a generator or sound card drives the plate; "
-        "default: the calibrated frequency. A driver board tracks its resonance automatically.",
+    track_resonance: str = setting(
+        "",
+        "SPEC of a vibrometer, vibrometer:PORT, used to measure the plate's resonance at three "
+        "frequencies before a trial if a generator or sound card drives the plate; default: the "
+        "calibrated frequency. A driver board tracks its resonance automatically.",
     )
-    track_every_s: Positive = Field(
-        default=120.0, description="Shortest time between two such measurements."
+    track_every_s: Positive = setting(120.0, "Shortest time between two such measurements.")
+    position: str = setting(
+        "",
+        "SPEC of the finger-position sensor, such as lasers:/dev/ttyUSB1; default: the position is "
+        "not measured. Pilots simulate it; `--position` overrides it.",
     )
-    position: str = Field(
-        default="",
-        description="SPEC of the finger-position sensor, such as lasers:/dev/ttyUSB1; default: "
-        "the position is not measured. Pilots simulate it; `--position` overrides it.",
-    )
-    force: str = Field(
-        default="",
-        description="SPEC of the sensor for normal and lateral force, such as "
-        "load_cells:/dev/ttyUSB2; default: forces are not measured. Pilots simulate "
-        "them; `--force` overrides it.",
+    force: str = setting(
+        "",
+        "SPEC of the sensor for normal and lateral force, such as load_cells:/dev/ttyUSB2; "
+        "default: forces are not measured. Pilots simulate them; `--force` overrides it.",
     )
 
 
@@ -155,8 +134,8 @@ class StatedWords(FrozenTable):
         description=("Adjective, as in “How slippery is it?”; in the feminine form.")
     )
     noun: Words = Field(description="As in “slipperiness”.")
-    masculine: str = Field(default="", description="The adjective's masculine form.")
-    plural: str = Field(default="", description="The adjective's plural.")
+    masculine: str = setting("", "The adjective's masculine form.")
+    plural: str = setting("", "The adjective's plural.")
 
 
 def _field(parameter: Parameter) -> object:
@@ -184,30 +163,22 @@ else:
 class StimulusTable(_Parameters):
     """The fixed parameters in a study that varies one."""
 
-    kind: Kind = Field(
-        default="grating",
-        description="grating: a wave along the stroke or in time; transient: one change, at a "
-        "position, a force or a time after contact; map: the greys of an image.",
+    kind: Kind = setting(
+        "grating",
+        "grating: a wave along the stroke or in time; transient: one change, at a position, a "
+        "force or a time after contact; map: the greys of an image.",
     )
-    waveform: Waveform | None = Field(
-        default=None, description="Shape of a grating over one period; default: sine."
-    )
-    shape: Shape | None = Field(
-        default=None, description="Course of a transient's transition; default: cosine."
-    )
+    waveform: Waveform | None = setting(None, "Shape of a grating over one period; default: sine.")
+    shape: Shape | None = setting(None, "Course of a transient's transition; default: cosine.")
 
-    image: str | None = Field(
-        default=None,
-        description="Greyscale PNG file in the study file's folder, for a map: one row of pixels "
-        "along the stroke, or several.",
+    image: str | None = setting(
+        None,
+        "Greyscale PNG file in the study file's folder, for a map: one row of pixels along the "
+        "stroke, or several.",
     )
-    pixels: str | None = Field(
-        default=None, description="Content of the image; inserted when the study is read."
-    )
-    columns: int | None = Field(
-        default=None,
-        description="Pixels per row of the image; inserted when the study is read.",
-        json_schema_extra={"unit": "pixels"},
+    pixels: str | None = setting(None, "Content of the image; inserted when the study is read.")
+    columns: int | None = setting(
+        None, "Pixels per row of the image; inserted when the study is read.", unit="pixels"
     )
 
     @property

@@ -13,6 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, Field
 
+from slipscale.faults.frozen_table import setting
+
 Share = Annotated[float, Field(ge=0, le=1)]
 # A moist contact reaches its final friction after about this time (Dzidek et al. 2017, PLoS ONE 12,
 # e0188000: occlusion moistens the skin within about 20 s).
@@ -27,89 +29,85 @@ class Habits(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    rounding: Share = Field(
-        default=0.0,
-        description="Proportion of estimates that are rounded to a twentieth of the scale. Honda "
-        "2022, Sci. Rep. 12: multiples of 5 and 10 prevail. Visible in the proportion "
-        "of round estimates.",
-        json_schema_extra={"realistic": 0.7},
+    rounding: Share = setting(
+        0.0,
+        "Proportion of estimates that are rounded to a twentieth of the scale. Honda 2022, Sci. "
+        "Rep. 12: multiples of 5 and 10 prevail. Visible in the proportion of round estimates.",
+        realistic=0.7,
     )
-    carry_over: Annotated[float, Field(ge=-2, le=2)] = Field(
-        default=0.0,
-        description="Change of the log estimate per µm (peak to peak) of the previous "
-        "surface: above 0 is assimilation. Jesteadt, Luce and Green 1977, J. Exp. "
-        "Psychol. HPP 3, 92-104, for its existence; its size is our assumption. "
-        "Visible in order: log_slope_per_um_pp_before.",
-        json_schema_extra={"realistic": 0.03, "unit": "1/µm"},
+    carry_over: Annotated[float, Field(ge=-2, le=2)] = setting(
+        0.0,
+        "Change of the log estimate per µm (peak to peak) of the previous surface: above 0 is "
+        "assimilation. Jesteadt, Luce and Green 1977, J. Exp. Psychol. HPP 3, 92-104, for its "
+        "existence; its size is our assumption. Visible in order: log_slope_per_um_pp_before.",
+        realistic=0.03,
+        unit="1/µm",
     )
-    lapses: Share = Field(
-        default=0.0,
-        description="Proportion of questions that are answered at random. Wichmann and Hill 2001, "
-        "Percept. Psychophys. 63, 1293-1313: 0 to 5 %. Visible in false alarms in "
-        "catch steps.",
-        json_schema_extra={"realistic": 0.02},
+    lapses: Share = setting(
+        0.0,
+        "Proportion of questions that are answered at random. Wichmann and Hill 2001, Percept. "
+        "Psychophys. 63, 1293-1313: 0 to 5 %. Visible in false alarms in catch steps.",
+        realistic=0.02,
     )
-    regression: Share = Field(
-        default=0.0,
-        description="Fraction by which log estimates shrink towards the middle of earlier "
-        "sensations. Poulton 1979, Psychol. Bull. 86, 777-803. Visible in a "
-        "smaller exponent.",
-        json_schema_extra={"realistic": 0.1},
+    regression: Share = setting(
+        0.0,
+        "Fraction by which log estimates shrink towards the middle of earlier sensations. Poulton "
+        "1979, Psychol. Bull. 86, 777-803. Visible in a smaller exponent.",
+        realistic=0.1,
     )
-    range_effect: Share = Field(
-        default=0.0,
-        description="Degree to which people fill their scale regardless of the range: 1 gives "
-        "every range the same spread of log estimates. Teghtsoonian 1971, Percept. "
-        "Psychophys. 10, 147-155: exponents decrease with the range. Visible as a "
-        "larger exponent for a smaller range.",
-        json_schema_extra={"realistic": 0.1},
+    range_effect: Share = setting(
+        0.0,
+        "Degree to which people fill their scale regardless of the range: 1 gives every range the "
+        "same spread of log estimates. Teghtsoonian 1971, Percept. Psychophys. 10, 147-155: "
+        "exponents decrease with the range. Visible as a larger exponent for a smaller range.",
+        realistic=0.1,
     )
-    learning: Share = Field(
-        default=0.0,
-        description="Exponent with which trial-to-trial noise decreases with trial number. Our "
-        "assumption. Visible in the residuals of the first and second halves.",
-        json_schema_extra={"realistic": 0.1},
+    learning: Share = setting(
+        0.0,
+        "Exponent with which trial-to-trial noise decreases with trial number. Our assumption. "
+        "Visible in the residuals of the first and second halves.",
+        realistic=0.1,
     )
-    fatigue: Annotated[float, Field(ge=0, le=0.1)] = Field(
-        default=0.0,
-        description="Decrease of the log estimate per trial. Our assumption. Visible in order: "
+    fatigue: Annotated[float, Field(ge=0, le=0.1)] = setting(
+        0.0,
+        "Decrease of the log estimate per trial. Our assumption. Visible in order: "
         "log_slope_per_trial.",
-        json_schema_extra={"realistic": 0.002, "unit": "1/trial"},
+        realistic=0.002,
+        unit="1/trial",
     )
-    settling: Share = Field(
-        default=0.0,
-        description="Fraction of the sensation that is missing at first touch and appears "
-        "with 20 s of contact; a rest resets it. Dzidek 2017, PLoS ONE 12, "
-        "e0188000, for the time; the size is our assumption. Visible in order: "
-        "log_slope_per_trial, above 0.",
-        json_schema_extra={"realistic": 0.1},
+    settling: Share = setting(
+        0.0,
+        "Fraction of the sensation that is missing at first touch and appears with 20 s of "
+        "contact; a rest resets it. Dzidek 2017, PLoS ONE 12, e0188000, for the time; the size is "
+        "our assumption. Visible in order: log_slope_per_trial, above 0.",
+        realistic=0.1,
     )
-    interval_bias: Annotated[float, Field(ge=-3, le=3)] = Field(
-        default=0.0,
-        description="Bias towards the last interval of a comparison, in units of the noise of a "
-        "difference. García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, 96, "
-        "for its existence; its size is our assumption. Visible in the proportion of "
-        "answers for the last interval.",
-        json_schema_extra={"realistic": 0.2, "unit": "d'"},
+    interval_bias: Annotated[float, Field(ge=-3, le=3)] = setting(
+        0.0,
+        "Bias towards the last interval of a comparison, in units of the noise of a difference. "
+        "García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, 96, for its existence; its size "
+        "is our assumption. Visible in the proportion of answers for the last interval.",
+        realistic=0.2,
+        unit="d'",
     )
-    anchoring: Share = Field(
-        default=0.0,
-        description="Fraction of the distance by which a mark on a line stays near its start. "
-        "Tversky and Kahneman 1974, Science 185, 1124-1131, for its existence; "
-        "its size is our assumption. Visible in ratings: start_effect.",
-        json_schema_extra={"realistic": 0.05},
+    anchoring: Share = setting(
+        0.0,
+        "Fraction of the distance by which a mark on a line stays near its start. Tversky and "
+        "Kahneman 1974, Science 185, 1124-1131, for its existence; its size is our assumption. "
+        "Visible in ratings: start_effect.",
+        realistic=0.05,
     )
-    misread: Share = Field(
-        default=0.0,
-        description="Proportion of people who rate how sticky a surface is instead of how "
-        "slippery. Our assumption. Visible in the quality flag non_monotone.",
-        json_schema_extra={"realistic": 0.02},
+    misread: Share = setting(
+        0.0,
+        "Proportion of people who rate how sticky a surface is instead of how slippery. Our "
+        "assumption. Visible in the quality flag non_monotone.",
+        realistic=0.02,
     )
-    dropout: Share = Field(
-        default=0.0,
-        description="Proportion of people who stop before the end, equally likely at any trial. "
-        "Our assumption. Visible in incomplete runs.",
-        json_schema_extra={"realistic": 0.03},
+    dropout: Share = setting(
+        0.0,
+        "Proportion of people who stop before the end, equally likely at any trial. Our "
+        "assumption. Visible in incomplete runs.",
+        realistic=0.03,
     )
 
 

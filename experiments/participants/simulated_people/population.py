@@ -42,6 +42,7 @@ from slipscale.experiments.participants.simulated_people.own_behaviour import (
     load_behaviour,
 )
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.validation import in_words
 
@@ -74,7 +75,7 @@ class Population(BaseModel):
         frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
     )
 
-    name: str = Field(default="biet2007", description="Name of the population in reports.")
+    name: str = setting("biet2007", "Name of the population in reports.")
     levels: tuple[NotNegative, ...] = Field(
         default=AMPLITUDE_UM_PP,
         alias=IN_UM,
@@ -83,33 +84,29 @@ class Population(BaseModel):
         "follows a monotone cubic, outside them it is constant. Biet 2007, Table "
         "III; between: our assumption.",
     )
-    unit: str = Field(default="", description=("Quantity of the levels; default: µm peak to peak."))
-    mean_sensation: tuple[Percent, ...] = Field(
-        default=MEAN_SENSATION,
-        description="Mean sensation at each amplitude, 0 to 100. Biet 2007, Table III.",
+    unit: str = setting("", "Quantity of the levels; default: µm peak to peak.")
+    mean_sensation: tuple[Percent, ...] = setting(
+        MEAN_SENSATION, "Mean sensation at each amplitude, 0 to 100. Biet 2007, Table III."
     )
-    sd_sensation: tuple[AboveZero, ...] = Field(
-        default=SD_SENSATION,
-        description=(
-            "Standard deviation at each amplitude. Biet 2007, Table III (interpreted as the "
-            "sample standard deviation)."
-        ),
+    sd_sensation: tuple[AboveZero, ...] = setting(
+        SD_SENSATION,
+        "Standard deviation at each amplitude. Biet 2007, Table III (interpreted as the sample "
+        "standard deviation).",
     )
-    shared: Share = Field(
-        default=0.55,
-        description="Proportion of the variance at the lowest and highest amplitudes that is due "
-        "to the person's intercept; the rest, apart from trial-to-trial variance, is "
-        "due to the exponent. Our assumption: the published table does not give the "
-        "pairing; sensations at the two ends then correlate by 0.29.",
+    shared: Share = setting(
+        0.55,
+        "Proportion of the variance at the lowest and highest amplitudes that is due to the "
+        "person's intercept; the rest, apart from trial-to-trial variance, is due to the exponent. "
+        "Our assumption: the published table does not give the pairing; sensations at the two ends "
+        "then correlate by 0.29.",
     )
-    trial_to_trial: Share = Field(
-        default=0.15,
-        description="Proportion of the variance that is due to individual trials. Our assumption.",
+    trial_to_trial: Share = setting(
+        0.15, "Proportion of the variance that is due to individual trials. Our assumption."
     )
-    noise_sigma: NotNegative = Field(
-        default=0.25,
-        description="Between-person differences in trial-to-trial noise: standard deviation of "
-        "its logarithm. Our assumption.",
+    noise_sigma: NotNegative = setting(
+        0.25,
+        "Between-person differences in trial-to-trial noise: standard deviation of its logarithm. "
+        "Our assumption.",
     )
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
@@ -118,87 +115,74 @@ class Population(BaseModel):
         "free-modulus scales are round numbers over decades; the smallest step is 1 "
         "in 100 of it.",
     )
-    line_shift_sd: NotNegative = Field(
-        default=0.3,
-        description="Between-person differences in the use of a rating line: spread of the logit "
-        "at which people place the middle. Our assumption.",
+    line_shift_sd: NotNegative = setting(
+        0.3,
+        "Between-person differences in the use of a rating line: spread of the logit at which "
+        "people place the middle. Our assumption.",
     )
-    line_stretch_sigma: NotNegative = Field(
-        default=0.2,
-        description="Between-person differences in how much of the line is used: standard "
-        "deviation of the log factor on the logit. Our assumption.",
+    line_stretch_sigma: NotNegative = setting(
+        0.2,
+        "Between-person differences in how much of the line is used: standard deviation of the log "
+        "factor on the logit. Our assumption.",
     )
-    criterion: NotNegative = Field(
-        default=1.6,
-        description="Noise of a difference: a change by x is noticed with d' = x / noise. Our "
+    criterion: NotNegative = setting(
+        1.6,
+        "Noise of a difference: a change by x is noticed with d' = x / noise. Our "
         "assumption, so that nearly everyone feels the paper's steps (\"all of "
         'the subjects feel clearly the difference").',
     )
-    criterion_sd: NotNegative = Field(
-        default=0.3, description="Spread of criteria across people. Our assumption."
+    criterion_sd: NotNegative = setting(0.3, "Spread of criteria across people. Our assumption.")
+    noise: AboveZero = setting(
+        2.2, "Change in sensation that gives d' = 1, for the median person. Our assumption."
     )
-    noise: AboveZero = Field(
-        default=2.2,
-        description=(
-            "Change in sensation that gives d' = 1, for the median person. Our assumption."
-        ),
+    threshold_sigma: NotNegative = setting(
+        0.25,
+        "Between-person differences in thresholds: standard deviation of the log noise. Our "
+        "assumption.",
     )
-    threshold_sigma: NotNegative = Field(
-        default=0.25,
-        description="Between-person differences in thresholds: standard deviation of the log "
-        "noise. Our assumption.",
+    exploration_s: AboveZero = setting(3.0, "Median. Our assumption.")
+    exploration_sigma: NotNegative = setting(
+        0.3, "Standard deviation of the logarithm, between trials. Our assumption."
     )
-    exploration_s: AboveZero = Field(default=3.0, description="Median. Our assumption.")
-    exploration_sigma: NotNegative = Field(
-        default=0.3,
-        description="Standard deviation of the logarithm, between trials. Our assumption.",
+    answer_s: AboveZero = setting(2.0, "Median. Our assumption.")
+    answer_sigma: NotNegative = setting(
+        0.4, "Standard deviation of the logarithm, between trials. Our assumption."
     )
-    answer_s: AboveZero = Field(default=2.0, description="Median. Our assumption.")
-    answer_sigma: NotNegative = Field(
-        default=0.4,
-        description="Standard deviation of the logarithm, between trials. Our assumption.",
+    pace_sigma: NotNegative = setting(
+        0.25,
+        "Between-person differences in the pace of exploring and answering: standard deviation of "
+        "its logarithm. Our assumption.",
     )
-    pace_sigma: NotNegative = Field(
-        default=0.25,
-        description="Between-person differences in the pace of exploring and answering: standard "
-        "deviation of its logarithm. Our assumption.",
+    reading_words_per_minute: AboveZero = setting(
+        238.0,
+        "Silent reading speed. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 studies.",
     )
-    reading_words_per_minute: AboveZero = Field(
-        default=238.0,
-        description="Silent reading speed. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 "
-        "studies.",
+    reading_sigma: NotNegative = setting(
+        0.14,
+        "Standard deviation of the logarithm, between people. Brysbaert 2019: most adults read 175 "
+        "to 300 words per minute.",
     )
-    reading_sigma: NotNegative = Field(
-        default=0.14,
-        description="Standard deviation of the logarithm, between people. Brysbaert 2019: "
-        "most adults read 175 to 300 words per minute.",
+    screen_s: NotNegative = setting(1.0, "Time per screen in addition to reading. Our assumption.")
+    habits: Habits = setting(Habits(), "Habits in addition to the answers; all off by default.")
+    effects: tuple[tuple[str, str, AboveZero], ...] = setting(
+        (),
+        "Factor by which sensation is multiplied in a condition, by name and level of a study "
+        "factor; default: 1. Taken from the study's `simulated`, with its sources.",
     )
-    screen_s: NotNegative = Field(
-        default=1.0, description="Time per screen in addition to reading. Our assumption."
+    growths: tuple[tuple[str, str, AboveZero], ...] = setting(
+        (),
+        "Factor by which the exponent of sensation is multiplied in a condition; default: 1. Taken "
+        "from the study's `simulated_growth`.",
     )
-    habits: Habits = Field(
-        default=Habits(), description="Habits in addition to the answers; all off by default."
+    effect_sds: tuple[tuple[str, NotNegative], ...] = setting(
+        (),
+        "Between-person differences in a factor's effects: standard deviation of their logarithm, "
+        "by name of the factor. Taken from the study's `simulated_sd`.",
     )
-    effects: tuple[tuple[str, str, AboveZero], ...] = Field(
-        default=(),
-        description="Factor by which sensation is multiplied in a condition, by name and level of "
-        "a study factor; default: 1. Taken from the study's `simulated`, with its "
-        "sources.",
-    )
-    growths: tuple[tuple[str, str, AboveZero], ...] = Field(
-        default=(),
-        description="Factor by which the exponent of sensation is multiplied in a condition; "
-        "default: 1. Taken from the study's `simulated_growth`.",
-    )
-    effect_sds: tuple[tuple[str, NotNegative], ...] = Field(
-        default=(),
-        description="Between-person differences in a factor's effects: standard deviation of their "
-        "logarithm, by name of the factor. Taken from the study's `simulated_sd`.",
-    )
-    behaviour: str = Field(
-        default="",
-        description="Name of a behaviour from a package (an entry point of "
-        "slipscale.participants); default: Slipscale's own simulated people.",
+    behaviour: str = setting(
+        "",
+        "Name of a behaviour from a package (an entry point of slipscale.participants); default: "
+        "Slipscale's own simulated people.",
     )
 
     @model_serializer(mode="wrap")

@@ -25,8 +25,9 @@ class Stopping:
     reversals : int or None
         Number of direction changes that ends the track.
     threshold_sd_log10 : float or None
-        Posterior standard deviation of the threshold, in decades. least_trials : int Reversals and
-        certainty are ignored before this number of answers.
+        Posterior standard deviation of the threshold, in decades.
+    least_trials : int
+        Reversals and certainty are ignored before this number of answers.
 
     Raises
     ------

@@ -18,6 +18,7 @@ from slipscale.experiments.protocol_parts.base import AtLeastOne, Positive, Swit
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.adaptive.track import Track
@@ -31,101 +32,83 @@ TrialCap = Annotated[int, Field(strict=True, ge=1, le=MOST_TRIALS)]
 class AdaptiveOptions(RestedOptions):
     """Options for an adaptive rule and its levels; they apply to each track."""
 
-    rule: Rule = Field(
-        default="staircase",
-        description="Rule that chooses the next level. staircase: one step down after down_after "
-        "correct answers in a row, one step up after a wrong answer, with "
-        "García-Pérez's step-size ratios; weighted: one step after every answer, with "
-        "step sizes whose ratio converges on target; quest_plus: the level with the "
-        "most informative answer.",
+    rule: Rule = setting(
+        "staircase",
+        "Rule that chooses the next level. staircase: one step down after down_after correct "
+        "answers in a row, one step up after a wrong answer, with García-Pérez's step-size ratios; "
+        "weighted: one step after every answer, with step sizes whose ratio converges on target; "
+        "quest_plus: the level with the most informative answer.",
     )
-    start_level: Positive = Field(
-        default=0.5, description="Level of a track's first trial; quest_plus chooses its own."
+    start_level: Positive = setting(
+        0.5, "Level of a track's first trial; quest_plus chooses its own."
     )
-    lowest_level: Positive = Field(default=0.05, description="Lowest level.")
-    highest_level: Positive = Field(default=1.0, description="Highest level.")
-    down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = Field(
-        default=2,
-        description="Number of correct answers in a row before a step down, in a staircase.",
-        json_schema_extra={"unit": "answers"},
+    lowest_level: Positive = setting(0.05, "Lowest level.")
+    highest_level: Positive = setting(1.0, "Highest level.")
+    down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = setting(
+        2, "Number of correct answers in a row before a step down, in a staircase.", unit="answers"
     )
-    target: Annotated[float, Field(strict=True, gt=0, lt=1)] = Field(
-        default=0.75,
-        description="Proportion of correct answers on which a weighted rule converges.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    target: Annotated[float, Field(strict=True, gt=0, lt=1)] = setting(
+        0.75,
+        "Proportion of correct answers on which a weighted rule converges.",
+        unit="share, 0 to 1",
     )
-    steps_up: Some = Field(
-        default=(0.2, 0.1),
-        description="Upward step sizes: until the first reversal, until the second, and so on; "
-        "the last size is kept.",
-        json_schema_extra={"unit": "decades; µm peak to peak on the linear scale"},
+    steps_up: Some = setting(
+        (0.2, 0.1),
+        "Upward step sizes: until the first reversal, until the second, and so on; the last size "
+        "is kept.",
+        unit="decades; µm peak to peak on the linear scale",
     )
-    down_to_up: Positive | None = Field(
-        default=None,
-        description="Size of a step down relative to the step up, in a staircase; 1: equal steps, "
-        "as in Levitt (1971). Default: García-Pérez's ratio for down_after.",
-        json_schema_extra={"unit": "none"},
+    down_to_up: Positive | None = setting(
+        None,
+        "Size of a step down relative to the step up, in a staircase; 1: equal steps, as in Levitt "
+        "(1971). Default: García-Pérez's ratio for down_after.",
+        unit="none",
     )
-    until_first_error: Switch = Field(
-        default=False,
-        description="Whether every correct answer leads to a step down until the first error, in "
-        "a staircase.",
+    until_first_error: Switch = setting(
+        False,
+        "Whether every correct answer leads to a step down until the first error, in a staircase.",
     )
-    scale: Scale = Field(
-        default="log10", description="Whether steps multiply the level (log10) or add to it."
+    scale: Scale = setting("log10", "Whether steps multiply the level (log10) or add to it.")
+    quest_levels: AtLeastOne = setting(
+        40,
+        "Number of levels that quest_plus chooses from and of thresholds that it considers, "
+        "log-spaced from the lowest to the highest.",
+        unit="levels",
     )
-    quest_levels: AtLeastOne = Field(
-        default=40,
-        description="Number of levels that quest_plus chooses from and of thresholds that it "
-        "considers, log-spaced from the lowest to the highest.",
-        json_schema_extra={"unit": "levels"},
-    )
-    quest_slopes: Some = Field(
-        default=(1.0, 1.5, 2.0, 3.0, 5.0),
-        description="Slopes of the Weibull function that quest_plus considers.",
-        json_schema_extra={"unit": "none"},
+    quest_slopes: Some = setting(
+        (1.0, 1.5, 2.0, 3.0, 5.0),
+        "Slopes of the Weibull function that quest_plus considers.",
+        unit="none",
     )
     quest_lapses: Annotated[
         tuple[Annotated[float, Field(strict=True, gt=0, lt=0.5)], ...], Field(min_length=1)
-    ] = Field(
-        default=(0.01, 0.04),
-        description="Lapse rates that quest_plus considers.",
-        json_schema_extra={"unit": "share, 0 to 1"},
+    ] = setting((0.01, 0.04), "Lapse rates that quest_plus considers.", unit="share, 0 to 1")
+    tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = setting(
+        2, "Number of interleaved tracks, each with the same rule.", unit="tracks"
     )
-    tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = Field(
-        default=2,
-        description="Number of interleaved tracks, each with the same rule.",
-        json_schema_extra={"unit": "tracks"},
+    track_order: Order = setting(
+        "shuffled",
+        "Whether the tracks take turns (alternating), or follow a new order in each round "
+        "(shuffled).",
     )
-    track_order: Order = Field(
-        default="shuffled",
-        description=(
-            "Whether the tracks take turns (alternating), or follow a new order in each round "
-            "(shuffled)."
-        ),
+    most_trials: TrialCap = setting(
+        40, "Maximum number of answers per track.", unit="trials a track"
     )
-    most_trials: TrialCap = Field(
-        default=40,
-        description="Maximum number of answers per track.",
-        json_schema_extra={"unit": "trials a track"},
+    least_trials: TrialCap = setting(
+        1,
+        "Minimum number of answers before reversals or certainty can end a track.",
+        unit="trials a track",
     )
-    least_trials: TrialCap = Field(
-        default=1,
-        description="Minimum number of answers before reversals or certainty can end a track.",
-        json_schema_extra={"unit": "trials a track"},
+    reversals: AtLeastOne | None = setting(
+        None,
+        "Number of reversals after which a track ends; default: reversals do not end it.",
+        unit="reversals",
     )
-    reversals: AtLeastOne | None = Field(
-        default=None,
-        description=(
-            "Number of reversals after which a track ends; default: reversals do not end it."
-        ),
-        json_schema_extra={"unit": "reversals"},
-    )
-    threshold_sd_log10: Positive | None = Field(
-        default=None,
-        description="Posterior standard deviation of the threshold at which a quest_plus track "
-        "ends; default: certainty does not end it.",
-        json_schema_extra={"unit": "decades"},
+    threshold_sd_log10: Positive | None = setting(
+        None,
+        "Posterior standard deviation of the threshold at which a quest_plus track ends; default: "
+        "certainty does not end it.",
+        unit="decades",
     )
 
     def begin(self, guess: float, stream: Callable[[int], Stream]) -> Interleaved:

@@ -21,6 +21,7 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedSurfaces,
 )
 from slipscale.experiments.steps.steps import Present, Silence, Steps
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.trial import Trial
@@ -34,18 +35,17 @@ class StandardOptions(RatedOptions):
     standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
         description="Amplitude of the standard to which all surfaces are compared."
     )
-    standard_every_trials: AtLeastOne = Field(
-        default=1,
-        description="Number of trials after which the standard is presented again; 1: first in "
-        "each trial. If larger, the standard is also presented at the start of each "
-        "block and after each rest.",
-        json_schema_extra={"unit": "trials"},
+    standard_every_trials: AtLeastOne = setting(
+        1,
+        "Number of trials after which the standard is presented again; 1: first in each trial. If "
+        "larger, the standard is also presented at the start of each block and after each rest.",
+        unit="trials",
     )
-    catch_trials: Count = Field(
-        default=0,
-        description="Number of catch trials, in which the correct answer is the standard itself, "
-        "to check attention; not analysed with the other trials.",
-        json_schema_extra={"unit": "trials"},
+    catch_trials: Count = setting(
+        0,
+        "Number of catch trials, in which the correct answer is the standard itself, to check "
+        "attention; not analysed with the other trials.",
+        unit="trials",
     )
 
     @property

@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Generator, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.base import Column, Context, Count, Switch, TrialRecord
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import (
@@ -31,6 +29,7 @@ from slipscale.experiments.steps.steps import (
 )
 from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
@@ -45,22 +44,18 @@ PAIR = 2  # surfaces
 class ComparingOptions(RestedOptions):
     """Options for tasks that compare surfaces according to a plan."""
 
-    practice: Count = Field(
-        default=3,
-        description="Number of practice trials before the main trials, with easily distinguished "
-        "surfaces; recorded but not analysed.",
-        json_schema_extra={"unit": "trials"},
+    practice: Count = setting(
+        3,
+        "Number of practice trials before the main trials, with easily distinguished surfaces; "
+        "recorded but not analysed.",
+        unit="trials",
     )
-    catch_trials: Count = Field(
-        default=0,
-        description=(
-            "Number of catch trials, with easily distinguished surfaces, to check attention."
-        ),
-        json_schema_extra={"unit": "trials"},
+    catch_trials: Count = setting(
+        0,
+        "Number of catch trials, with easily distinguished surfaces, to check attention.",
+        unit="trials",
     )
-    repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated once."
-    )
+    repeat_timed_out: Switch = setting(True, "Whether a timed-out trial is repeated once.")
 
 
 class Shown(NamedTuple):

@@ -11,8 +11,6 @@ from collections.abc import Generator, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from pydantic import Field
-
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.adaptive.answered_tracks import AnsweredTracks
 from slipscale.experiments.protocol_parts.base import Column, Context, Count, Positive, TrialRecord
@@ -29,6 +27,7 @@ from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step, Steps
 from slipscale.experiments.steps.trial import Phase, Trial, Value
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
@@ -37,30 +36,24 @@ if TYPE_CHECKING:
 class ForcedChoiceOptions(AdaptiveOptions):
     """Options for a forced-choice task with adaptive levels."""
 
-    intervals: Literal[2, 3] = Field(
-        default=2,
-        description="Number of surfaces in a trial, one of which is the target.",
-        json_schema_extra={"unit": "intervals"},
+    intervals: Literal[2, 3] = setting(
+        2, "Number of surfaces in a trial, one of which is the target.", unit="intervals"
     )
-    practice: Count = Field(
-        default=3,
-        description=(
-            "Number of practice trials at the highest level, before the main trials; recorded but "
-            "not analysed."
-        ),
-        json_schema_extra={"unit": "trials"},
+    practice: Count = setting(
+        3,
+        "Number of practice trials at the highest level, before the main trials; recorded but not "
+        "analysed.",
+        unit="trials",
     )
-    catch_trials: Count = Field(
-        default=4,
-        description="Number of catch trials at the highest level, to check attention; the tracks "
-        "ignore them.",
-        json_schema_extra={"unit": "trials"},
+    catch_trials: Count = setting(
+        4,
+        "Number of catch trials at the highest level, to check attention; the tracks ignore them.",
+        unit="trials",
     )
-    feedback: Literal["none", "practice", "always"] = Field(
-        default="practice",
-        description="When the participant learns whether the answer was correct.",
+    feedback: Literal["none", "practice", "always"] = setting(
+        "practice", "When the participant learns whether the answer was correct."
     )
-    feedback_s: Positive = Field(default=0.8, description="Duration of the feedback.")
+    feedback_s: Positive = setting(0.8, "Duration of the feedback.")
 
     @property
     def guess(self) -> float:

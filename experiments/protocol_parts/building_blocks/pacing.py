@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from pydantic import Field, ValidationInfo, field_validator
+from pydantic import ValidationInfo, field_validator
 
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Options, Positive, Seconds
 from slipscale.experiments.steps.steps import Explore, Rest
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.trial import Trial
@@ -16,20 +17,18 @@ if TYPE_CHECKING:
 class PacedOptions(Options):
     """Options for all protocols in which participants explore and judge surfaces."""
 
-    exploration_minimum_s: Seconds = Field(
-        default=0.0, description="Shortest time for stroking a surface before the question."
+    exploration_minimum_s: Seconds = setting(
+        0.0, "Shortest time for stroking a surface before the question."
     )
-    exploration_maximum_s: Positive | None = Field(
-        default=None,
-        description="Longest time for stroking a surface, after which the question appears "
-        "automatically; default: the participant decides.",
+    exploration_maximum_s: Positive | None = setting(
+        None,
+        "Longest time for stroking a surface, after which the question appears automatically; "
+        "default: the participant decides.",
     )
-    response_time_limit_s: Positive | None = Field(
-        default=None,
-        description="Time after which the trial's main question counts as timed out; default: "
-        "no limit.",
+    response_time_limit_s: Positive | None = setting(
+        None, "Time after which the trial's main question counts as timed out; default: no limit."
     )
-    rest_minimum_s: Seconds = Field(default=0.0, description="Shortest rest between blocks.")
+    rest_minimum_s: Seconds = setting(0.0, "Shortest rest between blocks.")
 
     @field_validator("exploration_maximum_s")
     @classmethod
@@ -58,8 +57,4 @@ class PacedOptions(Options):
 class RestedOptions(PacedOptions):
     """Options for a task with a rest after every fixed number of trials."""
 
-    rest_every_trials: AtLeastOne = Field(
-        default=25,
-        description="Number of trials between rests.",
-        json_schema_extra={"unit": "trials"},
-    )
+    rest_every_trials: AtLeastOne = setting(25, "Number of trials between rests.", unit="trials")

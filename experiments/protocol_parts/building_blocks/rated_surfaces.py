@@ -11,8 +11,6 @@ from collections.abc import Generator, Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
-from pydantic import Field
-
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
@@ -33,6 +31,7 @@ from slipscale.experiments.steps.steps import (
     Steps,
 )
 from slipscale.experiments.steps.trial import Phase, Trial, Value
+from slipscale.faults.frozen_table import setting
 
 if TYPE_CHECKING:
     from slipscale.experiments.steps.questions import Question
@@ -42,37 +41,29 @@ if TYPE_CHECKING:
 class RatedOptions(PacedOptions):
     """Options for tasks in which surfaces are rated one by one."""
 
-    repetitions: AtLeastOne = Field(
-        default=1,
-        description="Number of ratings per surface.",
-        json_schema_extra={"unit": "ratings per surface"},
+    repetitions: AtLeastOne = setting(
+        1, "Number of ratings per surface.", unit="ratings per surface"
     )
-    practice: Count = Field(
-        default=1,
-        description=(
-            "Number of practice ratings per surface, before the main trials; recorded but not "
-            "analysed."
-        ),
-        json_schema_extra={"unit": "ratings per surface"},
+    practice: Count = setting(
+        1,
+        "Number of practice ratings per surface, before the main trials; recorded but not "
+        "analysed.",
+        unit="ratings per surface",
     )
-    randomisation: Rule = Field(
-        default="blocked",
-        description="Order of the surfaces. simple: all trials are shuffled together; blocked: "
-        "each repetition is shuffled separately; williams: rows of a Williams square, "
-        "which balances first-order carry-over.",
+    randomisation: Rule = setting(
+        "blocked",
+        "Order of the surfaces. simple: all trials are shuffled together; blocked: each repetition "
+        "is shuffled separately; williams: rows of a Williams square, which balances first-order "
+        "carry-over.",
     )
-    no_immediate_repeat: Switch = Field(
-        default=True,
-        description="Whether a surface is never presented twice in a row, including between the "
-        "last practice trial and the first main trial.",
+    no_immediate_repeat: Switch = setting(
+        True,
+        "Whether a surface is never presented twice in a row, including between the last practice "
+        "trial and the first main trial.",
     )
-    repeat_timed_out: Switch = Field(
-        default=True, description="Whether a timed-out trial is repeated once."
-    )
-    rest_every_trials: AtLeastOne | None = Field(
-        default=None,
-        description="Number of trials between rests; default: a rest after each block.",
-        json_schema_extra={"unit": "trials"},
+    repeat_timed_out: Switch = setting(True, "Whether a timed-out trial is repeated once.")
+    rest_every_trials: AtLeastOne | None = setting(
+        None, "Number of trials between rests; default: a rest after each block.", unit="trials"
     )
 
     @property
