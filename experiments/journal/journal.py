@@ -36,7 +36,7 @@ from typing import TYPE_CHECKING, Self
 from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.keeper import Keeper, Mark
 from slipscale.experiments.journal.reading import read_records
-from slipscale.experiments.journal.record import Record, chained, encode
+from slipscale.experiments.journal.record import Record, encode, sealed
 from slipscale.experiments.journal.serialisation import QUANTITY, in_um_names
 from slipscale.faults import UserError
 
@@ -176,10 +176,10 @@ class Journal:
         if QUANTITY not in header:
             data = in_um_names(data)
         record = Record(number=number, time_s=self.clock.now(), kind=kind, data=data)
-        record = chained(record, self.records[-1].hash if self.records else "")
+        record, line = sealed(record, self.records[-1].hash if self.records else "")
         before = self._mark()
         try:
-            self._put(encode(record))
+            self._put(line)
         except OSError as error:
             # A partial line would make all following lines unreadable.
             with suppress(OSError):

@@ -15,7 +15,7 @@ import hashlib
 import json
 import re
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 FORMAT = 2
@@ -41,7 +41,7 @@ class Record:
     data : dict
         All other entries of the line.
     hash : str
-        The running hash up to this record; empty until `chained` sets it.
+        The running hash up to this record; empty until `sealed` sets it.
     """
 
     number: int
@@ -51,22 +51,21 @@ class Record:
     hash: str = ""
 
 
-def chained(record: Record, before: str) -> Record:
-    """Return a record with its running hash, computed from the previous hash."""
-    return Record(
-        number=record.number,
-        time_s=record.time_s,
-        kind=record.kind,
-        data=record.data,
-        hash=_running_hash(before, _body(record)),
-    )
+def sealed(record: Record, before: str) -> tuple[Record, bytes]:
+    """Return a record with its running hash, computed from the previous hash, and its line."""
+    body = _body(record)
+    found = replace(record, hash=_running_hash(before, body))
+    return found, _line(body, found.hash)
 
 
 def encode(record: Record) -> bytes:
     """Return a record as a line, with its hash (if any) and its checksum."""
-    body = _body(record)
-    if record.hash:
-        body = f'{body[:-1]},"hash":"{record.hash}"}}'
+    return _line(_body(record), record.hash)
+
+
+def _line(body: str, running_hash: str) -> bytes:
+    if running_hash:
+        body = f'{body[:-1]},"hash":"{running_hash}"}}'
     return f'{body[:-1]},"crc":"{zlib.crc32(body.encode()):08x}"}}\n'.encode()
 
 
@@ -83,7 +82,7 @@ def decode(line: bytes) -> tuple[Record, str]:
         raise ValueError("the checksum does not match")
     body += "}"
     try:
-        fields = json.loads(body, parse_int=_whole)
+        fields = _DECODER.decode(body)
     except RecursionError:
         raise ValueError("too deeply nested") from None
     found = _HASH.search(body)
@@ -105,6 +104,11 @@ def _whole(digits: str) -> int:
     return int(digits)
 
 
+# Made once: a journal has thousands of short lines.
+_DECODER = json.JSONDecoder(parse_int=_whole)
+_ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+
+
 def follows(record: Record, covered: str, before: str) -> bool:
     """Return whether a record's hash matches its text and the previous hash."""
     return record.hash == _running_hash(before, covered)
@@ -112,7 +116,7 @@ def follows(record: Record, covered: str, before: str) -> bool:
 
 def _body(record: Record) -> str:
     fields = {"n": record.number, "t": record.time_s, "kind": record.kind, **record.data}
-    return json.dumps(fields, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    return _ENCODER.encode(fields)
 
 
 def _running_hash(before: str, body: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from dataclasses import fields
-from functools import cache
+from functools import cache, lru_cache
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
@@ -304,10 +304,11 @@ def _check_reply(data: dict[str, Any]) -> None:
 
 
 def _check_step(what: dict[str, Any]) -> None:
-    _fit(_Step, what)
-    if what["type"] not in STEPS:
+    kind = what.get("type")
+    if not isinstance(kind, str) or kind not in STEPS:
+        _fit(_Step, what)
         raise UserError(f"unknown step {what['type'][:40]!r}")
-    _fit(STEPS[what["type"]][0], what)
+    _fit(STEPS[kind][0], what)
     if what["trial"] is not None:
         _fit(Trial, what["trial"])
     if what["type"] == "Present":
@@ -332,12 +333,18 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
     """Raise an error unless data match a model, or a dataclass without additional fields."""
-    if not issubclass(shape, _Shape):
-        data = in_own_names(data)
-    if not issubclass(shape, _Shape) and (other := set(data) - {f.name for f in fields(shape)}):
-        raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
     # Validated as JSON: strict, except that lists are accepted for tuples.
-    _adapter(shape).validate_json(json.dumps(data), strict=True)
+    _fit_json(shape, json.dumps(data))
+
+
+@lru_cache(maxsize=4096)  # the same surfaces recur, and a run is read more than once
+def _fit_json(shape: Any, text: str) -> None:
+    if not issubclass(shape, _Shape):
+        data = in_own_names(json.loads(text))
+        if other := set(data) - {f.name for f in fields(shape)}:
+            raise UserError(f"{shape.__name__} has no {min(other)[:40]!r}")
+        text = json.dumps(data)
+    _adapter(shape).validate_json(text, strict=True)
 
 
 @cache

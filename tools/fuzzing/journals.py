@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.journal.record import Record, chained, decode, encode
+from slipscale.experiments.journal.record import Record, decode, sealed
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.faults import RigError, UserError
 from tools.fuzzing.changes import changed_file, characters
@@ -74,9 +74,9 @@ def _rewritten(lines: Sequence[bytes], records: Sequence[Record], random: Random
     made = list(lines[:first])
     before = records[first - 1].hash if first else ""
     for each in new[first:]:
-        whole = chained(each, before)
+        whole, line = sealed(each, before)
         before = whole.hash
-        made.append(encode(whole))
+        made.append(line)
     return b"".join(made)
 
 

@@ -10,7 +10,7 @@ from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
 from slipscale.experiments.dataset.verification import verify
-from slipscale.experiments.journal.record import Record, chained, decode, encode
+from slipscale.experiments.journal.record import Record, decode, encode, sealed
 from tools.fuzzing.recorded import record
 
 TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
@@ -267,8 +267,9 @@ def test_a_journal_forged_with_all_its_hashes_is_told_by_the_sidecar(dataset):
         record, _ = decode(line)
         if record.number > 60 and "value" in (record.data.get("answer") or {}):
             record.data["answer"]["value"] = 1.0
-        forged.append(encode(chained(record, before)))
-        before = chained(record, before).hash
+        made, sound = sealed(record, before)
+        forged.append(sound)
+        before = made.hash
     put(dataset, forged)
     assert "differ from the ones its tables were made from" in told(verify(dataset))[0]
 

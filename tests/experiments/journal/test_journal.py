@@ -18,7 +18,7 @@ from slipscale.experiments.journal import keeper
 from slipscale.experiments.journal.journal import Journal
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.reading import DAMAGED, has_begun, read_records, read_whole
-from slipscale.experiments.journal.record import Record, chained, decode, encode
+from slipscale.experiments.journal.record import Record, decode, encode, sealed
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 
@@ -144,7 +144,7 @@ def test_a_line_copied_or_moved_anywhere_costs_no_record(long_journal, data):
 def test_of_two_records_with_one_number_the_one_counts_that_its_neighbours_confirm(long_journal):
     """Another journal's line in place of ours, and ours elsewhere."""
     path, lines, whole = long_journal
-    foreign = encode(chained(Record(number=30, time_s=1.0, kind="note", data={}), "0" * 32))
+    _, foreign = sealed(Record(number=30, time_s=1.0, kind="note", data={}), "0" * 32)
     path.write_bytes(b"".join([*lines[:30], foreign, *lines[31:], lines[30]]))
     reading = read_whole(path)
     assert reading.records == whole

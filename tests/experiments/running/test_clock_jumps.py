@@ -9,7 +9,7 @@ import pytest
 from slipscale.experiments.dataset.measured import OF_THE_PLATE, SECOND_READBACK
 from slipscale.experiments.journal import header
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.experiments.journal.record import chained, decode, encode
+from slipscale.experiments.journal.record import decode, sealed
 from slipscale.experiments.participants.base import StopRequested
 from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
@@ -131,9 +131,9 @@ def test_a_run_whose_date_is_none_can_be_gone_on_with(session, date):
         record, _ = decode(line)
         if record.kind == "header":
             record.data["started_utc"] = date
-        made = chained(record, before)
+        made, sound = sealed(record, before)
         before = made.hash
-        lines.append(encode(made))
+        lines.append(sound)
     path.write_bytes(b"".join(lines))
     _, outcome = session("edited")
     assert outcome == "complete"
