@@ -255,7 +255,10 @@ class Reconstruction:
         from slipscale.analysis.reconstruction.data_sets.sampling import Sampler  # noqa: PLC0415
 
         if number < 1 or seed < 0:
-            raise UserError(f"sample: number {number}, seed {seed}; expected 1 or more, 0 or more")
+            raise UserError(
+                f"sample: number is {number}, expected 1 or more; seed is {seed}, "
+                "expected 0 or more"
+            )
         found = {}
         for place, solutions in enumerate(self._solutions):
             if solutions.not_drawn or not solutions.consistent:

@@ -81,8 +81,8 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     if data.others and not rows:
         return (
             f"contains only trials of {', '.join(data.others)}, which Slipscale's analysis "
-            "does not read; expected a package that analyses them (an entry point of the "
-            "group slipscale.analyses)"
+            "does not support; expected a package that analyses them (an entry point of the group "
+            "slipscale.analyses)"
         )
     return f"no answered trials; nothing to analyse{why}{first}"
 
@@ -127,7 +127,7 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
     if rule == "modulus_equalisation" and len(cells) >= FEWEST:
         without = (
             "Modulus equalisation removes differences in level between participants: t-based "
-            "intervals for means exclude them, and groups' levels cannot be compared."
+            "intervals for means ignore these differences, and groups' levels cannot be compared."
         )
         return [without]
     largest = cells.max(axis=1)
@@ -140,8 +140,8 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
         return []
     sentence = (
         f"Participants used scales up to {apart:.0f} times larger or smaller than the median "
-        f"participant's; '{rule}' preserves this, so the largest numbers dominate the means. "
-        "Compare --normalise modulus_equalisation."
+        f"participant's; '{rule}' preserves these differences, so the largest numbers dominate the "
+        "means. Compare --normalise modulus_equalisation."
     )
     return [sentence]
 

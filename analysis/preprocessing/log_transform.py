@@ -36,8 +36,8 @@ def _exclude(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0),
-        sentence=f"Estimates of zero: {count}. Analyses of log estimates exclude them and "
-        "describe only the larger estimates; rank-based tests use every estimate.",
+        sentence=f"Estimates of zero: {count}. Analyses of log estimates exclude them and describe "
+        "only estimates above zero; rank-based tests use every estimate.",
     )
 
 
@@ -45,7 +45,7 @@ def _refuse(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0),
-        sentence=f"Estimates of zero: {count}. The zero rule is 'refuse': so no results are "
+        sentence=f"Estimates of zero: {count}. The zero rule is 'refuse', so no results are "
         "computed on logarithms.",
         refused=True,
     )

@@ -136,15 +136,15 @@ RULES: dict[str, Rule] = {
         "mean at any {q.level} becomes 100",
         table3="possible: one factor for all; at 2.3 µm mean and maximum deviation add up to "
         "100.00, so one participant may have 100",
-        source="the paper's words, read literally",
+        source="a literal reading of the paper",
         needs="a positive estimate",
         unit="% of the largest participant mean",
     ),
     "participant_maximum": Rule(
         divisor=_participant_maximum,
         formula="each participant's largest mean at any {q.level} becomes 100",
-        table3="impossible: nobody was above 72 at 1.2 µm, so all would have 100 at 2.3 µm and "
-        "its mean would be 100, not 81.33",
+        table3="impossible: nobody was above 72 at 1.2 µm, so everyone would have 100 at 2.3 µm, "
+        "and the mean would be 100, not 81.33",
         source="common in haptics; forces the spread towards 0 at the top",
         unit="% of the participant's maximum",
     ),
@@ -179,7 +179,7 @@ RULES: dict[str, Rule] = {
         formula="each estimate divided by the number given to the standard, times 100",
         table3="not the paper's procedure: the paper mentions no standard",
         source="Stevens (1956), Am. J. Psychol. 69, 1-25; ASTM E1697, external modulus",
-        needs="the standard's given number above 0 in every trial (column modulus)",
+        needs="a number above 0 for the standard in every trial (column modulus)",
         unit="% of the standard",
     ),
 }

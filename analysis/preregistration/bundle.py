@@ -106,7 +106,7 @@ def read_bundle(path: Path) -> Bundle:
     files = _of_folder(path) if path.is_dir() else _of_zip(path)
     if MANIFEST not in files:
         raise UserError(
-            f"--plan {path}: not a bundle from slipscale study freeze: it has no {MANIFEST}"
+            f"--plan {path}: not a bundle from slipscale study freeze; {MANIFEST} is missing"
         )
     manifest = _manifest(path, files.pop(MANIFEST))
     listed = {file.path: file.sha256 for file in manifest.files}

@@ -107,7 +107,10 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
                 yield f"{path.name}: {key} is {_said(own, key)}; planned: {_said(planned, key)}."
     for digest in data.details.get("study_hash", ()):
         if digest not in known:
-            yield f"Some runs used a study file that is missing here (SHA-256 {digest[:12]}...)."
+            yield (
+                "Some runs used a study file that the data set does not contain (SHA-256 "
+                f"{digest[:12]}...)."
+            )
     for key, value in (("seed", str(plan.seed)), ("language", plan.language)):
         others = [other for other in data.details.get(key, ()) if other != value]
         if others:
@@ -211,7 +214,7 @@ def _of_rule(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 def _of_tests(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     done, results = with_results(analysis), results_of(analysis)
     for name in bundle.manifest.tests:
-        result = results.get(name, NotComputed("it is not installed here"))
+        result = results.get(name, NotComputed("the package that computes it is not installed"))
         if isinstance(result, NotComputed):
             yield f"{name} was planned but has no result: {result.reason}."
     for name in done:

@@ -94,8 +94,8 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     if wanted.notes:
         files[f"{NOTES}{wanted.notes.suffix}"] = (_notes(wanted.notes).encode(), "notes", "")
     stopping = wanted.stopping_rule or (
-        f"Data are collected from {study.participants} participants, whatever the results; nobody "
-        "looks at the results before then."
+        f"Data are collected from {study.participants} participants, whatever the results. Nobody "
+        "inspects the results before data collection ends."
     )
     plan = Manifest(
         frozen_utc=when.isoformat(timespec="seconds"),

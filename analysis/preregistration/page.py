@@ -156,7 +156,7 @@ def _remarks(power: dict[str, Any], participants: int) -> list[str]:
         each for each in power.get("conditions", []) if each.get("participants") == participants
     ]
     if not planned:
-        return [f"No condition has the planned {participants} participants."]
+        return [f"The power was not computed for the planned {participants} participants."]
     weakest = max(each["weakest"] for each in planned)
     if weakest >= float(power.get("target", 0)):
         return []

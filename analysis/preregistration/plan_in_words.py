@@ -92,7 +92,7 @@ def _tests(analysis: Analysis) -> Markup:
     meanings = {each.key: each.meaning.format(q=quantity) for each in analysis.inference.declared}
     rows = [(name, meanings[name]) for name in with_results(analysis)]
     columns = html.columns("Key", "What", left=2)
-    return html.table(columns, rows, "What is computed, in the order of inference.json.")
+    return html.table(columns, rows, "Statistics to compute, in the order of inference.json.")
 
 
 def _families(analysis: Analysis) -> list[Markup]:

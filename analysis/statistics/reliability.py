@@ -113,8 +113,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
         whole, without = _by_reml(means, trials, squares)
     if whole[2] <= TINY:
         return NotComputed(
-            "every repetition gave the same estimate, so there is no spread within "
-            "participants to compare with"
+            "every repetition gave the same estimate, so there is no variance within participants"
         )
     single, mean = (
         _coefficient(whole, without, r, data.choices.confidence) for r in (1.0, repetitions)

@@ -55,7 +55,7 @@ def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ..
     if flagged and kept.any():
         trials = everyone.trials.loc[kept, [PARTICIPANT, "amplitude_um_pp", "normalised"]]
         trials = trials.reset_index(drop=True)
-        sets["without the flagged"] = prepare(trials, everyone.choices, everyone.quantity)
+        sets["without flagged participants"] = prepare(trials, everyone.choices, everyone.quantity)
     return tuple(
         SubsetSummary(
             participants=name,

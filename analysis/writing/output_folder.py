@@ -32,7 +32,7 @@ def make_folder(out: Path) -> None:
     except FileExistsError as error:
         raise UserError(f"{out}: is a file; expected a folder for the output") from error
     except OSError as error:
-        raise UserError(f"{out}: cannot be made ({error.strerror})") from error
+        raise UserError(f"{out}: cannot be created ({error.strerror})") from error
 
 
 def default_folder(data: Dataset, source: str | Path) -> Path:

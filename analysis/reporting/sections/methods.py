@@ -43,8 +43,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
         html.table(
             html.columns("Rule", *((value(a), "mean (SD)") for a in amplitudes), left=1),
             [[", ".join(row.rule for row in same), *cells] for cells, same in rules.items()],
-            "Means under every normalisation rule that the data allow; the rule in use is "
-            "highlighted.",
+            "Means under every applicable normalisation rule; the rule in use is highlighted.",
             marked=next(
                 (n for n, same in enumerate(rules.values()) if any(row.used for row in same)), None
             ),

@@ -35,7 +35,7 @@ def tests_made(analysis: Analysis) -> ReportSection:
                 "Corrected",
                 "Tests",
                 (f"p < {level}", "corrected"),
-                (f"p < {level}", "over all"),
+                (f"p < {level}", "overall"),
                 left=3,
             ),
             [

@@ -37,7 +37,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     if "fig15" in svgs and analysis.prepared is not None:
         section.blocks.append(_figure(analysis, svgs["fig15"]))
     if doubts:
-        section.blocks.append(html.heading("What to doubt"))
+        section.blocks.append(html.heading("Caveats"))
         section.blocks.append(html.bullets(doubts[:DOUBTS_SHOWN], "problem"))
         if len(doubts) > DOUBTS_SHOWN:
             section.blocks.append(

@@ -83,7 +83,7 @@ def fit_threshold(
         threshold_um_pp=estimate(
             model.curve.level([theta[likelihood.THRESHOLD], low, high]), confidence
         ),
-        slope=NotComputed("the answers jump between two levels: no finite slope fits best")
+        slope=NotComputed("the answers jump between two levels, so the best slope is infinite")
         if _jumps(model, counts, found)[0]
         else _slope(np.exp([theta[likelihood.LOG_SLOPE], shallow, steepest]), answers, confidence),
         slope_value=slope_value,
@@ -230,7 +230,7 @@ def _too_little(answers: Answers, model: Model) -> str | None:
     if apart < 2:  # noqa: PLR2004 - a curve rises between two levels
         return few("levels above 0" if model.curve.logarithmic else "levels", apart, 2)
     if answers.correct.sum() in {0, answers.trials.sum()}:
-        return "every answer is the same, so no curve can be fitted"
+        return "all answers are the same, so no curve can be fitted"
     return None
 
 

@@ -56,7 +56,7 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     codes = codes.dropna(subset=["verbal_report", "coder", "category"])
     coders = sorted(codes["coder"].astype(str).unique())
     if len(coders) != 2:  # noqa: PLR2004
-        return NotComputed(f"there are {len(coders)} coders, and agreement is computed for two")
+        return NotComputed(f"there are {len(coders)} coders; agreement is computed only for two")
     wide = codes.assign(coder=codes["coder"].astype(str)).pivot_table(
         index="verbal_report", columns="coder", values="category", aggfunc="first"
     )
@@ -64,7 +64,8 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     names = sorted(set(both.to_numpy().ravel()))
     if len(both) < 2 or len(names) < 2:  # noqa: PLR2004
         return NotComputed(
-            "at least two reports coded by both coders, with two categories, are needed"
+            "agreement requires at least two reports coded by both coders, in at least two "
+            "categories"
         )
     table = np.zeros((len(names), len(names)))
     for first, second in both.to_numpy():

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 DIFFER = "differ"
 CONCLUSIONS = {
     (True, False): DIFFER,
-    (True, True): "differ, by less than the bound",
+    (True, True): "different, but within the bound",
     (False, True): "equal within the bound",
     (False, False): "undecided",
 }
@@ -118,7 +118,7 @@ def _equivalence(
             TableColumn(title="Ratio", unit="of geometric means"),
             TableColumn(title=f"{level_of(2 * confidence - 1)} CI", unit="of the ratio"),
             TableColumn(title="p", unit="equivalence, Holm"),
-            TableColumn(title="BF₀₁", unit="none over some"),
+            TableColumn(title="BF₀₁", unit="no difference / difference"),
             TableColumn(title="n"),
             TableColumn(title="Conclusion", left=True),
         ]

@@ -121,7 +121,7 @@ def _task(
     task: TaskThresholds, exponent_of: dict[str, float], confidence: float
 ) -> ExponentAndWeber | NotComputed:
     if task.standard_um_pp is None:
-        return NotComputed("no standard above 0, and so no Weber fraction")
+        return NotComputed("there is no standard above 0, so there is no Weber fraction")
     people = tuple(
         OwnExponentAndWeber(
             participant=each.participant,

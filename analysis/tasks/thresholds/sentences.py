@@ -96,7 +96,7 @@ def _slopes(joint: PopulationThreshold) -> str:
 
 def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
     if CURVES[task.curve].logarithmic:
-        return f"{significant(change)} times"
+        return f"{significant(change)} times as high"
     return f"{quantity.value(significant(change))} higher"
 
 

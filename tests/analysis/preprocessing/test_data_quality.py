@@ -208,7 +208,7 @@ def test_a_flag_alone_excludes_nobody_and_results_are_shown_both_ways(dataset, p
     analysis = analyse(dataset(rows=changed(dataset, **BAD)))
     assert analysis.excluded == {}
     assert [row.n for row in analysis.robustness] == [6, 5]
-    assert "without the flagged" in page(analysis)
+    assert "without flagged participants" in page(analysis)
     assert "and 0 excluded" in page(analysis)
 
 

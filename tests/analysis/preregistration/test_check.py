@@ -335,7 +335,7 @@ def manifest(root):
 
 REFUSED = {
     "nothing": (lambda root: shutil.rmtree(root / "plan"), "plan", "no such file or folder"),
-    "no manifest": (lambda root: manifest(root).unlink(), "plan", "it has no manifest.json"),
+    "no manifest": (lambda root: manifest(root).unlink(), "plan", "manifest.json is missing"),
     "a text": (
         lambda root: (root / "plan.zip").write_text("my plan"),
         "plan.zip",

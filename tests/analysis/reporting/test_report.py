@@ -162,6 +162,6 @@ def test_everything_is_in_a_landmark_and_no_heading_is_empty(written):
 
 def test_two_people_are_told_once_what_two_cannot_tell(table_by_hand, page):
     text = page(analyse(few(table_by_hand, "ab", (0, 1, 2))))
-    doubts = text.partition("What to doubt")[2].partition("</ul>")[0]
+    doubts = text.partition("Caveats")[2].partition("</ul>")[0]
     assert "intervals, tests and exponents require at least three" in doubts
     assert "intervals are wide" not in doubts

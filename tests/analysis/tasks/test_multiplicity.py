@@ -93,7 +93,8 @@ def test_nothing_tested_is_no_table(analysis, page):
     none["normalisation"] = analysis.inference.normalisation
     empty = replace(analysis, inference=Inference(none, analysis.inference.declared))
     assert multiplicity(empty.inference, "ranks", 0.95).tests == 0
-    assert "over all" not in page(empty)
+    assert ">overall<" in page(analysis)
+    assert ">overall<" not in page(empty)
 
 
 def test_the_report_and_results_tell_it(analysis, page):

@@ -111,10 +111,10 @@ def _means(found: FactorEffects, quantity: Quantity) -> Markup:
 def _changes(found: FactorEffects, level: str) -> Markup:
     singular = found.mixed and found.mixed.at_bound
     bound = f" In the mixed model, {BOUND_SENTENCE}." if singular else ""
-    heads = ("Ratio of geometric means", "the same, mixed model", "Exponent", "mixed model")
+    heads = ("Ratio of geometric means", "Ratio, mixed model", "Exponent", "Exponent, mixed model")
     return html.table(
         html.columns(
-            f"Against {found.conditions[0].condition}",
+            f"Compared with {found.conditions[0].condition}",
             *((head, f"{level} CI") for head in heads),
             left=1,
         ),
