@@ -1,19 +1,19 @@
 # Recompute the numbers of a Slipscale report from the files in this folder: Rscript recompute.R
-# It needs R only; the mixed model needs lme4, else nlme, which comes with R. It computes every number
-# again from the trials and settings.csv, and prints it beside the number of numbers.csv. Where
-# recompute_tasks.R is beside it, it uses that for all tasks but magnitude estimation and differences.
-# Exit status 1: a number differs.
+# The script requires only R; the mixed model uses lme4 or, if it is not installed, nlme, which is part
+# of R. Every number is recomputed from the trials and settings.csv, and printed next to the number in
+# numbers.csv. If recompute_tasks.R is in the same folder, it recomputes all tasks except magnitude
+# estimation and the descending difference. The exit status is 1 if a number differs.
 
-close_enough <- 1e-5 # relative; fits that are iterated agree within the next
+close_enough <- 1e-5 # relative tolerance; for iterative fits, the next value applies
 close_fits <- 1e-2
-# Where participants do not differ, an optimiser stops anywhere near 0.
-barely <- 0.1 # standard deviation of thresholds, of the curve's width: its likelihood is flat
-almost_none <- 5e-3 # standard deviation of participants, of the residual one
+# If participants do not differ, an optimiser stops anywhere near 0.
+barely <- 0.1 # SD of thresholds relative to the curve's width, below which the likelihood is flat
+almost_none <- 5e-3 # SD between participants relative to the residual SD
 fitted <- "^(mixed_model|reliability|growth|difference\\.(psychometric|weber)|difference\\.signal_detection\\.(by|all))"
-# Integrals on grids, fits of curves, and what follows from them.
+# Integrals on grids, fits of curves, and results computed from them.
 on_grids <- "^(thresholds|exponent_and_weber)\\..*(function|maximum_likelihood|weber|population|expected_exponent|ekman)|^similarity\\..*stress|^factors\\..*mixed"
 close_grids <- 4e-2
-same_maximum <- 1e-3 # of log likelihoods
+same_maximum <- 1e-3 # difference between log likelihoods
 at_its_bound <- "a variance or correlation is on its boundary"
 
 words <- c("participant_id", "session", "run", "flags", "name", "task", "surface", "group", "measure",
@@ -138,7 +138,7 @@ page_trend <- function(cells) {
   k <- ncol(v)
   if (n < 3 || k < 3) return(NULL)
   ell <- sum(t(apply(v, 1, rank)) %*% seq_len(k))
-  # Exact where that takes no time: Page's own tables end there.
+  # Exact for the sizes in Page's own tables, for which the computation takes no time.
   if (k <= 8 && n <= 20 && (n <= 12 || k <= 3)) {
     one <- tabulate(orders(k) %*% seq_len(k) + 1)
     total <- 1
@@ -156,7 +156,7 @@ signed_rank <- function(steps) {
   ranks <- rank(abs(steps))
   tied <- anyDuplicated(ranks) > 0
   if ((tied && length(steps) <= 13) || (!tied && length(steps) <= 50)) {
-    # Every pattern of signs is as likely as another: sums of doubled ranks, by convolution.
+    # All patterns of signs are equally likely. Sums of doubled ranks are computed by convolution.
     counts <- 1
     for (r in round(2 * ranks)) counts <- convolve_counts(counts, c(0.5, rep(0, r - 1), 0.5))
     up <- round(2 * sum(ranks[steps > 0]))
@@ -215,7 +215,7 @@ pairwise <- function(cells, logs, confidence, bound) {
   }
   for (name in c("p", "p_wilcoxon", "equivalence_p")) {
     p <- sapply(rows, function(row) if (name %in% names(row)) row[[name]] else NA)
-    # Tests that are not defined do not count.
+    # Tests that are not defined are not counted.
     p[!is.na(p)] <- p.adjust(p[!is.na(p)], "holm")
     for (i in seq_along(rows)) rows[[i]][[paste0(name, "_holm")]] <- p[i]
   }
@@ -234,7 +234,7 @@ power_law <- function(logs, levels, confidence) {
   c(exponent = m[["mean"]], m[c("ci.0", "ci.1", "sd")], n = m[["df"]] + 1,
     points = max(rowSums(!is.na(logs[, levels > 0, drop = FALSE]))))
 }
-# Theil and Sen's slopes of trials; Tukey and McLaughlin's interval of their 20 % trimmed mean.
+# Theil-Sen slopes of trials, and Tukey and McLaughlin's interval for their 20 % trimmed mean.
 robust_exponent <- function(trials, confidence) {
   d <- trials[trials$level > 0 & !is.na(trials$log), ]
   x <- sort(unlist(lapply(split(d, d$who, drop = TRUE), function(p) {
@@ -273,7 +273,7 @@ mixed_model <- function(trials, confidence) {
     g <- as.matrix(lme4::VarCorr(m)$who)
     residual <- sigma(m)
   } else {
-    # At a bound nlme stops with an error where lme4 goes on.
+    # At a bound, nlme stops with an error, whereas lme4 continues.
     m <- tryCatch(nlme::lme(log ~ lx, d, ~ lx | who, control = nlme::lmeControl(opt = "optim")),
                   error = function(e) NULL)
     if (is.null(m)) return(NULL)
@@ -319,7 +319,7 @@ reliability <- function(trials, confidence) {
   r <- if (balanced) max(counts) else 1 / mean(1 / counts[counts > 0])
   people <- rownames(counts)
   block <- lapply(people, function(i) d[d$who == i, ])
-  # -2 log restricted likelihood of a model of all single estimates, and the repetitions' variance.
+  # -2 log restricted likelihood of a model of all single estimates, and the variance of repetitions.
   restricted <- function(logs, people) {
     known <- sort(unique(unlist(lapply(people, function(p) p$level))))
     parts <- lapply(people, function(p) {
@@ -367,7 +367,7 @@ reliability <- function(trials, confidence) {
   out
 }
 
-# Growth function: its logarithm, limits of the search, where it starts, what is reported.
+# Growth functions: logarithm, search limits, starting points and reported parameters.
 growth_functions <- function(x) {
   lx <- log(x)
   least <- min(x)
@@ -491,7 +491,7 @@ difference <- function(rows, settings, confidence) {
     under("weber.", curve(felt[some], (abs(before - after) / base)[some], who[some], confidence)))
 }
 
-# Generalised estimating equations, answers of a participant exchangeable; errors of Mancl and DeRouen.
+# Generalised estimating equations with exchangeable correlation and Mancl-DeRouen standard errors.
 curve <- function(felt, removed, who, confidence) {
   x <- cbind(1, removed)
   groups <- split(seq_along(felt), who)
@@ -540,7 +540,7 @@ curve <- function(felt, removed, who, confidence) {
     half_yes = if (b[2] > 0) -b[1] / b[2] else NA, half_yes_ci.0 = ends[1], half_yes_ci.1 = ends[2])
 }
 
-# d' of each size of step, by a probit model with participants; profile likelihood.
+# d' for each step size from a probit model with participant effects and profile likelihood.
 by_size <- function(felt, before, after, who, confidence) {
   largest <- max(abs(before), abs(after))
   size <- round(before - after, -ceiling(log10(largest * 1e-9)))
@@ -557,7 +557,7 @@ by_size <- function(felt, before, after, who, confidence) {
 profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
   yes <- sapply(c(0, kinds), function(k) tapply(felt * (size == k), who, sum))
   all <- sapply(c(0, kinds), function(k) tapply(size == k, who, sum))
-  # People differ in criterion and, on steps, in sensitivity; few answers do not tell the two apart.
+  # People differ in criterion and, for steps, in sensitivity. Few answers cannot separate the two.
   differ <- min(mean(all[, 1]), mean(rowSums(all[, -1, drop = FALSE]))) >= 5
   grid <- function(count) {
     nodes <- seq(-5.5, 5.5, length.out = count)
@@ -586,11 +586,11 @@ profile_of <- function(size, kinds, place, felt, who, drop, far = 8) {
     spreads <- length(start) - 1:0
     free <- setdiff(which(high > low), if (!is.null(held)) place)
     if (!is.null(held)) start[place] <- held
-    # At a spread of 0 the slope is 0: a search that begins there stays there.
+    # At a spread of 0, the gradient is 0, so a search that starts there does not move.
     start[spreads] <- pmin(pmax(start[spreads], 0.3), high[spreads])
     of <- function(q) minus_log(replace(start, free, q))
     first <- nlminb(start[free], of, lower = low[free], upper = high[free], control = list(rel.tol = 1e-13))
-    # nlminb stops early on a narrow ridge: the other rule goes on from there.
+    # nlminb stops early on a narrow ridge; the other optimiser continues from there.
     then <- optim(first$par, of, method = "L-BFGS-B", lower = low[free], upper = high[free],
                   control = list(factr = 1e5, maxit = 1000))
     list(par = replace(start, free, then$par), objective = then$value)

@@ -1,5 +1,5 @@
-# Thresholds, scales, matches, ratings, ratios, productions, groups and sessions: recompute.R reads
-# this file where it is beside it, and compares what it returns with numbers.csv.
+# Thresholds, scales, matches, ratings, ratios, productions, groups and sessions. If this file is in the
+# folder of recompute.R, recompute.R reads it and compares its results with numbers.csv.
 
 in_code_order <- function(values) sort(unique(values[!is.na(values)]), method = "radix")
 numbered <- function(prefix, parts) unlist(lapply(seq_along(parts), function(i) under(paste0(prefix, i - 1, "."), parts[[i]])))
@@ -7,7 +7,7 @@ mean_and_ends <- function(x, confidence) mean(x) + c(0, -1, 1) * qt((1 + confide
 three <- function(name, values) setNames(values, paste0(name, c(".value", ".interval.0", ".interval.1")))
 person_means <- function(value, who, column) tapply(value, list(who, column), mean)
 
-# Psychometric functions of the level, or of its logarithm. -----------------------------------------
+# Psychometric functions of the level or its logarithm ---------------------------------------------
 
 largest_lapse <- 0.06
 families <- list(
@@ -31,12 +31,12 @@ psychometric <- function(method, settings) {
       low <- if (compared) lapse else guess
       pmin(pmax(low + (1 - low - lapse) * share, 1e-9), 1 - 1e-9)
     },
-    # Distance from 5 to 95 %, and half of that from 25 to 75 %, of a curve with slope 1.
+    # For a slope of 1: distance from 5 to 95 %, and half the distance from 25 to 75 %.
     spread = family$inverse(0.95) - family$inverse(0.05),
     half_width = (family$inverse(0.75) - family$inverse(0.25)) / 2)
 }
 
-# Threshold, log slope and lapse rate by maximum likelihood; nothing of answers that jump.
+# Threshold, log slope and lapse rate by maximum likelihood; NULL if answers jump between levels.
 likeliest <- function(curve, x, yes, n) {
   seen <- x[x > -600]
   span <- diff(range(seen))
@@ -59,9 +59,9 @@ likeliest <- function(curve, x, yes, n) {
   if (held - best$objective < 0.05 || high[2] - best$par[2] < log(30)) NULL else best$par
 }
 
-# Medians and ends of threshold and log slope, and the mean lapse rate, on a grid: threshold uniform
-# to one range of levels beyond the outermost, slope log-normal (0.6) around 2 (of comparisons around
-# a rise from 5 to 95 % over the levels), lapse rate uniform to 6 %.
+# Posterior medians and intervals of threshold and log slope, and mean lapse rate, on a grid. Priors:
+# threshold uniform up to one range of levels beyond the outermost levels; slope log-normal (SD 0.6)
+# with median 2, or for comparisons a rise from 5 to 95 % over the levels; lapse rate uniform to 6 %.
 posterior <- function(curve, x, yes, n, confidence) {
   seen <- x[x > -600]
   span <- diff(range(seen))
@@ -129,16 +129,17 @@ threshold_of <- function(rows, method, standard, confidence, settings) {
   c(out, three("weber_fraction", weber / standard))
 }
 
-# Everybody's answers in one model: thresholds of people are normal on the curve's axis, and of a
-# person's sessions and conditions again; logarithms of their slopes are normal if there is one, else
-# the slope is shared, as the lapse rate always is. Maximum marginal likelihood, the normal variables
-# summed on grids; intervals of the profile likelihood with Student's quantile.
+# Hierarchical model of all answers. Thresholds are normally distributed on the curve's axis, between
+# people and between a person's sessions and conditions. With one session and condition, log slopes are
+# normally distributed between people; otherwise there is one slope. There is one lapse rate. The fit
+# maximises the marginal likelihood, in which random effects are summed on grids. Intervals use the
+# profile likelihood with a t quantile.
 population_of <- function(rows, curve, standard, confidence) {
   main <- rows[!rows$catch, ]
   people <- in_code_order(main$participant_id)
   n <- length(people)
   if (n < 3) return(NULL)
-  # A session, and a condition of the study's factors.
+  # Labels of session and of conditions.
   factors <- main[grepl("^factor: ", names(main))]
   main$session <- do.call(paste, c(list(ifelse(is.na(main$session), "", main$session)), factors))
   sessions <- in_code_order(main$session)
@@ -161,7 +162,7 @@ population_of <- function(rows, curve, standard, confidence) {
   outer_grid <- grid(max(25, ceiling((if (several) 3 else 8) * sqrt(max(table(main$participant_id))))), 4)
   of_slopes <- if (several) none else grid(7, 3)
   inner_grid <- if (several) grid(9) else none
-  # All combinations of a person's threshold and slope.
+  # All combinations of threshold and slope of a person.
   persons <- rep(outer_grid$nodes, length(of_slopes$nodes))
   slopes <- rep(of_slopes$nodes, each = length(outer_grid$nodes))
   weights <- as.vector(outer(outer_grid$weights, of_slopes$weights, `+`))
@@ -206,7 +207,7 @@ population_of <- function(rows, curve, standard, confidence) {
     beyond <- function(value) fit(best$par, place, value)$objective - best$objective - fall
     far <- beyond(edge)
     if (far <= 0) return(sign(edge - best$par[place]) * Inf)
-    # It is known at both ends: -fall at the best value.
+    # The function is known at both ends; at the best value, it equals -fall.
     if (edge < best$par[place]) uniroot(beyond, c(edge, best$par[place]), f.lower = far, f.upper = -fall, tol = 1e-3 * span)$root
     else uniroot(beyond, c(best$par[place], edge), f.lower = -fall, f.upper = far, tol = 1e-3 * span)$root
   }
@@ -241,7 +242,7 @@ thresholds <- function(choices, confidence, settings) {
   }))
 }
 
-# The exponent beside the Weber fraction of each task that has one, by Ekman's law.
+# Exponent and Weber fraction of each task that has one, compared by Ekman's law.
 agreement <- function(choices, exponents, found, confidence) {
   out <- list()
   tasks <- in_code_order(choices$task)
@@ -264,13 +265,13 @@ agreement <- function(choices, exponents, found, confidence) {
 
 # Scales -------------------------------------------------------------------------------------------
 
-# Surfaces in rising order of amplitude, textures after them by name.
+# Surfaces in ascending order of amplitude, followed by textures sorted by name.
 surfaces_in_order <- function(labels) {
   labels <- in_code_order(labels)
   labels[order(suppressWarnings(as.numeric(labels)), na.last = TRUE)]
 }
 
-# chosen: an array (participants, surfaces, surfaces), how often the row was chosen over the column.
+# chosen: array (participants, surfaces, surfaces) that counts choices of the row over the column.
 pair_scale <- function(chosen, link, confidence) {
   pooled <- apply(chosen, 2:3, sum)
   k <- nrow(pooled)
@@ -287,7 +288,7 @@ pair_scale <- function(chosen, link, confidence) {
   cdf <- if (link == "logit") plogis else pnorm
   pdf <- if (link == "logit") dlogis else dnorm
   information <- function(linear) t(design) %*% (design * (n * pdf(linear)^2 / (cdf(linear) * cdf(-linear))))
-  # Firth's: the likelihood times the square root of the information's determinant.
+  # Firth's correction: the likelihood times the square root of the determinant of the information.
   minus <- function(free) {
     linear <- as.vector(design[, -1, drop = FALSE] %*% free)
     -sum(won * log(cdf(linear)) + lost * log(cdf(-linear))) -
@@ -324,7 +325,7 @@ pair_scale <- function(chosen, link, confidence) {
   c(out, fit.deviance = deviance, fit.df = df, fit.p = pchisq(deviance, df, lower.tail = FALSE))
 }
 
-# Triads that have an order to break, and how many break it, weakly to strongly.
+# Number of triads, and numbers of violations of weak, moderate and strong transitivity.
 transitivity <- function(chosen) {
   pooled <- apply(chosen, 2:3, sum)
   n <- pooled + t(pooled)
@@ -347,8 +348,8 @@ transitivity <- function(chosen) {
   if (triads) c(triads = triads, setNames(broken, paste0(c("weak", "moderate", "strong"), "_violations")))
 }
 
-# Circular triads of one participant and Kendall's coefficient; p of choices without ties, up to 6
-# surfaces. A tie goes either way: a score is the wins and a binomial part of the ties.
+# Circular triads of one participant, Kendall's coefficient, and p for choices without ties (up to 6
+# surfaces). A score is the number of wins plus a binomial number of ties.
 consistency <- function(chosen) {
   k <- nrow(chosen)
   up <- upper.tri(chosen)
@@ -449,7 +450,7 @@ ratings_of <- function(rows, confidence) {
     under("start_effect.", mean_test(start_slopes(main), confidence)))
 }
 
-# By how much a rating moves with the place where the mark started, within surfaces.
+# Slope of ratings on the starting position of the mark, within surfaces.
 start_slopes <- function(main) {
   known <- main[!is.na(main$cursor_start), ]
   cell <- paste(known$participant_id, known$surface, sep = "\r")
@@ -643,7 +644,7 @@ factor_effects <- function(trials, levels, confidence) {
   }))
 }
 
-# Each condition's change of exponent, and of the logarithm at the mean log level, by a mixed model.
+# Change in exponent, and in the logarithm at the mean log level, for each condition (mixed model).
 mixed_changes <- function(trials, condition, column, labels, confidence) {
   d <- transform(trials, condition = factor(condition, labels))[trials$level > 0 & !is.na(trials$log), ]
   d$lx <- log(d$level) - mean(log(d$level))
@@ -664,8 +665,8 @@ mixed_changes <- function(trials, condition, column, labels, confidence) {
   list(fit = c(mixed.log_likelihood_reml = as.numeric(logLik(m))), changes = changes)
 }
 
-# The stress of a reported map, and participants' weights of its axes. The search for maps is not
-# repeated, so coordinates and the stress in other dimensions are taken as reported.
+# Stress of a reported map, and participants' weights for its axes. The search for maps is not repeated,
+# so coordinates, and the stress with other numbers of dimensions, are taken from the report.
 similarity_of <- function(rows, place) {
   numbers <- read("numbers.csv")
   main <- rows[!rows$catch & rows$first != rows$second, ]
@@ -686,7 +687,7 @@ similarity_of <- function(rows, place) {
   group <- rowMeans(tables, na.rm = TRUE)
   squares <- sapply(seq_len(ncol(map)), function(k) as.vector(dist(map[, k]))^2)
   distances <- sqrt(rowSums(squares))
-  # Monotone regression; equal dissimilarities keep equal distances.
+  # Monotone regression in which equal dissimilarities have equal distances.
   tied <- ave(distances, signif(group, 12))
   up <- order(group)
   fitted <- isoreg(tied[up])$yf
@@ -706,7 +707,7 @@ similarity_of <- function(rows, place) {
   out
 }
 
-# ICC(A,1): McGraw and Wong's case 2A.
+# ICC(A,1), case 2A of McGraw and Wong.
 absolute_agreement <- function(v, confidence) {
   n <- nrow(v)
   k <- ncol(v)
