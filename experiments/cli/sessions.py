@@ -56,7 +56,7 @@ def add_setting(parser: ArgumentParser) -> None:
         type=Path,
         default=default.backup,
         metavar="DIR",
-        help="a folder on another disk, to which the journal is copied and verified at the end",
+        help="a folder on another disk, to which the journal is copied at the end",
     )
     parser.add_argument(
         "--markers",

@@ -308,13 +308,13 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
             value=lambda record: "; ".join(answered(record, "rejected") or ()) or None,
             kind="text",
             description=(
-                "Rejected entries, separated by '; '; after each the question was asked again"
+                "Rejected entries, separated by '; '; the question was asked again after each entry"
             ),
         ),
         "repeats": Column(
             value=lambda record: record.trial.repeats,
             kind="number",
-            description="Number of the voided or timed-out trial that this one repeats",
+            description="Number of the voided or timed-out trial that this trial repeats",
         ),
         "flag": Column(
             value=lambda record: FLAG_SEPARATOR.join(record.flags) or None,

@@ -122,7 +122,7 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
     """Answer a `ComparisonQuestion` with the interval that seemed most (or least) slippery."""
     question = step.question
     if not isinstance(question, ComparisonQuestion):
-        raise UserError(f"'{step.name}' compares nothing: expected a ComparisonQuestion")
+        raise UserError(f"'{step.name}' does not compare surfaces; expected a ComparisonQuestion")
     felt = person.impressions
     if question.seeks == "odd":
         total = sum(felt)

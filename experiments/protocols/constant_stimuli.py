@@ -46,7 +46,11 @@ class ConstantStimuli(ComparingOptions):
 
     standard_level: Amplitude = setting(1.2, "Amplitude of the standard.")
     comparison_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = setting(
-        None, "Amplitudes compared with the standard, each equally often; default: the study's."
+        None,
+        (
+            "Amplitudes that are compared with the standard equally often; default: the study's "
+            "amplitudes."
+        ),
     )
     question: Literal["forced_choice", "yes_no"] = setting(
         "forced_choice",
@@ -201,8 +205,8 @@ PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
     description=(
-        "Each of several fixed {q.levels} is compared with a standard, equally often: which of "
-        "two surfaces was {q.more}, or whether the second was."
+        "Each of several fixed {q.levels} is compared with a standard equally often. Participants "
+        "answer which of two surfaces was {q.more}, or whether the second was."
     ),
     options=ConstantStimuli,
     trials=trials,
@@ -226,12 +230,12 @@ PROTOCOL = Protocol(
         "response": Column(
             value=_response,
             kind="label",
-            description="Answer as given",
+            description="Original answer",
             levels={
                 "1": "the first was {q.more}",
                 "2": "the second was {q.more}",
                 "yes": "the second was {q.more} than the first",
-                "no": "it was not",
+                "no": "the second was not {q.more}",
             },
         ),
         "comparison_more": Column(

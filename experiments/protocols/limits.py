@@ -43,10 +43,10 @@ class Limits(RestedOptions):
         0.0, "Amplitude of the standard; 0, the plate at rest, for detection."
     )
     lowest_level: Amplitude = setting(
-        0.05, "Lowest level: ascending series begin here, descending ones end here."
+        0.05, "Lowest level, at which ascending series begin and descending series end."
     )
     highest_level: Positive = setting(
-        0.6, "Highest level: descending series begin here, ascending ones end here."
+        0.6, "Highest level, at which descending series begin and ascending series end."
     )
     step_level: Positive = setting(0.05, "Distance between adjacent levels.")
     series: AtLeastOne = setting(
@@ -236,7 +236,7 @@ PROTOCOL = ProtocolDeclaration(
         "comparison_level": Column(
             value=lambda record: record.trial.factors["comparison_level"],
             kind="number",
-            description="{q.title} of the surface that was compared with it{q.behind}",
+            description="{q.title} of the surface that was compared with the standard{q.behind}",
             units="{q.bids}",
         ),
     },
@@ -244,7 +244,7 @@ PROTOCOL = ProtocolDeclaration(
         "different": Column(
             value=lambda record: truth(record.answer("different")),
             kind="label",
-            description="Whether the participant said that the two were different",
+            description="Whether the participant said that the surfaces were different",
             levels={"true": "different", "false": "the same"},
         ),
     },

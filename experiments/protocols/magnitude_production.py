@@ -70,8 +70,8 @@ class MagnitudeProduction(StandardOptions):
     )
     repetitions: AtLeastOne = setting(
         2,
-        "Number of productions per number from a low starting point, and the same number from a "
-        "high one.",
+        "Number of productions per number from a low starting point; the number from a high "
+        "starting point is the same.",
         unit="trials per number and starting side",
     )
     step_level: Positive = setting(0.05, "Change per notch of the wheel or press of a key.")

@@ -56,11 +56,11 @@ class Matching(RestedOptions):
     """Options for matching."""
 
     reference_levels: Annotated[tuple[Amplitude, ...], Field(min_length=1)] | None = setting(
-        None, "Amplitudes to be matched; default: the study's."
+        None, "Amplitudes to be matched; default: the study's amplitudes."
     )
     repetitions: AtLeastOne = setting(
         3,
-        "Number of matches per reference from below, and the same number from above.",
+        "Number of matches per reference from below; the number from above is the same.",
         unit="trials per reference and direction",
     )
     practice: Count = setting(

@@ -39,8 +39,8 @@ class PairedComparison(ComparingOptions):
 
     form: Literal["pairs", "triads"] = setting(
         "pairs",
-        "pairs: which of two is more slippery; triads: which of the two steps between three is "
-        "larger, for a scale of differences.",
+        "pairs: which of two surfaces is more slippery; triads: which of the two steps between "
+        "three surfaces is larger, for a difference scale.",
     )
     repetitions: AtLeastOne = setting(
         2,
@@ -116,8 +116,8 @@ PROTOCOL = Protocol(
     task="pairedcomparison",
     title="Paired comparison of {q.judged}",
     description=(
-        "Every surface is compared with every other (which one is more {q.adjective}?), or in "
-        "threes (which of the two steps between them is larger?)."
+        "Every surface is compared with every other surface (which one is more {q.adjective}?), "
+        "or surfaces are compared in threes (which of the two steps between them is larger?)."
     ),
     options=PairedComparison,
     trials=trials,

@@ -73,7 +73,7 @@ class Pointing(Options):
 
     dimensions: Literal[1, 2] = setting(
         1,
-        "1: two bars, reached by turns; 2: discs on a ring, each opposite the last.",
+        "1: two bars, reached in turn; 2: discs on a ring, each opposite the previous one.",
         unit="dimensions",
     )
     distances_mm: Lengths = setting(
@@ -397,8 +397,12 @@ PROTOCOL = Protocol(
         "movement_time": _selected(
             "time_s", "Time from the selection of the start to the next selection", "s"
         ),
-        "selection_x_mm": _selected("x_mm", "Selected position, to the right", "mm"),
-        "selection_y_mm": _selected("y_mm", "Selected position, to the top", "mm"),
+        "selection_x_mm": _selected(
+            "x_mm", ("Selected position, from the middle of the screen to the right"), "mm"
+        ),
+        "selection_y_mm": _selected(
+            "y_mm", ("Selected position, from the middle of the screen to the top"), "mm"
+        ),
     },
     amplitudes=("target_level", "ground_level"),
     possible_levels=possible_levels,

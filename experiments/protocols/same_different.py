@@ -90,7 +90,7 @@ PROTOCOL = Protocol(
         "response": Column(
             value=lambda record: truth(record.answer("response")),
             kind="label",
-            description="Whether the participant said that the two were different",
+            description="Whether the participant said that the surfaces were different",
             levels={"true": "different", "false": "the same"},
         ),
     },

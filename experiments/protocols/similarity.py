@@ -40,7 +40,7 @@ class Similarity(ComparingOptions):
     repetitions: AtLeastOne = setting(
         2,
         "Number of ratings per pair; if even, both orders are equally frequent.",
-        unit="trials a pair",
+        unit="trials per pair",
     )
     identical_pairs: Switch = setting(False, "Whether each surface is also paired with itself.")
 

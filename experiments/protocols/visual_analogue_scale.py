@@ -216,7 +216,9 @@ PROTOCOL = Protocol(
         "cursor_shown": Column(
             value=lambda record: truth(record.trial.factors["cursor_shown"]),
             kind="label",
-            description="Whether the mark was visible there before the first press or click",
+            description=(
+                "Whether the mark was visible at this position before the first press or click"
+            ),
             levels={"true": "seen", "false": "the line was empty"},
         ),
     },

@@ -156,7 +156,7 @@ def _readings(source: ContactSource) -> str:
         return "no finger on the plate"
     pairs = zip(source.quantities, samples[-1].values, strict=True)
     last = ", ".join(f"{name} {value:.3g}" for name, value in pairs)
-    return f"{len(samples) / TRIED_S:.0f} readings per second, the last {last}"
+    return f"{len(samples) / TRIED_S:.0f} readings per second; last reading: {last}"
 
 
 def require_virtual(specs: ContactSpecs) -> None:

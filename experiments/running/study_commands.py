@@ -175,7 +175,9 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
         f"surfaces of participant {participant}, {q.unit_in_short} (unblinds you)",
     ]
     if any(protocol.possible_levels for protocol, _ in plan.tasks()):
-        lines.append("if they depend on the answers: as if the first were always chosen")
+        lines.append(
+            "if they depend on the answers: for a participant who always chooses the first option"
+        )
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)
 

@@ -163,7 +163,7 @@ class Interruptions:
             self._progress.say("no trial can be voided now")
         elif now is None or trial.task != now.task:
             self._progress.say(
-                f"trial {trial.number}: its part of the run is over, so it cannot be repeated"
+                f"trial {trial.number} cannot be repeated, because its part of the run is over"
             )
         elif (trial.task, trial.number) in self._voided():
             self._progress.say(f"trial {trial.number} is already voided")

@@ -326,7 +326,7 @@ class Session:
 
     def _marker_lost(self, name: str, reason: str) -> None:
         """Report and record that a marker output has failed."""
-        self._progress.warn(f"NO MARKERS on {name} any longer: {reason}")
+        self._progress.warn(f"NO MORE MARKERS on {name}: {reason}")
         self._journal.write("markers", outputs=list(self._markers.names), lost=name, reason=reason)
 
     def _silence(self, step: Silence) -> None:

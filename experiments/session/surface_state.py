@@ -155,7 +155,7 @@ class SurfaceState:
     def turn(self, surface: Stimulus) -> None:
         """Change the surface on the plate during an adjustment."""
         if self._wanted is None:
-            raise ValueError("no surface to adjust: none was presented")
+            raise ValueError("there is no surface to adjust, because none was presented")
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:
@@ -174,7 +174,7 @@ class SurfaceState:
         """
         wanted = self._wanted
         if wanted is None:
-            raise ValueError("no surface to return to: none was presented")
+            raise ValueError("there is no surface to return to, because none was presented")
         try:
             made = self._drive(before)
             self._explore(explore)

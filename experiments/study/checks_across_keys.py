@@ -56,7 +56,9 @@ def impossible(
         yield (*place, "protocol"), {"msg": message}
     columns = {*protocol.design, *protocol.stimulus, *protocol.response}
     shared = columns & {factor.name for factor in data.get("factors", ())}
-    yield from ((place, {"msg": f"has a column '{name}', as a factor"}) for name in shared)
+    yield from (
+        (place, {"msg": (f"has a column '{name}', which is also a factor")}) for name in shared
+    )
     levels, textures = data.get("levels"), data.get("textures")
     if levels is None or textures is None:
         return
@@ -76,7 +78,10 @@ def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault
     """Yield an error if a study has textures that no task presents."""
     presented = any(load_protocol(task.protocol).textures for task in tasks)
     if data.get("textures") and not presented:
-        yield ("textures", 0), {"msg": "no task presents them; magnitude_estimation would"}
+        yield (
+            ("textures", 0),
+            {"msg": ("no task presents them; add a task that does, such as magnitude_estimation")},
+        )
 
 
 def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> Iterator[Fault]:

@@ -53,7 +53,7 @@ def _greys(source: str, name: str) -> Greys:
     """Return the rows of grey values of an image next to a study file."""
     if Path(name).name != name or "\\" in name or not name.lower().endswith(".png"):
         raise UserError(
-            f"{source}: image: {name!r}: expected the name of a PNG file next to the study's, "
+            f"{source}: image: {name!r}: expected the name of a PNG file next to the study file, "
             "without a folder"
         )
     import numpy as np  # noqa: PLC0415 - only studies with images need it

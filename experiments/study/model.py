@@ -121,7 +121,9 @@ class Study(FrozenTable):
         "quantity.",
     )
     stimulus: Annotated[StimulusTable | None, AfterValidator(valid_stimulus)] = setting(
-        None, "Parameters that stay fixed in a study that varies one.", validate_default=True
+        None,
+        ("Parameters that stay fixed in a study that varies one parameter."),
+        validate_default=True,
     )
     plate: Annotated[PlateSettings, AfterValidator(valid_plate)] = setting(
         PlateSettings(), "Limits for all amplitudes in the study.", validate_default=True
@@ -161,7 +163,7 @@ class Study(FrozenTable):
     )
     task_order: Literal["fixed", "counterbalanced"] = setting(
         "fixed",
-        "Order of the tasks; counterbalanced: every other participant has the reverse order.",
+        "Order of the tasks; counterbalanced: every second participant has the reverse order.",
     )
     sessions: Annotated[
         tuple[EntityLabel, ...], Field(max_length=MOST), AfterValidator(valid_sessions)

@@ -87,8 +87,8 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         # The console page can set these names, and must not access files outside the folder.
         if Path(name).name != name or "\\" in name or not name.isprintable():
             raise UserError(
-                f"{source}: texts_files: {name!r}: expected the name of a file next to the "
-                "study's, without a folder"
+                f"{source}: texts_files: {name!r}: expected the name of a file next to the study "
+                "file, without a folder"
             )
         path = Path(source).parent / name
         if absent and not path.exists():

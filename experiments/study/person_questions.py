@@ -69,10 +69,10 @@ class PersonQuestion(FrozenTable):
     minimum: Whole | None = setting(
         None,
         "Smallest whole number that can be typed, if there are no options.",
-        unit="as asked for",
+        unit="unit of the question",
     )
     maximum: Whole | None = setting(
-        None, "Largest whole number that can be typed.", unit="as asked for"
+        None, "Largest whole number that can be typed.", unit="unit of the question"
     )
     prompt: str | Translated = setting(
         "",

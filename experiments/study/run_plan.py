@@ -104,8 +104,8 @@ class RunPlan:
     def __post_init__(self) -> None:
         if self.order_version != ORDER_VERSION:
             raise UserError(
-                f"orders of version {self.order_version}: this Slipscale draws version "
-                f"{ORDER_VERSION}; resume with the release that began the run"
+                f"this run has orders of version {self.order_version}, but this Slipscale "
+                f"generates version {ORDER_VERSION}; resume with the release that began the run"
             )
         if self.seed < 0:
             raise UserError(f"--seed {self.seed}: expected 0 or more")

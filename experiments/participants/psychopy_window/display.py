@@ -61,8 +61,8 @@ def import_visual() -> Any:
     # After a failed import, a second one would appear to succeed, so the display is checked first.
     if sys.platform.startswith("linux") and not os.environ.get("DISPLAY"):
         raise UserError(
-            "no display: DISPLAY is not set. Log in at the machine's own screen, or use a "
-            "virtual one: xvfb-run slipscale run ..."
+            "no display: DISPLAY is not set. Log in at the machine's own screen, or use a virtual "
+            "display: xvfb-run slipscale run ..."
         )
     # Programs that we start must not see PsychoPy's own package folder.
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")

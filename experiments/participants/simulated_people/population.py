@@ -111,9 +111,9 @@ class Population(BaseModel):
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
-        description="Possible scale tops; each participant has one of them. Our assumption: "
-        "free-modulus scales are round numbers over decades; the smallest step is 1 "
-        "in 100 of it.",
+        description="Possible tops of participants' scales. Our assumption: with a free modulus, "
+        "scale tops are round numbers over decades, and the smallest step is a "
+        "hundredth of the top.",
     )
     line_shift_sd: NotNegative = setting(
         0.3,
@@ -128,7 +128,7 @@ class Population(BaseModel):
     criterion: NotNegative = setting(
         1.6,
         "Noise of a difference: a change by x is noticed with d' = x / noise. Our "
-        "assumption, so that nearly everyone feels the paper's steps (\"all of "
+        "assumption, chosen so that nearly everyone feels the paper's steps (\"all of "
         'the subjects feel clearly the difference").',
     )
     criterion_sd: NotNegative = setting(0.3, "Spread of criteria across people. Our assumption.")

@@ -54,8 +54,8 @@ class QuestPlusBatch:
             raise UserError(f"QUEST+: {runs} runs, expected 1 or more")
         if runs * rule.prior.size > LARGEST_BATCH:
             raise UserError(
-                f"QUEST+: {runs} runs of {rule.prior.size} combinations of parameters do not fit, "
-                f"expected at most {LARGEST_BATCH // rule.prior.size} runs at once"
+                f"QUEST+: {runs} runs of {rule.prior.size} combinations of parameters do not fit "
+                f"in memory, expected at most {LARGEST_BATCH // rule.prior.size} runs at once"
             )
         return cls(rule=rule, posteriors=np.tile(rule.prior, (runs, 1)))
 

@@ -92,22 +92,22 @@ class AdaptiveOptions(RestedOptions):
         "(shuffled).",
     )
     most_trials: TrialCap = setting(
-        40, "Maximum number of answers per track.", unit="trials a track"
+        40, "Maximum number of answers per track.", unit="trials per track"
     )
     least_trials: TrialCap = setting(
         1,
         "Minimum number of answers before reversals or certainty can end a track.",
-        unit="trials a track",
+        unit="trials per track",
     )
     reversals: AtLeastOne | None = setting(
         None,
-        "Number of reversals after which a track ends; default: reversals do not end it.",
+        "Number of reversals after which a track ends; default: reversals do not end a track.",
         unit="reversals",
     )
     threshold_sd_log10: Positive | None = setting(
         None,
         "Posterior standard deviation of the threshold at which a quest_plus track ends; default: "
-        "certainty does not end it.",
+        "certainty does not end a track.",
         unit="decades",
     )
 

@@ -122,8 +122,8 @@ def surface_names(*names: str) -> dict[str, Column]:
         return Column(
             value=name,
             kind="label",
-            description=f"What interval {interval} presented: the {{q.name}} in "
-            "{q.unit_in_full}, or the texture's name",
+            description=f"Surface in interval {interval}: the {{q.name}} in {{q.unit_in_full}}, or "
+            "the texture's name",
         )
 
     return {name: column(interval) for interval, name in enumerate(names, start=1)}

@@ -275,7 +275,7 @@ RESPONSE: Mapping[str, Column] = {
     "correct": Column(
         value=_correct,
         kind="label",
-        description="Whether that was the target surface",
+        description="Whether the chosen interval contained the target surface",
         levels={"true": "right", "false": "wrong"},
     ),
 }

@@ -48,7 +48,7 @@ class Adjusting:
         """Let the participant adjust the surface, and record every intermediate amplitude."""
         start = self.surface.wanted
         if start is None:
-            raise ValueError("no surface to adjust: none was presented")
+            raise ValueError("there is no surface to adjust, because none was presented")
         began_s = self.clock.now()
         trace = [(0.0, start.level)]
         again_s: list[float] = []

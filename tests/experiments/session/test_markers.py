@@ -139,8 +139,8 @@ def test_an_output_that_fails_is_told_written_down_and_left_out_and_the_session_
     assert first.data == {"outputs": ["bad", "good"]}
     assert lost.data == {"outputs": ["good"], "lost": "bad", "reason": "the cable is out"}
     assert last_markers(laboratory.records()) == ("good",)
-    told = [message for message in operator.told if "NO MARKERS" in message]
-    assert told == ["NO MARKERS on bad any longer: the cable is out"]
+    told = [message for message in operator.told if "NO MORE MARKERS" in message]
+    assert told == ["NO MORE MARKERS on bad: the cable is out"]
 
 
 def test_the_codes_are_one_wire_each():

@@ -191,9 +191,9 @@ def test_a_file_that_is_none_is_refused_with_its_name(study, text, told):
         (('["texts.de.toml"]', '["texts.de.toml", "texts.de.toml"]'), "already exists"),
         (('["texts.de.toml"]', '"texts.de.toml"'), "texts_files: expected a list"),
         (('["texts.de.toml"]', '["texts.de.toml"]\ntexts = 1.5'), "texts: expected a table"),
-        (("texts.de.toml", "../texts.de.toml"), "a file next to the study's, without a folder"),
-        (("texts.de.toml", "/etc/passwd"), "a file next to the study's, without a folder"),
-        (("texts.de.toml", "texts\\u0000.toml"), "a file next to the study's, without a folder"),
+        (("texts.de.toml", "../texts.de.toml"), "a file next to the study file, without a folder"),
+        (("texts.de.toml", "/etc/passwd"), "a file next to the study file, without a folder"),
+        (("texts.de.toml", "texts\\u0000.toml"), "a file next to the study file, without a folder"),
         (("amplitudes", 'texts = {en = {window = {full = "x"}}}\namplitudes'), "not texts = {"),
     ],
 )

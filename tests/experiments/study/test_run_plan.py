@@ -153,5 +153,5 @@ def test_the_order_of_tasks_turns_with_the_visit_if_visits_advance(plan, visits,
 
 
 def test_orders_of_a_later_version_are_refused(plan):
-    with pytest.raises(UserError, match=r"orders of version 3: .* draws version 2"):
+    with pytest.raises(UserError, match=r"orders of version 3, .* generates version 2"):
         plan(order_version=3)

@@ -142,7 +142,9 @@ def _work(desk: Desk, request: Work) -> str:
     found = desk.now()
     data = found.defaults.data
     if request.what == "export" and not found.seen:
-        raise UserError("the export contains results: unblind first, or wait for all planned")
+        raise UserError(
+            "the export contains results: unblind first, or wait for all planned participants"
+        )
     if found.live and not found.live.pilot:
         raise UserError(f"a session of participant {found.live.label} is running; end it first")
     words = {
