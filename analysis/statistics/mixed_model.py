@@ -21,24 +21,24 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: With more participants, the mixed model takes minutes and agrees with the t interval of the
-#: slopes.
+#: Largest number of participants. With more, the fit takes minutes, and the t interval of the
+#: slopes gives the same result.
 AT_MOST = 200
-#: The statsmodels optimisers, tried until two have converged to the same maximum: each fails on
-#: some data or reports convergence although another finds a better fit (on the R reference data,
-#: lbfgs stops short of lme4's maximum).
+#: Optimisers of statsmodels, tried until two converge to the same maximum. Each of them fails on
+#: some data, or reports convergence although another finds a better fit (on the R reference data,
+#: lbfgs stops before it reaches lme4's maximum).
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
-#: Log likelihoods closer than this count as the same maximum.
+#: Log likelihoods closer than this value count as the same maximum.
 SAME_MAXIMUM = 1e-3
-#: Smallest diagonal element of the random effects' Cholesky factor, in residual standard
-#: deviations, that is not at its bound. lme4's `isSingular` tests the same, with 1e-4 by default.
+#: Diagonal elements of the random effects' Cholesky factor below this value, in residual standard
+#: deviations, count as being at their bound. lme4's `isSingular` uses 1e-4 by default.
 AT_ITS_BOUND = 1e-2
 BOUND_SENTENCE = "a variance or correlation is on its boundary"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MixedModel:
-    """Log estimate on log amplitude, with random intercepts and slopes.
+    """A mixed model of log estimates on log amplitude, with random intercepts and slopes.
 
     Parameters
     ----------
@@ -54,13 +54,13 @@ class MixedModel:
     log_likelihood_reml : float
         Restricted log likelihood.
     converged : bool
-        Whether the optimiser met its convergence criterion.
+        Whether the optimiser reported convergence.
     at_bound : bool
         Whether a variance or correlation is at its bound.
     optimiser : str
-        The optimiser that found this fit.
+        Name of the optimiser that found this fit.
     warnings : tuple of str
-        Warnings from statsmodels for that fit.
+        Warnings from statsmodels for this fit.
     n, trials : int
         Numbers of participants and of trials above 0 µm.
     """
@@ -88,11 +88,11 @@ class MixedModel:
 def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     """Fit a linear mixed model of log estimate on log amplitude, with random effects (REML).
 
-    Intercepts and slopes are random. Fitted by statsmodels on trials above 0 µm. The interval for
-    the slope uses the t distribution with n - 1 degrees of freedom; statsmodels uses the normal
-    distribution, which gives intervals that are too narrow for a dozen people. Standard errors of
-    variances are not given, because those from statsmodels are not usable. The fit is the one with
-    the highest likelihood of the `OPTIMISERS` that were tried.
+    statsmodels fits random intercepts and slopes to trials above 0 µm, with several `OPTIMISERS`;
+    the fit with the highest likelihood is returned. The interval for the slope uses the t
+    distribution with n - 1 degrees of freedom, because the normal distribution of statsmodels gives
+    intervals that are too narrow for twelve people. Standard errors of variances are not reported,
+    because the values from statsmodels are not usable.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -131,7 +131,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return log estimates and log amplitudes above 0, and the reason if no model can be fitted."""
+    """Return log estimates and log amplitudes, and the reason if no model can be fitted."""
     trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {
@@ -175,15 +175,15 @@ def likeliest(
     Parameters
     ----------
     frame : DataFrame
-        Columns ``ly``, ``lx``, ``who`` and those named in the formulas.
+        Columns ``ly``, ``lx`` and ``who``, and all columns in the formulas.
     fixed, random : str
         Formulas for the fixed effects and for the random effects of participants.
     """
-    # Avoids statsmodels.formula.api, which loads all of statsmodels and takes half a second.
+    # statsmodels.formula.api is not used, because it loads all of statsmodels, which is slow.
     from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415
 
-    # Centred, because far from 0 (as with logarithms of nanometres) intercept and slope are so
-    # correlated that an optimiser stops early and reports convergence. The likelihood is unchanged.
+    # Without centring, intercept and slope can be so strongly correlated (as with logarithms of
+    # nanometres) that an optimiser stops early. Centring does not change the likelihood.
     centred = frame.assign(lx=frame["lx"] - _centre(frame))
     model = MixedLM.from_formula(fixed, centred, groups="who", re_formula=random)
     attempts = []
@@ -194,8 +194,8 @@ def likeliest(
                 fit = model.fit(reml=True, method=[optimiser])
                 fit.bse_fe  # noqa: B018 - computed on first use, and it warns
             except np.linalg.LinAlgError:
-                continue  # this optimiser's result has no standard error; another's may have one
-        # An optimiser that diverged returns no likelihood.
+                continue  # without a standard error; another optimiser may give one
+        # If an optimiser diverges, it returns no likelihood.
         if np.isfinite(fit.llf):
             messages = sorted({str(w.message).splitlines()[0] for w in caught})
             attempts.append((fit, optimiser, messages))

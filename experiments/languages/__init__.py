@@ -1,1 +1,1 @@
-"""The texts that participants read, one file per language."""
+"""Texts for participants, one file per language."""

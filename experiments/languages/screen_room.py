@@ -1,7 +1,7 @@
-"""The screen space for each text: its position, maximum length, and the letters it may contain.
+"""Define where texts appear on the screen, and check that they fit and can be drawn.
 
-Space is measured in lines of letters of average width. `slipscale.experiments.participants.
-psychopy_window.screens` draws the texts.
+Space is measured in lines of letters of average width. The module
+`slipscale.experiments.participants.psychopy_window.screens` draws the texts.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from itertools import chain
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A type of position for a text on a screen.
+    """A place for text on the screen.
 
     Parameters
     ----------
     where : str
         Description for translators.
     letters : int
-        Letters per line at the smallest size to which letters shrink.
+        Number of letters per line at the smallest font size.
     lines : int
         Number of lines.
     """
@@ -44,7 +44,7 @@ FOOT = Room("a line of small print at the foot of a screen", 72, 2)
 WORD = Room("a few words shown for a moment", 40, 3)
 BANNER = Room("the strip at the top of a pilot's screens: one line", 90, 1)
 
-# The first pattern that matches a key applies.
+# Pattern for keys -> place; the first match applies.
 ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.yes_key", LETTER_KEY),
     ("window.no_key", LETTER_KEY),
@@ -107,7 +107,7 @@ LETTERS = frozenset(
     )
 )
 FROM_THE_RIGHT = ("R", "AL")
-# First word of a letter's Unicode name -> the font that contains it.
+# First word of a letter's Unicode name -> font that contains the letter.
 FONTS = {
     "ARABIC": "Noto Sans Arabic",
     "HEBREW": "Noto Sans Hebrew",
@@ -127,7 +127,7 @@ MOST_SHOWN = 8
 
 
 def room_of(key: str) -> Room:
-    """Return where a text appears.
+    """Return the place of a text on the screen.
 
     >>> room_of("matching.title").where
     'the title of a screen: one line'
@@ -136,7 +136,7 @@ def room_of(key: str) -> Room:
 
 
 def not_drawn(text: str) -> str:
-    """Return a sentence that explains why a text cannot be drawn; empty if it can.
+    """Return the reason why a text cannot be drawn, or an empty string.
 
     >>> not_drawn("Größe?"), not_drawn("שלום")[:23]
     ('', 'it is written from righ')
@@ -146,7 +146,7 @@ def not_drawn(text: str) -> str:
             "it is written from right to left, which the participant's screen cannot draw"
             f"{_fonts(text)}"
         )
-    # Combine letters and marks for which there is a single character.
+    # Letters with marks are combined if there is a single character.
     signs = unicodedata.normalize("NFC", text)
     strange = dict.fromkeys(each for each in signs if each not in LETTERS and each != "\n")
     if not strange:
@@ -159,14 +159,14 @@ def not_drawn(text: str) -> str:
 
 
 def _fonts(text: str) -> str:
-    """Return which fonts contain the letters that the window's font lacks."""
+    """Return the names of fonts for letters that the window's font lacks."""
     scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
     names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
     return f" (a font that has these: {', '.join(names)})" if names else ""
 
 
 def too_long(key: str, text: str) -> str:
-    """Return an error message if a text is too long for its place on screen; otherwise empty."""
+    """Return an error message if a text is too long for its place, or an empty string."""
     room = room_of(key)
     lines = [
         line

@@ -1,7 +1,8 @@
-"""The texts that a participant reads: shipped in English and French, replaceable in the study file.
+"""Load and check the texts that participants read.
 
-A study may add a language, with a text for every key. If a later version of Slipscale resumes a run
-of such a study, it shows the English text for any new key.
+Texts are shipped in English and French; a study file can replace them. A study can also add a
+language, with a text for every key. If a later version of Slipscale resumes a run of such a study,
+it shows the English text for new keys.
 """
 
 from __future__ import annotations
@@ -22,18 +23,19 @@ from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWord
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
-# Not translated: set by the study's [keys].
+# Not translated, because the [keys] of the study set it.
 SET_BY_KEYS = ("window.go_on_key", "window.again_key", "window.touch")
-# A language's code, as in HTML and elsewhere (BCP 47): de, pt-BR, zh-Hant.
+# Code of a language (BCP 47), such as de, pt-BR or zh-Hant.
 CODE = re.compile(r"[a-z]{2,3}(-[A-Za-z0-9]{2,8})*")
-FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # answers of a choice: one number key per answer
-MOST_OPTIONS = 99  # options of a scrolling list: two-digit numbers
+FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # number of answers, each with a number key
+MOST_OPTIONS = 99  # in a scrolling list, which has two-digit numbers
 
 
 def languages() -> list[str]:
-    """Return the codes of the shipped languages, one TOML file each, next to this module.
+    """Return the codes of the shipped languages.
 
-    To add a language, add a file with every key of ``en.toml``; a test compares the keys.
+    Each language is a TOML file next to this module. To add a language, add a file with all keys of
+    ``en.toml``; a test compares the keys.
 
     >>> "en" in languages()
     True
@@ -43,13 +45,13 @@ def languages() -> list[str]:
 
 @cache
 def _languages() -> tuple[str, ...]:
-    # Cached: every run of a pilot looks it up, and languages do not change while a program runs.
+    # Cached, because every run of a pilot needs it, and the files do not change.
     names = (entry.name for entry in files("slipscale.experiments").joinpath("languages").iterdir())
     return tuple(sorted(name.removesuffix(".toml") for name in names if name.endswith(".toml")))
 
 
 def flatten(table: Mapping[str, object], prefix: str = "") -> dict[str, str]:
-    """Flatten a nested table to one level, with keys joined by dots.
+    """Flatten a nested table, joining keys with dots.
 
     >>> flatten({"window": {"yes": "yes"}})
     {'window.yes': 'yes'}
@@ -69,7 +71,7 @@ def load_texts(
     brought: Texts | None = None,
     words: AttributeWords | None = None,
 ) -> Texts:
-    """Return all texts of a language, with a study's own texts in place of the shipped ones.
+    """Return all texts of a language, in which a study's own texts replace the shipped ones.
 
     Parameters
     ----------
@@ -78,14 +80,14 @@ def load_texts(
     replacements : Mapping, optional
         Texts that replace the shipped ones, nested or with dotted keys.
     brought : Mapping, optional
-        Texts that the run's protocols add to the shipped ones.
+        Texts added by the protocols of the run.
     words : AttributeWords, optional
-        The words of what is judged; default: those of slipperiness.
+        Words for the property that is judged; by default, slipperiness.
 
     Raises
     ------
     UserError
-        If the language does not exist, or a replacement would fail during a session.
+        If the language does not exist, or a replacement text is invalid.
     """
     if language not in _languages() and not replacements:
         raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
@@ -102,9 +104,9 @@ def load_texts(
 
 @cache
 def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[str, str]:
-    """Return the texts of a shipped language; all callers share the result, so do not modify it.
+    """Return the texts of a shipped language. Do not modify the result; all callers share it.
 
-    For other languages these are the English texts, which the study's own texts replace. Without
+    For other languages, return the English texts, which the study's own texts replace. Without
     ``words``, the texts are about slipperiness.
     """
     known = language if language in _languages() else ENGLISH
@@ -116,7 +118,7 @@ def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[st
 def text_faults(
     language: str, replacements: Mapping[str, object], brought: Texts | None = None
 ) -> list[tuple[str, str]]:
-    """Return the key and error message for each study text that would fail in a session."""
+    """Return the key and an error message for each invalid text of a study."""
     shipped, own = shipped_texts(language) | dict(brought or {}), flatten(replacements)
     known = {key: text for key, text in own.items() if key in shipped}
     return [
@@ -127,37 +129,37 @@ def text_faults(
 
 
 def unshown(own: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and error message for each text that its screen cannot show."""
+    """Yield the key and an error message for each text that does not fit or cannot be drawn."""
     for key, text in own.items():
-        # The length of texts from external protocols is not checked.
+        # The length of texts from other packages is not checked.
         long = too_long(key, text) if key in shipped_texts(ENGLISH) else ""
         if sentence := not_drawn(text) or long:
             yield key, sentence
 
 
 def missing(own: Texts, brought: Texts) -> list[str]:
-    """Return the keys for which a study's added language has no text, in the English order.
+    """Return the keys for which a language added by a study has no text, in the English order.
 
     Parameters
     ----------
     own : Mapping
-        The language's texts by dotted key; an empty text counts as missing.
+        Texts of the language, keyed by dotted key; empty texts count as missing.
     brought : Mapping
-        Texts that the study's protocols add, in English or another language.
+        Texts added by the study's protocols, in English or another language.
     """
     return [key for key in to_translate(brought) if not own.get(key, "").strip()]
 
 
 def to_translate(brought: Texts) -> dict[str, str]:
-    """Return the English texts that a study's added language must translate."""
+    """Return the English texts that a language added by a study must translate."""
     english = {**shipped_texts(ENGLISH), **brought}
     return {key: text for key, text in english.items() if key not in SET_BY_KEYS}
 
 
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and error message for each text that lacks the English placeholders or answers.
+    """Yield the key and an error message for each text that lacks English placeholders or answers.
 
-    A replacement within a language may omit a placeholder; a translation omits it only by mistake.
+    Only translations are checked; a text that replaces a shipped one may omit placeholders.
     """
     for key, english in to_translate(brought).items():
         if not (text := own.get(key, "")):
@@ -169,7 +171,7 @@ def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
 
 
 def texts_hash(texts: Texts) -> str:
-    """Return the SHA-256 of all texts that a participant could read, in hexadecimal."""
+    """Return the SHA-256 of all texts, in hexadecimal."""
     return hashlib.sha256(json.dumps(dict(sorted(texts.items()))).encode()).hexdigest()
 
 
@@ -180,7 +182,7 @@ def _unknown(key: str, shipped: Texts) -> str:
 
 
 def blanks(text: str) -> set[str] | None:
-    """Return the names in a text's {braces}; None if the braces are unbalanced.
+    """Return the names in the {braces} of a text; None if braces are unbalanced.
 
     >>> blanks("{done} of {total}") == {"done", "total"}, blanks("50 % {")
     (True, None)
@@ -202,7 +204,7 @@ def answers(text: str) -> list[str]:
 
 
 def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and error message for each text with {braces} that nothing fills in."""
+    """Yield the key and an error message for each text with unknown or unbalanced {braces}."""
     for key, text in own.items():
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
@@ -211,7 +213,7 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and error message for invalid keys, decimal signs and lists of answers."""
+    """Yield the key and an error message for invalid keys, decimal signs and lists of answers."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"
