@@ -32,8 +32,8 @@ class Parser(ArgumentParser):
             "--verbose",
             action="store_true",
             default=SUPPRESS,
-            help="report on standard error what is read and chosen and how long it takes; show the "
-            "traceback of every error",
+            help="report on standard error which files are read, what is chosen and how long "
+            "each step takes; show the traceback of every error",
         )
 
     def load(self, words: Sequence[str] = ()) -> None:

@@ -136,8 +136,8 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
         )
     if given and own and given != own:
         raise UserError(
-            f"plate '{backend}': the plate file of '{file.identity.name}' names another "
-            "calibration; expected only one of them"
+            f"plate '{backend}': the SPEC and the plate file of '{file.identity.name}' name "
+            "different calibrations; name only one"
         )
     if given and (faults := file.implausible(given)):
         raise UserError(

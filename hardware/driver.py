@@ -84,7 +84,7 @@ class PlateDriver(GuardedOutput):
     tracks: ClassVar[bool] = False
     tracked_hz: float | None = None
     simulated: ClassVar[bool] = False
-    why_not_modulated: str = "it holds one amplitude at a time"
+    why_not_modulated: str = "it can only hold a constant amplitude"
 
     def __init__(
         self,
@@ -267,7 +267,9 @@ class PlateDriver(GuardedOutput):
         """
         self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
-            raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot follow")
+            raise PlateRefused(
+                f"plate '{self.name}': its output is {self.output}, so it cannot follow the finger"
+            )
         with self._silent_on_fault():
             self._follow(level)
             self._check_in_time()
@@ -291,7 +293,10 @@ class PlateDriver(GuardedOutput):
         """
         self._check_loop(change)
         if self.modulator is None or self.output is not Output.MAY_BE_ON:
-            raise PlateRefused(f"plate '{self.name}': it is {self.output}, so it cannot change")
+            raise PlateRefused(
+                f"plate '{self.name}': its output is {self.output}, so its amplitude cannot be "
+                "changed"
+            )
         with self._silent_on_fault():
             self._repeats_s = self.clock.now() + change.period_s
             self._change(change)

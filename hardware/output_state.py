@@ -153,8 +153,8 @@ class GuardedOutput(ABC):
         duty = self._on_time.duty(self.clock.now())
         if duty > self.limits.duty:
             raise OverLimit(
-                f"the plate vibrated {duty:.0%} of the last {self.limits.duty_window_s:g} s, "
-                f"more than {self.limits.duty:.0%}"
+                f"the plate vibrated {duty:.0%} of the last {self.limits.duty_window_s:g} "
+                f"s, more than the allowed {self.limits.duty:.0%}"
             )
 
     @abstractmethod

@@ -319,7 +319,9 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     expected = Expected.model_validate(BOUNDS)
     plate = PlateFile(identity=identity, wiring=wiring, expected=expected)
     document = tomlkit.document()
-    document.add(tomlkit.comment("A plate: see docs/how-to/calibration.md. After a change:"))
+    document.add(
+        tomlkit.comment("Plate file; see docs/how-to/calibration.md. After a change, run:")
+    )
     document.add(tomlkit.comment(f"slipscale plate sign {path.name}"))
     document.add(CHECKSUM, checksum(plate))
     document.add(tomlkit.nl())
@@ -336,7 +338,9 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
     _write(path, tomlkit.dumps(document), mode="x")
 
 
-NARROW_EXPECTED = ("Narrow these to your plate: mistaking peak for peak to peak is a factor of 2.",)
+NARROW_EXPECTED = (
+    "Narrow these limits to your plate: mistaking peak for peak to peak is a factor of 2.",
+)
 EXAMPLES = {
     "geometry": ("length_mm = 83.0", "width_mm = 49.0", "columns = 7", "rows = 5"),
     "calibration": ('file = "calibration.toml"  # next to this file',),
@@ -381,8 +385,8 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     elif plate.unacknowledged() or not plate.acknowledged_by_command():
         raise UserError(
             f"{path}: {_listed(plate.unacknowledged() or beyond)} is beyond the shipped "
-            "limits; expected --beyond-shipped-limits and --by NAME, the person responsible; "
-            "an acknowledgement written by hand does not count"
+            "limits; expected --beyond-shipped-limits and --by NAME, the name of the person "
+            "responsible; an acknowledgement typed into the file is not accepted"
         )
     content = {key: value for key, value in document.unwrap().items() if key != CHECKSUM}
     signed = PlateFile.model_validate(_names(content).to_code(content))

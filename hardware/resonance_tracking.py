@@ -81,7 +81,7 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
     top_hz = (f0 + f1) / 2 - first / (2 * curvature)
     top = y1 - curvature * (f1 - top_hz) ** 2
     if top <= 0:
-        raise UserError("the amplitudes are too far apart for one resonance")
+        raise UserError("the amplitudes do not fit a single resonance")
     return top_hz, 1 / math.sqrt(top)
 
 
@@ -127,13 +127,13 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
         refused = str(error)
     if not abs(top_um_pp - swept_um_pp) <= AGREES * swept_um_pp:
         raise OffCalibration(
-            f"at its resonance of {now_hz:.1f} Hz the plate makes {top_um_pp:.3f} µm p-p with "
+            f"at its resonance of {now_hz:.1f} Hz, the plate reaches {top_um_pp:.3f} µm p-p with "
             f"{voltage_v:.2f} V peak, but the calibration predicts {swept_um_pp:.3f} µm p-p"
         )
     if abs(now_hz - resonance.frequency_hz) > LARGEST_SHIFT * half_hz:
         refused = (
-            f"{now_hz:.1f} Hz is more than {half_hz:.0f} Hz from the calibrated "
-            f"{resonance.frequency_hz:.1f} Hz: recalibrate"
+            f"the resonance of {now_hz:.1f} Hz is more than {half_hz:.0f} Hz away from the "
+            f"calibrated {resonance.frequency_hz:.1f} Hz; recalibrate"
         )
     if not refused:
         plate.limits.check_frequency(now_hz)

@@ -40,7 +40,7 @@ def _unpacked(pixels: str, columns: int) -> Greys:
     decoder = zlib.decompressobj()
     greys = decoder.decompress(base64.b64decode(pixels, validate=True), MOST_PIXELS + 1)
     if not 0 < len(greys) <= MOST_PIXELS or not columns > 0 or len(greys) % columns:
-        raise ValueError("its size is wrong")
+        raise ValueError("its pixels do not match its size")
     return tuple(greys[start : start + columns] for start in range(0, len(greys), columns))
 
 
@@ -194,7 +194,7 @@ class FrictionMap(Parametric):
         if steps < 2:  # noqa: PLR2004 - fewer are no change
             raise UserError(
                 f"{self.where}: a finger at {self.finger_speed_mm_s:g} mm/s crosses it in "
-                f"{1000 * stroke_s:.3g} ms, but the plate and its line need "
+                f"{1000 * stroke_s:.3g} ms, but the plate and its connection need "
                 f"{2000 * modulator.shortest_step_s:g} ms for two amplitudes"
             )
         levels = tuple(self.shown((step + 0.5) / steps) for step in range(steps))

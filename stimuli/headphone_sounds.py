@@ -51,7 +51,7 @@ class Tones:
         if self.quiet == self.antiphase or not {self.quiet, self.antiphase} <= set(places):
             raise UserError(
                 f"headphone test: tone {self.quiet} quiet and tone {self.antiphase} in "
-                "antiphase; expected two different tones of 1, 2, 3"
+                "antiphase; expected two different tones from 1 to 3"
             )
 
     @property

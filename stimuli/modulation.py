@@ -231,7 +231,7 @@ class Modulator:
             if value_s < shortest_s * (1 - ROUNDING):
                 raise UserError(f"loop: {what} is {value_s:.6g}, expected {shortest_s:.6g} or more")
         if len(loop.levels) > STEPS_MAX:
-            raise UserError(f"loop: {len(loop.levels)} amplitudes, expected {STEPS_MAX} at most")
+            raise UserError(f"loop: {len(loop.levels)} amplitudes, expected at most {STEPS_MAX}")
 
 
 DEFAULT_MODULATOR = Modulator()

@@ -47,7 +47,7 @@ def _phase(what: str, description: str) -> Parameter:
 def _harmonic_phase(order: str) -> Parameter:
     return _phase(
         f"{order} harmonic phase",
-        "Point in its own period at which this harmonic begins, where the sine begins.",
+        "Point in the harmonic's own period at which it starts when the sine starts.",
     )
 
 
@@ -126,7 +126,8 @@ class Grating(Parametric):
             name="modulation frequency",
             unit="Hz",
             above=0,
-            description="Periods per second, instead of a spatial period: the same for every "
+            description="Periods per second, used instead of a spatial period; it does not depend "
+            "on "
             "finger speed.",
         ),
     ] = None
@@ -169,19 +170,20 @@ class Grating(Parametric):
             )
         if self.duty_share != HALF and self.waveform != "square":
             raise UserError(
-                f"{self.where}: duty_share is {self.duty_share} and waveform '{self.waveform}', "
-                "expected a square wave"
+                f"{self.where}: duty_share is {self.duty_share}, but waveform is "
+                f"'{self.waveform}'; expected a square wave"
             )
         for name in HARMONICS:
             share, phase = f"{name}_harmonic_share", f"{name}_harmonic_phase_deg"
             if getattr(self, phase) and not getattr(self, share):
                 raise UserError(
-                    f"{self.where}: {phase} is {getattr(self, phase)} and {share} 0, "
+                    f"{self.where}: {phase} is {getattr(self, phase)}, but {share} is 0; "
                     "expected a share above 0"
                 )
         if self._harmonics and self.waveform != "sine":
             raise UserError(
-                f"{self.where}: it has harmonics and waveform '{self.waveform}', expected a sine"
+                f"{self.where}: it has harmonics, but waveform is '{self.waveform}'; "
+                "expected a sine"
             )
         if self.depth_level > (most := self.mean_level / -self._ends[0]):
             of = "the mean, " if most == self.mean_level else ""
@@ -360,12 +362,12 @@ class Grating(Parametric):
         """Raise an error if the wave is too fast for the plate and the line."""
         if self.spatial_period_mm is None:
             raise UserError(
-                f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its line "
+                f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its connection "
                 f"can follow at most {fastest_hz:.3g} Hz"
             )
         raise UserError(
             f"{self.where}: a finger at {speed_mm_s:g} mm/s crosses {rate_hz:.3g} periods "
-            f"per second, but the plate and its line can follow at most {fastest_hz:.3g}: "
+            f"per second, but the plate and its connection can follow at most {fastest_hz:.3g}: "
             f"expected a finger speed up to {fastest_hz * self.spatial_period_mm:.3g} mm/s or "
             f"a period from {speed_mm_s / fastest_hz:.3g} mm"
         )

@@ -97,7 +97,7 @@ class Transient(Parametric):
             above=0,
             most=10,
             description="Time from the beginning of the change to the beginning of the change "
-            "back; default: until the trigger no longer holds.",
+            "back; default: until the trigger's condition ends.",
         ),
     ] = None
     position_mm: Annotated[
@@ -108,7 +108,8 @@ class Transient(Parametric):
             least=0,
             most=500,
             description="Position along the stroke, from the sensor's zero, at and beyond which "
-            "the amplitude is changed.",
+            "the "
+            "amplitude changes.",
         ),
     ] = None
     force_n: Annotated[
@@ -118,7 +119,7 @@ class Transient(Parametric):
             unit="N",
             above=0,
             most=20,
-            description="Normal force at and above which the amplitude is changed.",
+            description="Normal force at and above which the amplitude changes.",
         ),
     ] = None
     delay_s: Annotated[
@@ -128,8 +129,7 @@ class Transient(Parametric):
             unit="s",
             least=0,
             most=60,
-            description="Time after the finger touched the plate at which the amplitude is "
-            "changed.",
+            description="Time after the finger touches the plate at which the amplitude changes.",
         ),
     ] = None
     shape: Shape = "cosine"
@@ -145,8 +145,8 @@ class Transient(Parametric):
             raise UserError(f"{self.where}: shape is '{self.shape}', expected one of: {known}")
         if self.duration_s is not None and self.duration_s < self.transition_s:
             raise UserError(
-                f"{self.where}: duration_s is {self.duration_s:g}, expected transition_s, "
-                f"{self.transition_s:g}, or more"
+                f"{self.where}: duration_s is {self.duration_s:g}, expected at least "
+                f"transition_s, {self.transition_s:g}"
             )
 
     @property
@@ -279,13 +279,14 @@ class Transient(Parametric):
             shortest_s = FEWEST_PIECES * step_s
         if self.transition_s < shortest_s * (1 - 1e-9):
             raise UserError(
-                f"{self.where}: transition_s is {self.transition_s:g}, but the plate and its "
-                f"line need {shortest_s:.4g} or more for a {self.shape} transition"
+                f"{self.where}: transition_s is {self.transition_s:g}, but the plate and "
+                f"its connection need {shortest_s:.4g} or more for a {self.shape} transition"
             )
         if not linear:
             if lasts_s is not None and lasts_s < modulator.shortest_step_s:
                 raise UserError(
-                    f"{self.where}: duration_s is {lasts_s:g}, but the plate and its line need "
+                    f"{self.where}: duration_s is {lasts_s:g}, but the plate and its "
+                    "connection need "
                     f"{modulator.shortest_step_s:.4g} or more"
                 )
             return 1, lasts_s or max(self.transition_s, HELD_S)

@@ -96,9 +96,9 @@ class DaqOutput(PlateDriver):
         samples = PERIODS * self._rate_hz / self._frequency_hz
         if samples < 4 * PERIODS or abs(samples - round(samples)) > 1e-6 * samples:
             raise UserError(
-                f"plate 'daq': {self._rate_hz:g} samples per second do not fit {PERIODS} "
-                f"periods of {self._frequency_hz:g} Hz; expected a multiple of it, at least 4 "
-                "times as high"
+                f"plate 'daq': rate is {self._rate_hz:g} Hz, but {PERIODS} periods of "
+                f"{self._frequency_hz:g} Hz must be a whole number of samples, with at least 4 per "
+                "period; expected a multiple of the frequency"
             )
         phase = 2 * math.pi * PERIODS * np.arange(round(samples)) / round(samples)
         self._sine, self._cosine = np.sin(phase), np.cos(phase)

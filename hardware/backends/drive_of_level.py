@@ -73,14 +73,14 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
     quantity = plate.limits.quantity
     if plate.calibration is not None or quantity.in_um_pp:
         raise UserError(
-            f"plate '{backend}': frequency and per_volt are only for a plate file in a quantity "
-            "other than µm; a plate in µm has them in its calibration"
+            f"plate '{backend}': frequency and per_volt apply only to plate files in a "
+            "quantity other than µm; for plates in µm, the calibration contains both values"
         )
     in_volts = quantity.unit == VOLTS
     if "frequency" not in options or ("per_volt" in options) == in_volts:
         expected = "frequency=HZ" if in_volts else "frequency=HZ,per_volt=LEVEL"
         raise UserError(
-            f"plate '{backend}': a plate in {quantity.unit_in_full} is driven with {expected}"
+            f"plate '{backend}': a plate file in {quantity.unit_in_full} requires {expected}"
         )
     try:
         plate.limits.check_frequency(options["frequency"])

@@ -116,8 +116,9 @@ class FunctionGenerator(PlateDriver):
             amplifier_gain,
             wired,
             calibration,
-            unknown="plate 'scpi': the amplifier's gain is unknown; set it in the SPEC, as "
-            "gain=20, or gain=1 without an amplifier",
+            unknown="plate 'scpi': the amplifier's gain is unknown; set it in the SPEC, for "
+            "example "
+            "gain=20 (gain=1 if there is no amplifier)",
         )
         self._vpp_per_v = VPP_PER_V_PEAK / self.amplifier_gain
         self._machine: Clock = SystemClock()
@@ -143,7 +144,7 @@ class FunctionGenerator(PlateDriver):
         if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
             return
         raise OverLimit(
-            f"{voltage_v:.4g} V peak at the plate need {vpp:.4g} V peak to peak from the "
+            f"{voltage_v:.4g} V peak at the plate require {vpp:.4g} V peak to peak from the "
             f"generator, which supplies {made.smallest_vpp:g} to {made.largest_vpp:g} V; use "
             "an amplifier with another gain, or other amplitudes"
         )
@@ -243,8 +244,8 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     channel = options.get("channel", wired or 1)
     if wired and channel != wired:
         raise UserError(
-            f"plate 'scpi': channel is {channel}, but the plate file has {wired}: one of them "
-            "drives another plate"
+            f"plate 'scpi': the SPEC has channel={channel}, but the plate file has channel "
+            f"{wired}; correct the wrong one"
         )
     return FunctionGenerator(
         GeneratorLine(resource),

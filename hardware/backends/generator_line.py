@@ -83,7 +83,7 @@ class GeneratorLine:
             if opening:
                 raise PlateNotFound(f"{self.resource}: cannot be opened ({error})") from error
             if getattr(error, "error_code", None) == StatusCode.error_timeout:
-                raise PlateTimeout(f"{self.resource}: no answer") from error
+                raise PlateTimeout(f"{self.resource}: the generator does not answer") from error
             raise ConnectionLost(
                 f"{self.resource}: the device was disconnected ({error})"
             ) from error

@@ -120,9 +120,9 @@ class GeneratorOutput:
         value = self._ask(setting.item)
         if not setting.holds(value):
             raise PlateRefused(
-                f"{self.line.resource}: {self._command(setting.item.ask)} is {value} after "
-                f"{setting.value}; the generator was reset, was changed at its front panel, "
-                "or does not keep the setting"
+                f"{self.line.resource}: {self._command(setting.item.ask)} returns {value}, "
+                f"but {setting.value} was set; the generator was reset, was changed at its "
+                "front panel, or does not keep the setting"
             )
 
     def switch_on(self) -> None:
@@ -188,7 +188,8 @@ class GeneratorOutput:
         step = self.range.resolution_vpp if self.range and item is self.dialect.voltage_vpp else 0.0
         if not math.isclose(answer, value, rel_tol=AGREEMENT, abs_tol=step):
             raise PlateRefused(
-                f"{self.line.resource}: {self._command(item.ask)} is {answer:g} after {value:g}"
+                f"{self.line.resource}: {self._command(item.ask)} returns {answer:g}, but "
+                f"{value:g} was set"
             )
 
     def is_on(self) -> bool:
@@ -197,7 +198,8 @@ class GeneratorOutput:
         on = is_on(value)
         if on is None:
             raise GarbledReply(
-                f"{self.line.resource}: '{value}' answers {self._command(self.dialect.output.ask)}"
+                f"{self.line.resource}: the answer '{value}' to "
+                f"{self._command(self.dialect.output.ask)} cannot be read"
             )
         return on
 
@@ -206,7 +208,10 @@ class GeneratorOutput:
         text = self._ask(item)
         value = number(text)
         if math.isnan(value):
-            raise GarbledReply(f"{self.line.resource}: '{text}' answers {self._command(item.ask)}")
+            raise GarbledReply(
+                f"{self.line.resource}: the answer '{text}' to {self._command(item.ask)} cannot "
+                "be read"
+            )
         return value
 
     def write(self, item: Item, value: str) -> None:
@@ -218,7 +223,9 @@ class GeneratorOutput:
         answer = self.line.ask(query)
         value = item.read(answer)
         if value is None:
-            raise GarbledReply(f"{self.line.resource}: '{answer}' answers {query}")
+            raise GarbledReply(
+                f"{self.line.resource}: the answer '{answer}' to {query} cannot be read"
+            )
         return value
 
     def _no_errors(self) -> None:
@@ -226,7 +233,7 @@ class GeneratorOutput:
             return
         code, _, text = self.line.ask(self.dialect.error).partition(",")
         if code.strip("+ ") != "0":
-            raise PlateRefused(f"{self.line.resource}: error {code}, {text}")
+            raise PlateRefused(f"{self.line.resource}: the generator reports error {code}, {text}")
 
     def _command(self, template: str, value: str = "") -> str:
         return template.format(value=value, **words_of(self.dialect, self.channel))

@@ -197,7 +197,7 @@ class MockPlate(PlateDriver):
 
     def _silence(self) -> None:
         if self._lost:
-            raise ConnectionLost("mock plate: the line is lost")
+            raise ConnectionLost("mock plate: the connection was lost")
         if self._connected:
             self._note_command("silence")
             self._set(OFF)

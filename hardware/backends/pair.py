@@ -147,7 +147,7 @@ def pair_of(spec: str) -> tuple[str, str]:
     specs = parts(spec)
     if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair
         raise UserError(
-            f"plate '{spec}': expected two SPECs with {SPLIT} between them, such as "
+            f"plate '{spec}': expected two SPECs separated by {SPLIT}, such as "
             f"pair:serial:PORT{SPLIT}daq:CHANNEL"
         )
     return specs[0], specs[1]

@@ -57,7 +57,9 @@ class Trace:
         steps_s = np.diff(self.times_s)
         step_s = float(np.mean(steps_s))
         if not (step_s > 0 and np.all(np.abs(steps_s - step_s) < UNEVEN * step_s + 1e-15)):
-            raise ValueError("its times are not evenly spaced; expected seconds")
+            raise ValueError(
+                "its times are not evenly spaced; expected evenly spaced times in seconds"
+            )
         if frequency_hz * step_s * SAMPLES_PER_PERIOD_MIN > 1:
             raise ValueError(
                 f"its samples are {step_s:.3g} s apart; expected at least "
@@ -145,7 +147,9 @@ def _of_a_velocity(reading: _Reading) -> float:
 
 def _of_a_trace(reading: _Reading) -> float:
     if reading.mm_s_per_v is None:
-        raise UserError("--csv: oscilloscope traces need --mm-s-per-volt, the vibrometer's")
+        raise UserError(
+            "--csv: oscilloscope traces require --mm-s-per-volt, the vibrometer's scale factor"
+        )
     try:
         volts_v = read_trace(reading.folder / reading.text).amplitude_v_peak(reading.frequency_hz)
     except ValueError as error:

@@ -129,7 +129,7 @@ class Calibration(FrozenTable):
     def _range_was_measured(self) -> Calibration:
         measured_v = [each.voltage_v for each in self.points if each.sweep == "voltage"]
         if not measured_v or self.gain.voltage_max_v > max(measured_v) * (1 + 1e-9):
-            raise ValueError("gain.voltage_max_v is larger than the voltages in points")
+            raise ValueError("gain.voltage_max_v is larger than every voltage in points")
         half_width_hz = self.resonance.frequency_hz / (2 * self.resonance.quality_factor)
         for each in self.points:
             apart_hz = abs(each.frequency_hz - self.resonance.frequency_hz)
@@ -163,7 +163,7 @@ class Calibration(FrozenTable):
             if misfit > MISFIT or math.isnan(misfit):
                 raise ValueError(
                     f"the readings of the {readings[0].sweep} sweep differ by {misfit:.0%} "
-                    f"from the resonance and gain, expected up to {MISFIT:.0%}"
+                    f"from the fitted resonance and gain, expected at most {MISFIT:.0%}"
                 )
         return self
 
@@ -243,8 +243,8 @@ class Calibration(FrozenTable):
             )
         if (today - made).days > EXPIRED_DAYS:
             raise UserError(
-                f"calibration: it is {(today - made).days} days old, expected up to "
-                f"{EXPIRED_DAYS}; recalibrate"
+                f"calibration: it is {(today - made).days} days old, expected at most "
+                f"{EXPIRED_DAYS} days; recalibrate"
             )
 
     def notes(self, today: date) -> tuple[str, ...]:

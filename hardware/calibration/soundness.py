@@ -182,7 +182,7 @@ def changed(calibration: Calibration, before: Calibration) -> str:
     if 1 / (1 + CHANGED) <= ratio <= 1 + CHANGED:
         return ""
     why = mistake(ratio, calibration.drive.amplifier_gain)
-    guess = f"; a factor of {ratio:.3g}: {why}?" if why else ""
+    guess = f"; a possible cause of this factor of {ratio:.3g}: {why}" if why else ""
     return (
         f"the gain is {calibration.um_pp_per_v_peak:.4g} µm p-p per V peak, but "
         f"{before.um_pp_per_v_peak:.4g} in the plate's last calibration "

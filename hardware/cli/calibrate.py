@@ -29,23 +29,24 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plate",
         metavar="SPEC",
-        help=("the plate to calibrate (default: the laboratory folder's; mock)"),
+        help=("plate to calibrate (default: the laboratory folder's plate, or else mock)"),
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
         "--prompt",
         action="store_true",
-        help="ask for vibrometer readings instead of using the plate's readback; b repeats the "
-        "previous point",
+        help="prompt for vibrometer readings instead of using the plate's readback; enter b to "
+        "repeat the previous point",
     )
     source.add_argument(
         "--csv",
         "--from-csv",
         type=Path,
         metavar="FILE",
-        help="fit readings made elsewhere; columns: sweep (coarse, fine or voltage), "
-        "frequency_hz, voltage_v, and one of amplitude_um_pp, velocity_mm_s_peak, trace "
-        "(an oscilloscope's CSV file); the plate is not used",
+        help="fit readings from a file without using the plate; columns: sweep (coarse, fine or "
+        "voltage), "
+        "frequency_hz, voltage_v, and one of amplitude_um_pp, velocity_mm_s_peak, trace (an "
+        "oscilloscope's CSV file)",
     )
     parser.add_argument(
         "--mm-s-per-volt",
@@ -58,28 +59,32 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=Path,
         default=Path("calibration.toml"),
         metavar="FILE",
-        help="a new file (default: calibration.toml)",
+        help="new file to write (default: calibration.toml)",
     )
-    parser.add_argument("--by", required=True, help="who calibrates")
-    parser.add_argument("--instrument", required=True, help="vibrometer: model and range")
+    parser.add_argument("--by", required=True, help="name of the person who calibrates")
+    parser.add_argument("--instrument", required=True, help="model and range of the vibrometer")
     parser.add_argument(
         "--temperature", type=float, metavar="C", help=("temperature of the plate, in °C")
     )
-    parser.add_argument("--point", default="", help="measured point on the plate")
-    parser.add_argument("--finger", action="store_true", help="a finger rested on the plate")
+    parser.add_argument(
+        "--point", default="", help="point on the plate at which amplitude was measured"
+    )
+    parser.add_argument(
+        "--finger", action="store_true", help="state that a finger rested on the plate"
+    )
     parser.add_argument(
         "--centre",
         type=float,
         default=30_500.0,
         metavar="HZ",
-        help="middle of the frequency sweep (default: 30500)",
+        help="centre of the frequency sweep, in Hz (default: 30500)",
     )
     parser.add_argument(
         "--span",
         type=float,
         default=1_500.0,
         metavar="HZ",
-        help="half-width of the sweep (default: 1500)",
+        help="half-width of the frequency sweep, in Hz (default: 1500)",
     )
     parser.add_argument(
         "--sweep-voltage",
@@ -99,13 +104,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--voltage-convention",
         default="V peak",
         choices=["V peak", "V peak-to-peak", "V RMS"],
-        help="convention of all voltages, at the plate (default: V peak)",
+        help="convention for all voltages, which are voltages at the plate (default: V peak)",
     )
     parser.add_argument(
         "--amplifier-gain",
         type=float,
         metavar="G",
-        help="only for comparison: the gain is set in the plate's SPEC (scpi:RESOURCE,gain=G)",
+        help="check that the plate's SPEC has this gain; set the gain itself in the SPEC "
+        "(scpi:RESOURCE,gain=G)",
     )
     parser.add_argument(
         "--serial",
@@ -115,19 +121,23 @@ def add_arguments(parser: ArgumentParser) -> None:
         ),
     )
     parser.add_argument(
-        "--plate-serial", default="", help="the plate's own number, if plates are interchangeable"
+        "--plate-serial",
+        default="",
+        help="serial number of the plate itself, if plates are interchangeable",
     )
     parser.add_argument(
         "--changed-plate",
         action="store_true",
-        help="the plate, its amplifier or its wiring was changed: accept a gain that differs "
-        "by more than 20 %% from the last calibration",
+        help="accept a gain that differs by more than 20 %% from the last calibration, because "
+        "the plate, its amplifier or its wiring was changed",
     )
     parser.add_argument(
         "--seed", type=int, default=0, help=("random seed of a simulated plate (default: 0)")
     )
     parser.add_argument(
-        "--measure-only", action="store_true", help="report resonance and gain; write no file"
+        "--measure-only",
+        action="store_true",
+        help="report resonance and gain without writing a file",
     )
     parser.add_argument(
         "--steps",
@@ -223,7 +233,7 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
         raise UserError(
             f"calibration: {'; '.join(faults)}. Check the unit of the readings, peak or peak "
             "to peak, and the amplifier's gain; nothing was written. If the plate was "
-            "changed: add --changed-plate, or set other bounds under [expected] in its plate "
+            "changed, add --changed-plate, or set other bounds under [expected] in its plate "
             "file"
         )
 
@@ -232,8 +242,8 @@ def _check_out(path: Path) -> None:
     """Raise `UserError` if the file cannot be written, before anybody reads an instrument."""
     if path.exists():
         raise UserError(
-            f"--out {path}: already exists, and data may depend on it; expected the name of a "
-            "new file"
+            f"--out {path}: this file already exists, and data may depend on it; expected "
+            "the name of a new file"
         )
     if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
         raise UserError(f"--out {path}: expected a writable folder, got {path.parent}")
@@ -265,7 +275,10 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
     """Return the plate's own number; a value from the plate file must agree."""
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
-        raise UserError(f"--plate-serial {given}: the plate file has '{filed}'")
+        raise UserError(
+            f"--plate-serial {given}: the plate file has serial number '{filed}'; correct one "
+            "of them"
+        )
     return given or filed
 
 
@@ -355,7 +368,10 @@ def prompted(plate: PlateDriver, drive: str) -> float | None:
         reading = _reading(line)
         if reading is not None or line.strip() == BACK:
             return reading
-        print(f"'{line}' is not a reading; expected a number of µm, 0 or more, or {BACK}")
+        print(
+            f"'{line}' is not a reading; expected a reading in µm, 0 or more, or {BACK} for the "
+            "previous point"
+        )
 
 
 def _reading(text: str) -> float | None:

@@ -22,20 +22,21 @@ def add_arguments(parser: ArgumentParser) -> None:
         "plate",
         metavar="SPEC",
         nargs="?",
-        help="serial:PORT, or any other backend's SPEC; the plate will vibrate (default: the "
-        "laboratory folder's)",
+        help="serial:PORT, or the SPEC of another backend; the plate will vibrate (default: the "
+        "laboratory folder's plate)",
     )
     parser.add_argument(
         "--guided",
         action="store_true",
-        help="for a board: continue step by step with a loaded plate and a second instrument",
+        help="for a board: continue with manual steps that require a loaded plate and a second "
+        "instrument",
     )
     parser.add_argument(
         "--long",
         action="store_true",
-        help="for a board: also check the longest on-time, which takes that long (600 s)",
+        help="for a board: also check the maximum on-time; this check alone takes 600 s",
     )
-    parser.add_argument("--json", action="store_true", help="for programs")
+    parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(of_folder=str)
 
 
@@ -44,11 +45,13 @@ def run(arguments: Namespace) -> int:
     spec = arguments.plate or ""
     backend, _, address = spec.partition(":")
     if not backend:
-        raise UserError("plate conform: expected a SPEC; slipscale plate list shows ports")
+        raise UserError("plate conform: expected a SPEC; slipscale plate list shows the ports")
     if backend == "serial":
         port = address.partition(",")[0]  # calibration and limits are not part of the protocol
         if not port:
-            raise UserError("plate conform: expected serial:PORT; slipscale plate list shows ports")
+            raise UserError(
+                "plate conform: expected serial:PORT; slipscale plate list shows the ports"
+            )
         with _bench(port, long=arguments.long) as bench:
             return _told(_board(bench, guided=arguments.guided), as_json=arguments.json)
     if arguments.guided or arguments.long:

@@ -39,7 +39,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--fine",
         action="store_true",
-        help=("with --fe: use a finer mesh, at ten times the cost"),
+        help=("with --fe: use a finer mesh, which takes about ten times as long"),
     )
 
 
@@ -152,8 +152,8 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)"
         ),
         (
-            f"relative friction at that amplitude on {wanted['roughness_um']:g} µm roughness: "
-            f"{result['relative_friction']:.2f} by the Reynolds equation,"
+            f"relative friction at that amplitude on {wanted['roughness_um']:g} µm of "
+            f"roughness: {result['relative_friction']:.2f} by the Reynolds equation,"
         ),
         (
             f"          {result['relative_friction_closed_form']:.2f} by the paper's closed form"
@@ -166,8 +166,8 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             + " if asperities and film share the load (not validated);"
         ),
         (
-            "          the film models of 2007 ignore the finger's speed, assume 1 cm² of contact "
-            "at any force, and hardly depend on frequency"
+            "          the film models of 2007 ignore the finger's speed, assume a contact "
+            "area of 1 cm² at any force, and hardly depend on frequency"
         ),
         "",
         (
@@ -189,7 +189,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{'yes' if c['admissible'] else 'no: ' + '; '.join(c['why_not'])}"
         )
     if result["drawn_plates"]:
-        lines += ["", "plates drawn in the brief  kHz    µm peak: finger  largest  admissible"]
+        lines += ["", "your own plates             kHz    µm peak: finger  largest  admissible"]
     for drawn in result["drawn_plates"]:
         fe = drawn["finite_elements"]
         lines.append(
@@ -203,9 +203,9 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         lines += ["", f"Finite elements: the last two meshes agree within {max(apart):.1%}."]
     admissible = [each for each in every if each["admissible"]]
     if not admissible:
-        lines += ["", f"No plate meets the brief: {_why_none(result)}."]
+        lines += ["", f"No plate meets the requirements: {_why_none(result)}."]
     for needed in sorted({each for c in admissible for each in c["beyond_shipped_limits"]}):
-        lines += ["", f"Beyond the limits that apply without a plate file: {needed}."]
+        lines += ["", f"Exceeds the limits that apply without a plate file: {needed}."]
     if "finite_elements" in result:
         fe = result["finite_elements"]
         solution = fe["finite_elements"]

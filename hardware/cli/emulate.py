@@ -30,7 +30,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         action="append",
         default=[],
         metavar="NAME[@PHASE/N]",
-        help=f"a fault at the N-th command (of a phase: {', '.join(PHASES)}); may be repeated. "
+        help=f"inject a fault at the N-th command (of a phase: {', '.join(PHASES)}); may be "
+        "repeated. "
         f"NAME is one of: {', '.join(FAULT_NAMES)}",
     )
     parser.add_argument(
@@ -45,7 +46,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--finger",
         action="store_true",
-        help="a finger rests on the simulated plate: its Q falls from 60 to 50",
+        help="simulate a finger that rests on the plate, which lowers its Q from 60 to 50",
     )
     parser.add_argument(
         "--gain",
@@ -58,8 +59,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--plate",
         type=Path,
         metavar="FILE",
-        help="plate file whose unit and largest level the emulated board has, e.g. in V (default: "
-        "2.5 µm peak to peak)",
+        help="plate file that sets the unit and the maximum level of the emulated board, e.g. in "
+        "V (default: 2.5 µm peak to peak)",
     )
     parser.add_argument(
         "--noise",
@@ -79,36 +80,35 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--firmware",
         action="store_true",
-        help="run the reference firmware, compiled now with this computer's C++ compiler, instead "
-        "of the emulated board",
+        help="instead of emulating a board, compile the reference firmware with this computer's "
+        "C++ compiler and run it",
     )
     parser.add_argument(
         "--back-after",
         type=float,
         default=0.3,
         metavar="SECONDS",
-        help="time after which an unplugged, busy, deaf or hot board returns (default: 0.3; "
-        "0: never)",
+        help="time after which an unplugged, busy, unresponsive or overheated board recovers, in "
+        "seconds (default: 0.3; 0: never)",
     )
     parser.add_argument(
         "--watchdog",
         type=float,
         default=500.0,
         metavar="MS",
-        help="silence after which the board switches the plate off: 400 to 2000 (default: 500)",
+        help="time without a command after which the board switches the plate off, in ms: 400 to "
+        "2000 (default: 500)",
     )
     parser.add_argument(
         "--no-dtr",
         action="store_true",
-        help=(
-            "the line does not signal that the host has closed it, so only the watchdog can notice"
-        ),
+        help=("do not signal when the host closes the line, so that only the watchdog detects it"),
     )
     parser.add_argument(
         "--log",
         type=Path,
         metavar="FILE",
-        help="write what the simulated plate does to a new CSV file, one line per millisecond",
+        help="record the state of the simulated plate in a new CSV file, one line per millisecond",
     )
 
 
@@ -124,7 +124,9 @@ def run(arguments: Namespace) -> int:
     try:
         import tty  # noqa: F401, PLC0415 - there are no pseudo-terminals without it
     except ImportError:
-        raise UserError("plate emulate needs pseudo-terminals: Linux or macOS") from None
+        raise UserError(
+            "plate emulate requires pseudo-terminals, which exist only on Linux and macOS"
+        ) from None
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
     from slipscale.hardware.emulator import compiled, console, pty  # noqa: PLC0415
     from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
@@ -210,7 +212,9 @@ def _made_by(arguments: Namespace) -> tuple[BoardLimits, str]:
     if arguments.plate is None:
         return BoardLimits(), UNIT
     if arguments.firmware:
-        raise UserError("--plate: the reference firmware is in µm peak to peak; omit --firmware")
+        raise UserError(
+            "--plate: the reference firmware supports only µm peak to peak; omit --firmware"
+        )
     limits = read_plate(arguments.plate).plate_limits()
     return BoardLimits(level=limits.level, on_time_s=limits.on_time_s), limits.quantity.suffix
 

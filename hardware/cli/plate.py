@@ -26,7 +26,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     ),
     "watch": (
         "slipscale.hardware.cli.watch",
-        "plot in the terminal what a plate reports",
+        "plot a plate's readback in the terminal",
     ),
     "emulate": (
         "slipscale.hardware.cli.emulate",

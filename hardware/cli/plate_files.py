@@ -14,18 +14,20 @@ from slipscale.faults.validation import in_words
 def add_new(parser: ArgumentParser) -> None:
     """Add the arguments of ``slipscale plate new`` to the parser."""
     parser.add_argument(
-        "file", type=Path, metavar="FILE", help="a new TOML file, such as plates/NAME.toml"
+        "file", type=Path, metavar="FILE", help="new TOML file to write, such as plates/NAME.toml"
     )
     parser.add_argument(
         "--backend", required=True, help=("backend that drives the plate: serial, scpi, ...")
     )
-    parser.add_argument("--serial", default="", help="the plate's own number")
+    parser.add_argument("--serial", default="", help="serial number of the plate itself")
     parser.add_argument(
         "--device-serial",
         default="",
         help=("serial number of the board or generator, as printed by slipscale check"),
     )
-    parser.add_argument("--amplifier-gain", type=float, metavar="G", help="with scpi")
+    parser.add_argument(
+        "--amplifier-gain", type=float, metavar="G", help="gain of the amplifier, for scpi"
+    )
 
 
 def new(arguments: Namespace) -> int:
@@ -56,7 +58,7 @@ def new(arguments: Namespace) -> int:
 
 def add_sign(parser: ArgumentParser) -> None:
     """Add the arguments of ``slipscale plate sign`` to the parser."""
-    parser.add_argument("file", type=Path, metavar="FILE", help="the plate's file")
+    parser.add_argument("file", type=Path, metavar="FILE", help="plate file to sign")
     parser.add_argument(
         "--beyond-shipped-limits",
         action="store_true",

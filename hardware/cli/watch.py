@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "plate",
         metavar="SPEC",
         nargs="?",
-        help="the plate: mock, serial:PORT, ... (default: the laboratory folder's)",
+        help="SPEC of the plate: mock, serial:PORT, ... (default: the laboratory folder's plate)",
     )
     parser.set_defaults(of_folder=str)
     parser.add_argument(
@@ -39,14 +39,14 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--seconds",
         type=positive_number,
         metavar="S",
-        help="stop after this time (default: at Ctrl-C)",
+        help="stop after this time, in seconds (default: run until Ctrl-C)",
     )
     parser.add_argument(
         "--every",
         type=positive_number,
         default=0.1,
         metavar="S",
-        help="time between two lines (default: 0.1)",
+        help="time between successive lines, in seconds (default: 0.1)",
     )
 
 

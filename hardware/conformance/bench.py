@@ -151,7 +151,7 @@ class Bench:
         try:
             return wire.parse_status(value)
         except ValueError:
-            differs("six values of STAT?", f"'{value}'")
+            differs("six values in the answer to STAT?", f"'{value}'")
 
     def expect_state(self, *states: str) -> wire.BoardStatus:
         """Return the status; its state must be one of ``states``."""
@@ -192,7 +192,7 @@ class Bench:
         """Return the limits of lists; raise NotApplicable if the board does not support lists."""
         reply = self.run("LIST:LIM?")
         if reply.code == wire.UNDEFINED_HEADER:
-            raise NotApplicable("the board plays no lists")
+            raise NotApplicable("the board does not support lists")
         try:
             return wire.parse_list_limits(reply.value)
         except ValueError as error:
@@ -206,7 +206,7 @@ class Bench:
             frequency_hz=status.frequency_hz, voltage_v=status.voltage_v,
         )  # fmt: skip
         if unchanged != status:
-            differs(f"the plate as it was after '{body}' was refused", wire.format_status(now))
+            differs(f"an unchanged plate after '{body}' was refused", wire.format_status(now))
 
 
 def differs(expected: str, got: str) -> NoReturn:

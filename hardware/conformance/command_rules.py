@@ -120,15 +120,15 @@ def _expect_error(bench: Bench, code: int) -> None:
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("only the headers in the table are accepted", _headers),
-    ("a missing argument is -109", _missing),
-    ("a surplus argument is -104", _surplus),
-    ("anything except a plain decimal is -104", _no_numbers),
-    ("signs, leading zeros and six decimals are numbers", _numbers),
-    ("OUTP knows OFF and 0", _words),
-    ("values outside the board's limits are -222", _board_limits),
+    ("only the protocol's headers are accepted", _headers),
+    ("a missing argument causes error -109", _missing),
+    ("an extra argument causes error -104", _surplus),
+    ("anything except a plain decimal number causes error -104", _no_numbers),
+    ("numbers may have a sign, leading zeros and six decimals", _numbers),
+    ("OUTP accepts OFF and 0", _words),
+    ("values outside the board's limits cause error -222", _board_limits),
     ("the first error of a command is reported", _order_of_errors),
     ("errors are read oldest first", _errors_in_order),
     ("a ninth error replaces the oldest", _error_overflow),
-    ("*RST forgets errors", _reset_forgets_errors),
+    ("*RST clears all errors", _reset_forgets_errors),
 )

@@ -80,8 +80,8 @@ def _readback_proves(rig: Rig) -> None:
         readback = plate.present(rig.surface(0.5)).readback
         if readback.kind not in PROVING or readback.level is None:
             raise NotApplicable(
-                f"its readback is '{readback.kind}', which cannot reveal a wrong amplitude; "
-                "measure with a vibrometer"
+                f"its readback is of kind '{readback.kind}', which cannot reveal a wrong "
+                "amplitude; measure with a vibrometer"
             )
 
 
@@ -131,7 +131,7 @@ def _exception_ends_off(rig: Rig) -> None:
             raise _Ends  # noqa: TRY301 - it concerns how the block is left
     except _Ends:
         pass
-    _expect_output(rig.plate, Output.OFF, "an exception of the caller")
+    _expect_output(rig.plate, Output.OFF, "an exception raised by the caller")
 
 
 def _closed_is_told(rig: Rig) -> None:
@@ -145,7 +145,7 @@ def _closed_is_told(rig: Rig) -> None:
             command()
         except PlateFault:
             continue
-        differs(f"{name} of a plate that is not connected to raise a PlateFault", "none")
+        differs(f"a PlateFault from {name} of a plate that is not connected", "none")
 
 
 def _reconnects(rig: Rig) -> None:
@@ -168,7 +168,7 @@ def _check_is_cheap(rig: Rig) -> None:
 
 def _follows(rig: Rig) -> None:
     if rig.plate.follow_lag_s is None:
-        raise NotApplicable("it has no follow_lag_s")
+        raise NotApplicable("the backend has no follow_lag_s")
     with rig.plate as plate:
         plate.present(rig.surface(0.5))
         plate.follow(rig.surface(0.3).level)
@@ -192,12 +192,12 @@ def _expect_off(readback: Readback, after: str) -> None:
 
 RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
     ("it connects with its output off", _connects_off),
-    ("an amplitude settles, and stays", _presents),
-    ("its readback can show a wrong amplitude", _readback_proves),
-    ("a level of 0 is output off", _zero_is_off),
+    ("an amplitude settles and remains constant", _presents),
+    ("its readback can reveal a wrong amplitude", _readback_proves),
+    ("a level of 0 switches the output off", _zero_is_off),
     ("a command outside the limits leaves the plate as it was", _limits_leave_it),
-    ("silence may be called at any time, and more than once", _silence_repeats),
-    ("after an exception of the caller the plate is off", _exception_ends_off),
+    ("silence can be called at any time, and more than once", _silence_repeats),
+    ("after an exception raised by the caller, the plate is off", _exception_ends_off),
     ("a plate that is not connected raises a PlateFault", _closed_is_told),
     ("it can be closed and connected again", _reconnects),
     ("check() is cheap", _check_is_cheap),

@@ -133,8 +133,8 @@ def _saturates(bench: Bench, assistant: Assistant) -> None:
 def _texture(bench: Bench, assistant: Assistant) -> None:
     play(bench, LIST_SHARES, step_ms=STEP_MS)
     smallest, largest = assistant.swing(SWING_S)
-    _expect_level(bench, min(LIST_SHARES) * bench.some_level, smallest, " at least", factor=2)
-    _expect_level(bench, max(LIST_SHARES) * bench.some_level, largest, " at most", factor=2)
+    _expect_level(bench, min(LIST_SHARES) * bench.some_level, smallest, " at the minimum", factor=2)
+    _expect_level(bench, max(LIST_SHARES) * bench.some_level, largest, " at the maximum", factor=2)
 
 
 def _expect_level(
@@ -146,16 +146,16 @@ def _expect_level(
 
 def _expect_seen(due: float, seen: float, what: str, noise: float) -> None:
     if abs(seen - due) > max(SEEN * due, noise):
-        differs(f"{due:g} {what}, by the second instrument", f"{seen:g}")
+        differs(f"{due:g} {what} on the second instrument", f"{seen:g}")
 
 
 STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
-    ("a vibrometer reads what is commanded", _amplitude),
-    ("an oscilloscope reads the voltage that is reported", _volts),
-    ("a vibrometer reads nothing when the board is off", _silence),
-    ("HOLD is true with a loaded plate", _loaded),
+    ("a vibrometer measures the commanded amplitude", _amplitude),
+    ("an oscilloscope measures the reported voltage", _volts),
+    ("a vibrometer measures no vibration when the board is off", _silence),
+    ("HOLD is correct with a loaded plate", _loaded),
     ("a loaded plate at the largest amplitude reports HOLD or SAT", _saturates),
-    ("a vibrometer reads a list's smallest and largest amplitudes", _texture),
+    ("a vibrometer measures a list's smallest and largest amplitudes", _texture),
 )
 
 

@@ -16,10 +16,12 @@ def _plain_identity(bench: Bench) -> None:
     framed = bench.ask("*IDN?")
     fields = framed.split(",")
     if len(fields) != IDENTITY_FIELDS or fields[1] != wire.PROTOCOL:
-        differs(f"four fields, the second {wire.PROTOCOL}", f"'{framed}'")
+        differs(f"four fields, of which the second is {wire.PROTOCOL}", f"'{framed}'")
     lines = bench.answers_to(b"*IDN?\n", at_most=1) + bench.answers_to(b"")
     if lines != [framed.encode("ascii") + b"\r"]:
-        differs("the framed identity, once, and CR LF for plain *IDN?", repr(lines))
+        differs(
+            "the framed identity once, followed by CR LF, in answer to plain *IDN?", repr(lines)
+        )
 
 
 def _one_answer(bench: Bench) -> None:
@@ -34,7 +36,7 @@ def _answers_fit_their_line(bench: Bench) -> None:
         lengths = [len(line) for line in lines]
         if not lines or not 0 < min(lengths) <= max(lengths) <= wire.LONGEST_LINE:
             got = ", ".join(map(str, lengths)) or "none"
-            differs(f"an answer to {body} of {wire.LONGEST_LINE} bytes at most", got)
+            differs(f"an answer to {body} of at most {wire.LONGEST_LINE} bytes", got)
 
 
 def _wrong_checksum(bench: Bench) -> None:
@@ -52,13 +54,13 @@ def _wrong_checksum(bench: Bench) -> None:
 
 def _noise_before(bench: Bench) -> None:
     for noise in (b"#7 \x00\xff", b">7 STAT?", b"*IDN?"):
-        bench.reply_to(noise + bench.frame("STAT?"), "a frame behind noise")
+        bench.reply_to(noise + bench.frame("STAT?"), "a frame after noise")
 
 
 def _tail(bench: Bench) -> None:
     for tail in (b" ", b"x", b"\x00", b"*0000"):
         frame = bench.frame("STAT?")[:-1]
-        bench.expect_silence(frame + tail + b"\n", "a frame with a tail")
+        bench.expect_silence(frame + tail + b"\n", "a frame with trailing bytes")
 
 
 def _line_ends(bench: Bench) -> None:
@@ -81,7 +83,9 @@ def _bodies(bench: Bench) -> None:
     for body in (b"ST\x01AT?", b"STAT?\x00", b"STAT\xff", b"ST<AT?", b"STAT\t?", b""):
         payload = b"7 " + body
         frame = b">%b*%04X\n" % (payload, wire.crc16(payload))
-        bench.expect_silence(frame, "a body that is not printable, or empty, or has a '<'")
+        bench.expect_silence(
+            frame, "a body that is empty or contains '<' or a non-printable character"
+        )
 
 
 def _longest_line(bench: Bench) -> None:
@@ -98,7 +102,7 @@ def _longest_line(bench: Bench) -> None:
         padded(longest)[:-1] + b"x" * 200 + b"\n",
     ):
         bench.expect_silence(line, f"a line of {len(line) - 1} bytes")
-    bench.reply_to(bench.frame("STAT?"), "the frame after a line that was too long")
+    bench.reply_to(bench.frame("STAT?"), "the frame after an overlong line")
 
 
 def _boot(bench: Bench) -> None:
@@ -134,9 +138,9 @@ def _same_sequence_other_body(bench: Bench) -> None:
     frame = bench.frame("SYST:ERR?")
     bench.reply_to(frame)
     sequence = int(frame[1:].split()[0])
-    reply = bench.reply_to(bench.frame("OUTP ON", sequence), "another body under the same SEQ")
+    reply = bench.reply_to(bench.frame("OUTP ON", sequence), "another body with the same SEQ")
     if reply.code != wire.OUT_OF_RANGE:
-        differs("the same SEQ with another body to be run", f"code {reply.code}")
+        differs("another body with the same SEQ to be executed", f"code {reply.code}")
 
 
 def _stop_is_not_answered(bench: Bench) -> None:
@@ -188,7 +192,7 @@ def _expect_same(bench: Bench, frame: bytes, between: bytes) -> None:
 def _expect_left(bench: Bench, error: str) -> None:
     left = bench.ask("SYST:ERR?")
     if left != error:
-        differs(f"the repeated command to have run once, so that {error} is left", left)
+        differs(f"the repeated command to have been executed only once, leaving {error}", left)
 
 
 SHORT = 20
@@ -196,21 +200,24 @@ SHORT = 20
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("plain *IDN? is answered with the identity and CR LF", _plain_identity),
     ("a correct frame gets one answer", _one_answer),
-    ("answers fit into their line", _answers_fit_their_line),
+    ("answers do not exceed the maximum line length", _answers_fit_their_line),
     ("a wrong checksum gets no answer", _wrong_checksum),
     ("noise before a frame is ignored", _noise_before),
-    ("a frame with a tail gets no answer", _tail),
+    ("a frame with trailing bytes gets no answer", _tail),
     ("carriage returns before the line feed are ignored", _line_ends),
     ("SEQ is 1 to 65535 without sign or leading zero", _sequence_numbers),
     ("bodies are printable, not empty and without <", _bodies),
     ("lines have at most 96 bytes", _longest_line),
     ("BOOT stays the same while the board runs", _boot),
-    ("a repetition gets the same answer and is not run", _repetition),
-    ("invalid frames and plain *IDN? do not separate a repetition", _repetition_after_other_lines),
+    ("a repeated frame gets the same answer and is not executed again", _repetition),
+    (
+        "a repeated frame is recognised after invalid frames and plain *IDN?",
+        _repetition_after_other_lines,
+    ),
     ("the same SEQ with another body is a new command", _same_sequence_other_body),
     ("! is not answered", _stop_is_not_answered),
     ("! silences the plate", _stop_silences),
-    ("a frame with ! inside is not run", _stop_inside_a_frame),
-    ("a frame directly after ! is run", _frame_after_stop),
-    ("a repetition does not undo !", _repetition_after_stop),
+    ("a frame that contains ! is not executed", _stop_inside_a_frame),
+    ("a frame directly after ! is executed", _frame_after_stop),
+    ("a repeated frame does not undo !", _repetition_after_stop),
 )

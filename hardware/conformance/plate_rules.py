@@ -54,7 +54,7 @@ def _zero_ends_off(bench: Bench) -> None:
     bench.settle(bench.some_level)
     status = bench.settle(0)
     if status.target_level or status.voltage_v:
-        differs("TARGET 0 and VOLTAGE 0 when it is off", wire.format_status(status))
+        differs("TARGET 0 and VOLTAGE 0 when the plate is off", wire.format_status(status))
     bench.ask("AMPL 0")
     bench.expect_state("OFF")
 
@@ -171,7 +171,7 @@ def _list_plays(bench: Bench) -> None:
     bench.ask(play)
     status = bench.expect_state("LIST")
     if abs(status.target_level - bench.some_level) > 1e-4:  # noqa: PLR2004 - its last decimal
-        differs(f"as TARGET the list's mean, {bench.some_level:g}", f"{status.target_level:g}")
+        differs(f"the list's mean, {bench.some_level:g}, as TARGET", f"{status.target_level:g}")
     bench.expect_code("LIST:AMPL 1,0.1", wire.SETTINGS_CONFLICT)
     bench.expect_code(play, wire.SETTINGS_CONFLICT)
     bench.wait(LIST_PERIODS_S)
@@ -201,19 +201,19 @@ def _list_command(bench: Bench) -> str:
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("AMPL settles within 2 s, and HOLD is true", _settles),
+    ("AMPL settles within 2 s, and HOLD is correct", _settles),
     ("a new amplitude begins with a ramp", _begins_with_a_ramp),
     ("a refused command leaves the plate as it was", _refused_changes_nothing),
     ("AMPL 0 ends with the output off", _zero_ends_off),
     ("OUTP OFF and *RST switch off at once", _off_at_once),
     ("the watchdog silences the plate when no correct frame arrives", _watchdog),
-    ("repetitions reset the watchdog", _watchdog_and_repetitions),
-    ("WDOG goes with the next command for the plate", _watchdog_clears),
-    ("DRIV drives as commanded", _open_loop),
-    ("lists have room for 64 amplitudes", _list_limits),
-    ("a list is filled in order and within limits", _list_is_filled),
-    ("only a settled plate plays a list, of its length", _list_waits_for_hold),
-    ("the times of a list are held to their limits", _list_times),
+    ("repeated frames reset the watchdog", _watchdog_and_repetitions),
+    ("the next command for the plate clears WDOG", _watchdog_clears),
+    ("DRIV applies the commanded frequency and voltage", _open_loop),
+    ("lists can store 64 amplitudes", _list_limits),
+    ("a list can only be filled in order and within limits", _list_is_filled),
+    ("only a settled plate plays a list, and only a complete one", _list_waits_for_hold),
+    ("times outside their limits are rejected for a list", _list_times),
     ("a list is played, and its mean is reported", _list_plays),
     ("! ends a list", _stop_ends_a_list),
 )

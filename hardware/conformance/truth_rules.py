@@ -149,7 +149,7 @@ def _open_loop_is_true(bench: Bench) -> None:
     _drive(bench, away_hz, held.voltage_v / 2)
     away_level = mean_level(bench)
     if away_level > half_level / 2:
-        differs(f"less than half as much at {away_hz:g} Hz", f"{away_level:.3f}")
+        differs(f"less than half of this amplitude at {away_hz:g} Hz", f"{away_level:.3f}")
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
@@ -180,12 +180,13 @@ def _list_keeps_time(bench: Bench) -> None:
 def _on_time(bench: Bench) -> None:
     if not bench.long:
         raise NotApplicable(
-            f"it takes {bench.limits.on_time_s:g} s: slipscale plate conform SPEC --long"
+            f"it takes {bench.limits.on_time_s:g} s; run it with slipscale plate conform "
+            "SPEC --long"
         )
     bench.settle(bench.some_level)
     bench.wait(bench.limits.on_time_s + LONG_LATE_S)
     bench.expect_state("LONG")
-    expect_silent(bench, "the longest on-time")
+    expect_silent(bench, "the maximum on-time")
 
 
 def _unheard(bench: Bench) -> None:
@@ -222,17 +223,17 @@ def play(
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("the mean in HOLD lies within 2.5 % of TARGET", _hold_is_true),
+    ("the mean amplitude in HOLD is within 2.5 % of TARGET", _hold_is_true),
     ("a ramp is not a step", _ramps),
     ("OFF is silent", _off_is_silent),
     ("! leaves the plate silent", _stop_is_silent),
     ("! ends open loop", _stop_ends_open_loop),
     ("WDOG is silent", _watchdog_is_silent),
-    ("the watchdog watches open loop", _watchdog_in_open_loop),
-    ("the watchdog watches a list", _watchdog_in_a_list),
-    ("the watchdog watches a ramp", _watchdog_on_a_ramp),
+    ("the watchdog also acts in open loop", _watchdog_in_open_loop),
+    ("the watchdog also acts during a list", _watchdog_in_a_list),
+    ("the watchdog also acts during a ramp", _watchdog_on_a_ramp),
     ("DRIV applies the voltage that it reports", _open_loop_is_true),
     ("a list reaches its largest amplitude", _list_reaches_its_largest),
-    ("a list keeps its time and its order", _list_keeps_time),
-    ("the plate is silenced after the longest on-time", _on_time),
+    ("a list keeps its timing and its order", _list_keeps_time),
+    ("the plate is switched off after the maximum on-time", _on_time),
 )

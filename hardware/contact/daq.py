@@ -92,7 +92,7 @@ class DaqForces(ContactSource):
             if self.take():
                 return
             self._clock.sleep(FIRST_WAIT_S)
-        raise SensorFault("daq: no reading came")
+        raise SensorFault("daq: no reading was received")
 
     def begin(self) -> None:
         """Discard earlier samples; reopen a lost device."""
@@ -144,5 +144,5 @@ def open_force(address: str, surroundings: Surroundings) -> ContactSource:
     _, options = addresses.split_address(address, OPTIONS, what="--force daq")
     needed = [key for name in NAMES for key in (name, f"{name}_scale")]
     if missing := [key for key in needed if key not in options]:
-        raise UserError(f"--force 'daq:{address}': expected {', '.join(missing)} too")
+        raise UserError(f"--force 'daq:{address}': also requires {', '.join(missing)}")
     return DaqForces(surroundings, options)

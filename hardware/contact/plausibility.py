@@ -48,7 +48,7 @@ def _found(
 def _too_far(samples: Sequence[Sample]) -> Iterator[str]:
     largest = max(abs(value) for each in samples for value in each.values)
     if largest > LONGEST_MM:
-        yield f"a position of {largest:g} mm, off any plate"
+        yield f"a position of {largest:g} mm, which is beyond any plate"
 
 
 def _too_fast(samples: Sequence[Sample]) -> Iterator[str]:
@@ -71,7 +71,7 @@ def _counts(samples: Sequence[Sample]) -> Iterator[str]:
     steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
     mean = sum(steps) / len(steps)
     if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):
-        yield "x rises in even steps, like a time or a counter, not a position"
+        yield "x increases in equal steps, as a time or a counter does"
 
 
 def _too_strong(samples: Sequence[Sample]) -> Iterator[str]:
@@ -89,4 +89,7 @@ def _swapped(samples: Sequence[Sample]) -> Iterator[str]:
         return
     ratio = median(abs(each.values[1]) / max(abs(each.values[0]), 1e-3) for each in pressed)
     if ratio > LARGEST_COEFFICIENT:
-        yield f"a coefficient of friction of {ratio:.1f}: normal and lateral force are swapped"
+        yield (
+            f"a coefficient of friction of {ratio:.1f}: the normal and lateral forces appear to "
+            "be swapped"
+        )

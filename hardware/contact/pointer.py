@@ -84,7 +84,9 @@ def open_position(address: str, surroundings: Surroundings) -> ContactSource:
     """Return the pointer (entry point ``mouse``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
     if "mm_per_pixel" not in options:
-        raise UserError(f"--position 'mouse:{address}': expected mm_per_pixel=..., as measured")
+        raise UserError(
+            f"--position 'mouse:{address}': expected mm_per_pixel=..., as measured on the screen"
+        )
     return WindowPointer(
         surroundings,
         mm_per_pixel=options["mm_per_pixel"],

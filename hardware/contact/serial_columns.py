@@ -182,7 +182,7 @@ class SerialColumns(ContactSource):
         if self._line is None:
             raise SensorFault(f"{self.port}: not connected")
         if self._clock.now() - self._heard_s > SILENT_S:
-            last = f", the last line was '{self._last_unreadable}'" if self._last_unreadable else ""
+            last = f"; the last line was '{self._last_unreadable}'" if self._last_unreadable else ""
             self._fault = SensorFault(f"{self.port}: {self.kind} sent no reading{last}")
             raise self._fault
 
@@ -236,7 +236,7 @@ class SerialColumns(ContactSource):
 def _place(text: str) -> int:
     value = addresses.number(text)
     if value != int(value) or not 0 <= value <= 99:  # noqa: PLR2004 - nobody sends more
-        raise ValueError("expected the number's position in the line, from 1")
+        raise ValueError("expected the number's position in the line, counted from 1")
     return int(value)
 
 
@@ -274,7 +274,9 @@ def _source(
 ) -> ContactSource:  # fmt: skip
     port, options = addresses.split_address(address, _options(names), what=f"{what} {name}")
     if not port:
-        raise UserError(f"{what} '{name}': expected {name}:PORT; slipscale plate list shows ports")
+        raise UserError(
+            f"{what} '{name}': expected {name}:PORT; slipscale plate list shows the ports"
+        )
     channels = [
         Channel(
             options.get(each, number),
@@ -285,7 +287,8 @@ def _source(
     ]
     if not all(channel.place for channel in channels[: 1 if what == "--position" else None]):
         raise UserError(
-            f"{what} '{name}:{address}': expected the position of {names[0]} in the line, from 1"
+            f"{what} '{name}:{address}': expected the position of {names[0]} in the line, "
+            "counted from 1"
         )
     return SerialColumns(
         name,

@@ -78,8 +78,8 @@ class _Simulated(ContactSource):
         finger = surroundings.finger
         if finger is None or finger.unit != "mm":
             raise UserError(
-                "simulated position and force belong to a simulated participant; measure a "
-                "person's (see docs/how-to/finger.md)"
+                "simulated position and force are only for simulated participants; for a "
+                "person, use sensors (see docs/how-to/finger.md)"
             )
         self._finger = finger
         self._surroundings = surroundings
@@ -163,7 +163,9 @@ class SimulatedForce(_Simulated):
     ) -> None:
         super().__init__(surroundings, rate_hz=rate_hz, noise=noise)
         if surroundings.vibration_level is None:
-            raise UserError("--force simulated: there is no plate with a film to simulate")
+            raise UserError(
+                "--force simulated: there is no plate for which a squeeze film can be simulated"
+            )
         self._vibration_um_pp = surroundings.vibration_level
         self._friction = friction
         self._film = film

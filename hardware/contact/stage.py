@@ -153,7 +153,7 @@ class Stage(ContactSource):
     def _check_arrived(self) -> None:
         if abs((place_mm := self._place_mm()) - self._target_mm) > ARRIVED_MM:
             raise SensorFault(
-                f"stage '{self.name}': it rests at {place_mm:.1f} mm instead of "
+                f"stage '{self.name}': it stopped at {place_mm:.1f} mm instead of "
                 f"{self._target_mm:.1f} mm; something blocks it"
             )
 

@@ -209,7 +209,7 @@ class BeamSection:
         wanted = float(positive("amplitude_um_peak", amplitude_um_peak, "µm peak"))
         at_one = float(self.dynamic_deflection_um_peak(1.0, voltage_v))
         if at_one == 0:
-            raise UserError(f"no half wave reaches {wanted:g} µm peak at {voltage_v:g} V")
+            raise UserError(f"no half-wave length reaches {wanted:g} µm peak at {voltage_v:g} V")
         return float(np.sqrt(wanted / at_one))
 
     def frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:

@@ -322,5 +322,5 @@ def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
             ):
                 raise UserError(
                     f"plate layout: patches {other} and {number} overlap; expected bounding "
-                    "rectangles apart, also around discs"
+                    "rectangles (also those of discs) that do not overlap"
                 )

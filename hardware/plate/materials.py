@@ -112,7 +112,7 @@ class Piezoceramic:
         least = float(np.linalg.eigvalsh(stiffness)[0])
         if least <= 0:
             raise UserError(
-                f"{self.name}: stiffness_pa is not positive definite: its least eigenvalue is "
+                f"{self.name}: stiffness_pa is not positive definite: its smallest eigenvalue is "
                 f"{least:.3g} Pa, expected above 0"
             )
 

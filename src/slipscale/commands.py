@@ -65,7 +65,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "reconstruct": (
             "slipscale.analysis.cli.reconstruct",
-            "find every raw data set that a published table allows",
+            "find every raw data set consistent with a published table",
             "slipscale reconstruct biet2007_table3",
         ),
     },
@@ -104,7 +104,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "participants": (
             "slipscale.experiments.cli.lab",
-            "in a laboratory folder: list the participants and who is next",
+            "in a laboratory folder: list the participants and the next one",
             "slipscale participants",
         ),
     },

@@ -381,7 +381,7 @@ def test_an_output_that_was_not_confirmed_off_presents_nothing_before_it_is_conn
 def test_a_plate_that_is_off_follows_nothing(plate):
     plate._follow = plate.heard.append
     plate.silence()
-    with pytest.raises(PlateRefused, match="confirmed off, so it cannot follow"):
+    with pytest.raises(PlateRefused, match="its output is confirmed off, so it cannot follow"):
         plate.follow(1.0)
     assert 1.0 not in plate.heard
 
@@ -461,7 +461,7 @@ def test_a_backend_that_follows_needs_no_modulator_where_the_fingers_place_is_kn
     assert plate.check_supported(texture, sensors=["position"]) is None
     with pytest.raises(UserError, match=r"name a finger-position sensor"):
         plate.check_supported(texture)
-    with pytest.raises(UserError, match="holds one amplitude at a time"):
+    with pytest.raises(UserError, match="can only hold a constant amplitude"):
         Recorder().check_supported(texture, sensors=["position"])
     wide = replace(texture, mean_level=2.0, depth_level=0.8)
     with pytest.raises(OverLimit):

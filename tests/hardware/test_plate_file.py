@@ -131,7 +131,7 @@ def test_a_change_counts_only_when_it_is_signed_and_comments_stay(file):
         with pytest.raises(OverLimit):
             driver.present(VirtualSurface(level=1.1))
     assert "# it is cracked" in file.read_text(encoding="utf-8")
-    assert "After a change:\n# slipscale plate sign " in file.read_text(encoding="utf-8")
+    assert "After a change, run:\n# slipscale plate sign " in file.read_text(encoding="utf-8")
 
 
 def test_limits_beyond_the_shipped_ones_need_an_acknowledgement_by_name(file, capsys):
@@ -163,7 +163,7 @@ def test_an_acknowledgement_that_was_written_by_hand_is_not_signed(file, capsys)
         text = file.read_text(encoding="utf-8")
         file.write_text(text.replace(before, after), "utf-8")
         assert sign(file) == 2
-        assert "written by hand does not count" in capsys.readouterr().err
+        assert "typed into the file is not accepted" in capsys.readouterr().err
     assert sign(file, "--beyond-shipped-limits", "--by", "B. Else") == 0
     edit(file, 'by = "B. Else"', 'by = "B. Else"  # a comment is free')
     assert sign(file) == 0
@@ -247,7 +247,7 @@ def test_a_calibration_takes_the_plates_number_from_its_file(file, capsys):
     spec = ["--plate", f"mock:plate={file}", "--out", str(out)]
     words = ["plate", "calibrate", "--by", "A", "--instrument", "B", *spec]
     assert commands.main([*words, "--plate-serial", "P-8"]) == 2
-    assert "the plate file has 'P-7'" in capsys.readouterr().err
+    assert "the plate file has serial number 'P-7'" in capsys.readouterr().err
     assert commands.main(words) == 0
     assert read_calibration(out).device.plate == "P-7"
 
@@ -271,7 +271,7 @@ def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
 @pytest.mark.parametrize(
     "device, expected, said",
     [
-        ({"plate": "P-8"}, "", "made on plate 'P-8', but the plate file has 'P-7'"),
+        ({"plate": "P-8"}, "", "made on plate 'P-8', but the plate file has serial number 'P-7'"),
         ({"backend": "scpi"}, "", "made on backend 'scpi'"),
         ({}, "quality_factor = [100, 200]", "quality_factor is 60, the plate file expects 100"),
         ({}, "resonance_hz = [31000, 32000]", "resonance_hz is 30"),
@@ -295,7 +295,12 @@ def test_a_calibration_that_is_not_this_plates_is_refused(file, device, expected
     "gain, channel, spec, said",
     [
         ("20", "", ",gain=10", "the SPEC has 10, the plate file has 20"),
-        ("20", "channel = 2", ",channel=1", "channel is 1, but the plate file has 2"),
+        (
+            "20",
+            "channel = 2",
+            ",channel=1",
+            "the SPEC has channel=1, but the plate file has channel 2",
+        ),
     ],
 )
 def test_wiring_and_spec_that_differ_are_refused(tmp_path, gain, channel, spec, said):

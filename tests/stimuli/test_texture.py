@@ -122,8 +122,11 @@ def test_plate_of_high_q_limits_what_a_fast_line_could_send():
         ({"depth_level": 1.5}, "depth is 1.5, expected from 0 to the mean"),
         ({"depth_level": math.nan}, "depth is nan"),
         ({"waveform": "noise"}, "waveform is 'noise', expected one of: sine"),
-        ({"third_harmonic_share": 0.5, "waveform": "square"}, "harmonics and waveform 'square'"),
-        ({"third_harmonic_phase_deg": 9.0}, "third_harmonic_share 0, expected a share above 0"),
+        (
+            {"third_harmonic_share": 0.5, "waveform": "square"},
+            "harmonics, but waveform is 'square'",
+        ),
+        ({"third_harmonic_phase_deg": 9.0}, "third_harmonic_share is 0; expected a share above 0"),
         (
             {"second_harmonic_share": 1.0, "depth_level": 0.6},
             "depth is 0.6, expected from 0 to 0.568126",

@@ -54,7 +54,7 @@ SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
             plate="lost",
             faults=2,
             voided=1,
-            message=str(ConnectionLost("mock plate: the line is lost")),
+            message=str(ConnectionLost("mock plate: the connection was lost")),
         ),
         "live",
         "",

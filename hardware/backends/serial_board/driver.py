@@ -285,7 +285,8 @@ class SerialBoard(PlateDriver):
         if unit != quantity.suffix:
             raise WrongDevice(
                 f"{self.port}: the board's amplitudes are in {unit}, but {quantity.suffix} "
-                f"({quantity.unit_in_full}) was expected; a plate file states another unit"
+                f"({quantity.unit_in_full}) was expected; to use another unit, set it in a "
+                "plate file"
             )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
@@ -295,13 +296,13 @@ class SerialBoard(PlateDriver):
         except NotKnown:
             self.modulator = None
             self.why_not_modulated = (
-                f"the board's firmware ({firmware}) holds one amplitude at a time"
+                f"the board's firmware ({firmware}) can only hold a constant amplitude"
             )
             return
         if lists.points < STEPS_MAX:
             self.modulator = None
             self.why_not_modulated = (
-                f"the board has room for {lists.points} amplitudes, not for {STEPS_MAX}"
+                f"the board can store {lists.points} amplitudes, but {STEPS_MAX} are required"
             )
             return
         plate = self.calibration.resonance if self.calibration else None
@@ -338,7 +339,9 @@ class SerialBoard(PlateDriver):
 def _identity(answer: str, port: str) -> PlateIdentity:
     fields = answer.split(",")
     if len(fields) != len(PlateIdentity.__slots__) or fields[1] != wire.PROTOCOL:
-        raise WrongDevice(f"{port}: '{answer}' answers, expected a {wire.PROTOCOL} board")
+        raise WrongDevice(
+            f"{port}: the device identifies itself as '{answer}'; expected a {wire.PROTOCOL} board"
+        )
     return PlateIdentity(
         manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]
     )
@@ -363,7 +366,9 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     """
     port, options, plate = addresses.opened(address, SerialBoard.name, OPTIONS)
     if not port:
-        raise UserError("plate 'serial': expected serial:PORT; slipscale plate list shows ports")
+        raise UserError(
+            "plate 'serial': expected serial:PORT; slipscale plate list shows the ports"
+        )
     return SerialBoard(
         port,
         clock=clock,

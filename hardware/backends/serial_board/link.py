@@ -126,8 +126,8 @@ class BoardLink:
                 if reply:
                     return self._value(reply, body)
         if self._foreign:
-            raise GarbledReply(f"{self._line.port}: no answer to '{body}' could be read")
-        raise PlateTimeout(f"{self._line.port}: no answer to '{body}'")
+            raise GarbledReply(f"{self._line.port}: the answers to '{body}' cannot be read")
+        raise PlateTimeout(f"{self._line.port}: the board did not answer '{body}'")
 
     def stop_now(self) -> None:
         """Send the stop byte immediately, even while another thread waits for an answer."""

@@ -228,8 +228,13 @@ def parse_list_limits(value: str) -> ListLimits:
     """
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
-    _require(limits.points > 1, f"lists of {limits.points} amplitudes, expected room for 2 or more")
-    _require(limits.step_ms > 0, f"shortest time {limits.step_ms:g} ms, expected more than 0")
+    _require(
+        limits.points > 1, f"lists of {limits.points} amplitudes, expected lists of at least 2"
+    )
+    _require(
+        limits.step_ms > 0,
+        f"shortest time per amplitude {limits.step_ms:g} ms, expected more than 0",
+    )
     _require(limits.edge_ms > 0, f"shortest edge {limits.edge_ms:g} ms, expected more than 0")
     return limits
 

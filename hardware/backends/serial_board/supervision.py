@@ -26,9 +26,9 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
         PlateTimeout,
         ("the board received nothing from this computer and switched the plate off"),
     ),
-    "HOT": (PlateRefused, "the board is too warm and switched the plate off"),
-    "LONG": (OverLimit, "the board switched the plate off: it was on for too long"),
-    "OPEN": (PlateRefused, "the board drives in open loop"),
+    "HOT": (PlateRefused, "the board overheated and switched the plate off"),
+    "LONG": (OverLimit, "the board switched the plate off because it was on for too long"),
+    "OPEN": (PlateRefused, "the board drives the plate in open loop"),
 }
 
 
@@ -50,7 +50,7 @@ class ActivePresentation:
 
     def what(self, quantity: Quantity) -> str:
         """Return a description of the commanded level."""
-        mean = "a texture of mean " if self.state == "LIST" else ""
+        mean = "a texture with a mean of " if self.state == "LIST" else ""
         return mean + quantity.short(self.level)
 
 

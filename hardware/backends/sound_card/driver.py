@@ -113,7 +113,7 @@ class SoundCard(PlateDriver):
 
     name = "sound"
     tracks = True
-    why_not_modulated = "it holds one amplitude at a time"
+    why_not_modulated = "it can only hold a constant amplitude"
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ class SoundCard(PlateDriver):
             plate_file.wiring.amplifier_gain if plate_file else None,
             calibration,
             unknown="plate 'sound': the voltage at the plate is unknown; measure it with an "
-            "oscilloscope and set the V peak at full scale in the SPEC, as "
+            "oscilloscope, and set the peak voltage at full scale in the SPEC, for example "
             "full_scale=20",
         )
         highest_hz = PASSBAND * rate_hz
@@ -197,7 +197,7 @@ class SoundCard(PlateDriver):
             self._stream.start()
         except (sounddevice.PortAudioError, ValueError) as error:
             raise PlateNotFound(
-                f"sound device '{self.device}': it cannot be opened for {CHANNELS} channels at "
+                f"sound device '{self.device}': it cannot be opened with {CHANNELS} channels at "
                 f"{carrier.rate_hz:g} Hz ({error})"
             ) from error
         # Cards report no serial number: another card or channel counts as another device.
@@ -335,7 +335,9 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     """
     device, options, plate = addresses.opened(address, SoundCard.name, OPTIONS)
     if not device:
-        raise UserError("plate 'sound': expected sound:DEVICE; python -m sounddevice lists them")
+        raise UserError(
+            "plate 'sound': expected sound:DEVICE; python -m sounddevice lists the devices"
+        )
     return SoundCard(
         device,
         clock=clock,

@@ -145,7 +145,7 @@ class Brief(FrozenTable):
     def _names_differ(cls, plates: tuple[DrawnPlate, ...]) -> tuple[DrawnPlate, ...]:
         names = [each.name for each in plates]
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"has {twice[0]!r} twice, expected a name for each plate")
+            raise ValueError(f"has {twice[0]!r} twice, expected a different name for each plate")
         return plates
 
 

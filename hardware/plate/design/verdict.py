@@ -199,13 +199,13 @@ def judged(
         )
     if solution.uncertainty is not None and solution.uncertainty > CONVERGED:
         why_not.append(
-            f"its amplitude is uncertain by {solution.uncertainty:.0%}: the meshes disagree, solve "
-            "it with --fe and --fine"
+            f"its amplitude is uncertain by {solution.uncertainty:.0%}: the meshes "
+            "disagree; solve it with --fe and --fine"
         )
     if solution.resonance_hz < frequency_min_hz:
         why_not.append(
-            f"resonates at {solution.resonance_hz / 1000.0:.2f} kHz, at least "
-            f"{frequency_min_hz / 1000.0:.3g} required"
+            f"it resonates at {solution.resonance_hz / 1000.0:.2f} kHz, but at least "
+            f"{frequency_min_hz / 1000.0:.3g} kHz is required"
         )
     if not limits.frequency_min_hz <= solution.resonance_hz <= limits.frequency_max_hz:
         needs.append(

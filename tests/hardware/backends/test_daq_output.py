@@ -115,7 +115,7 @@ def test_it_keeps_the_drivers_contract_and_proves_nothing_without_a_readback(scr
         plate = screen(more)
         told = {each.rule: each.outcome for each in examine_backend(Rig(plate, plate.clock))}
         assert told == {name: "conforms" for name, _ in RULES} | {
-            "its readback can show a wrong amplitude": proves,
+            "its readback can reveal a wrong amplitude": proves,
             "follow reaches the amplitude": "not applicable",
         }
 
@@ -123,8 +123,8 @@ def test_it_keeps_the_drivers_contract_and_proves_nothing_without_a_readback(scr
 @pytest.mark.parametrize(
     "more, said",
     [
-        (",rate=1000.5", "do not fit 10 periods of 125 Hz"),
-        (",rate=250", "at least 4 times"),
+        (",rate=1000.5", "but 10 periods of 125 Hz must be a whole"),
+        (",rate=250", "at least 4 per period"),
     ],
 )
 def test_a_sine_that_cannot_be_made_is_refused(screen, more, said):

@@ -90,7 +90,7 @@ def test_a_sound_card_makes_volts_peak_to_peak():
 @pytest.mark.parametrize(
     "options, changes, said",
     [
-        ({"frequency": 125.0, "per_volt": 2.0}, {}, "driven with frequency=HZ$"),
+        ({"frequency": 125.0, "per_volt": 2.0}, {}, "requires frequency=HZ$"),
         ({"per_volt": 2.0}, {"quantity": ACCELERATION}, "frequency=HZ,per_volt=LEVEL"),
         ({"frequency": 125.0}, {"quantity": ACCELERATION}, "frequency=HZ,per_volt=LEVEL"),
         ({"frequency": 5.0}, {}, "plate 'scpi': drive frequency 5"),

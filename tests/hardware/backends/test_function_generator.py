@@ -185,7 +185,7 @@ def test_a_generator_that_complains_is_refused_and_silenced():
 def test_a_truncated_answer_is_not_taken_for_the_truth():
     with Watched(calibration=calibration(amplifier_gain=10)) as plate:
         plate.answers["FREQ?"] = "304"  # of 30480
-        with pytest.raises(PlateRefused, match=r"FREQ\? is 304 after 30480"):
+        with pytest.raises(PlateRefused, match=r"FREQ\? returns 304, but 30480 was set"):
             plate.present(surface(1.2))
         plate.answers["FREQ?"] = ""
         with pytest.raises(GarbledReply):
@@ -336,7 +336,7 @@ def test_every_make_that_keeps_another_load_is_refused(bench, monkeypatch, make)
     monkeypatch.setattr(
         rig.generator, "obey", lambda line: None if re.search("(INF|HZ)$", line) else obey(line)
     )
-    with pytest.raises(PlateRefused, match=r"(LOAD|OUTP|IMP).* is .*5"):
+    with pytest.raises(PlateRefused, match=r"(LOAD|OUTP|IMP).* returns .*5"):
         on_the_bench(rig, monkeypatch).connect()
     assert rig.generator.channel[1].on is False
 
@@ -560,7 +560,7 @@ def test_an_amplifier_of_gain_100_does_not_turn_small_amplitudes_into_one():
 def test_volts_that_no_generator_makes_are_refused_without_an_amplifier():
     with Watched(calibration=calibration()) as plate:
         plate.present(surface(1.5))
-        with pytest.raises(OverLimit, match=r"15 V peak at the plate need 30 V peak to peak"):
+        with pytest.raises(OverLimit, match=r"15 V peak at the plate require 30 V peak to peak"):
             plate.present(surface(2.3))
 
 

@@ -119,5 +119,5 @@ def test_a_level_beyond_the_second_s_limit_is_refused_before_anything_moves(pair
 
 @pytest.mark.parametrize("address", ["mock", "mock+mock+mock", "mock+", ""])
 def test_a_pair_has_two_specs(address):
-    with pytest.raises(UserError, match=r"expected two SPECs with [+] between them"):
+    with pytest.raises(UserError, match=r"expected two SPECs separated by [+]"):
         open_plate(f"pair:{address}", clock=VirtualClock())

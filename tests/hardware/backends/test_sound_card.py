@@ -296,7 +296,7 @@ def test_what_a_rate_cannot_carry_is_refused():
     "address, why",
     [
         ("", "expected sound:DEVICE"),
-        ("3", "set the V peak at full scale in the SPEC, as full_scale=20"),
+        ("3", "set the peak voltage at full scale in the SPEC, for example full_scale=20"),
         ("3,full_scale=0", "expected a number above 0"),
         ("3,channel=3,full_scale=1", "expected 1 or 2"),
     ],

@@ -96,7 +96,7 @@ class OddSurface(VirtualSurface):
         ({"levels": (0.5, 2.6)}, OverLimit, r"2\.6"),
         ({"step_s": 0.003}, UserError, "step_s is 0.003, expected 0.004 or more"),
         ({"edge_s": 0.001}, UserError, "edge_s is 0.001, expected 0.002 or more"),
-        ({"levels": (0.5,) * 65}, UserError, "65 amplitudes, expected 64 at most"),
+        ({"levels": (0.5,) * 65}, UserError, "65 amplitudes, expected at most 64"),
     ],
 )
 def test_whoever_makes_the_loop_its_limits_are_the_plates(changes, kind, said):
@@ -152,7 +152,7 @@ def test_the_limit_holds_for_the_largest_amplitude_and_leaves_the_plate_as_it_wa
 
 def test_a_texture_too_fast_for_this_plate_is_refused_before_it_moves():
     plate = connected("mock:q=6000")
-    with pytest.raises(UserError, match="the plate and its line can follow"):
+    with pytest.raises(UserError, match="the plate and its connection can follow"):
         plate.present(grating())
     assert plate.vibration_level() == 0
 

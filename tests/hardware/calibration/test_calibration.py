@@ -145,7 +145,7 @@ def test_an_old_calibration_is_told_and_an_older_one_refused(calibration):
     assert calibration.notes(TODAY) == ()
     assert calibration.notes(later) == ("the calibration is 181 days old; recalibrate",)
     calibration.check_date(TODAY + dt.timedelta(days=EXPIRED_DAYS))
-    with pytest.raises(UserError, match="366 days old, expected up to 365"):
+    with pytest.raises(UserError, match="366 days old, expected at most 365 days"):
         calibration.check_date(TODAY + dt.timedelta(days=EXPIRED_DAYS + 1))
     calibration.check_date(TODAY - dt.timedelta(days=1))  # another time zone
     with pytest.raises(UserError, match="after today"):
@@ -259,7 +259,7 @@ def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
         (lambda text: text.replace("frequency_hz = ", "frequency_hz = nan # ", 1), "resonance"),
         (
             lambda text: text.replace("voltage_max_v = 16.0", "voltage_max_v = 99.0"),
-            "is larger than the voltages in points",
+            "is larger than every voltage in points",
         ),
         (lambda text: text.replace("[made]", "[made]\ntemperature_c = inf"), "temperature_c"),
         (lambda text: text.replace("[gain]", "[gian]"), "gian: unknown key"),

@@ -20,6 +20,7 @@ def test_a_reading_of_no_possible_size_is_refused_in_a_sentence(tmp_path, name, 
     points[2] = "\n".join(lines) + "\n\n"
     path.write_text("[[points]]".join([first, *points]), encoding="utf-8")
     with pytest.raises(
-        UserError, match=r"differ by .* from the resonance and gain|checksum|sha256|was made at"
+        UserError,
+        match=r"differ by .* from the fitted resonance and gain|checksum|sha256|was made at",
     ):
         read_calibration(path)

@@ -166,5 +166,5 @@ def test_a_table_that_cannot_be_read_is_refused_with_its_line(tmp_path, rows, wh
 
 def test_traces_without_the_vibrometers_range_are_refused(tmp_path):
     path = table(tmp_path, "sweep,frequency_hz,voltage_v,trace", "fine,30500,5,readings.csv")
-    with pytest.raises(UserError, match="need --mm-s-per-volt"):
+    with pytest.raises(UserError, match="require --mm-s-per-volt"):
         read_points(path)

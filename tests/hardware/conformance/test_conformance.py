@@ -141,22 +141,22 @@ FOUND_BY = {
     "FakesSilence": "OFF is silent",
     "FakesSilenceAfterStop": "! leaves the plate silent",
     "FakesSilenceAfterWatchdog": "WDOG is silent",
-    "FakesSilenceAndReading": "a vibrometer reads nothing when the board is off",
-    "FlatList": "a list keeps its time and its order",
-    "ForgetsItsAnswer": "invalid frames and plain *IDN? do not separate a repetition",
-    "ForgetsNotAtStop": "a frame with ! inside is not run",
-    "FrozenReadback": "the mean in HOLD lies within 2.5 % of TARGET",
-    "InvertedList": "a list keeps its time and its order",
-    "NoLimits": "values outside the board's limits are -222",
-    "NoOnTimeLimit": "the plate is silenced after the longest on-time",
+    "FakesSilenceAndReading": "a vibrometer measures no vibration when the board is off",
+    "FlatList": "a list keeps its timing and its order",
+    "ForgetsItsAnswer": "a repeated frame is recognised after invalid frames and plain *IDN?",
+    "ForgetsNotAtStop": "a frame that contains ! is not executed",
+    "FrozenReadback": "the mean amplitude in HOLD is within 2.5 % of TARGET",
+    "InvertedList": "a list keeps its timing and its order",
+    "NoLimits": "values outside the board's limits cause error -222",
+    "NoOnTimeLimit": "the plate is switched off after the maximum on-time",
     "NoWatchdog": "WDOG is silent",
-    "NoWatchdogInList": "the watchdog watches a list",
-    "NoWatchdogInOpen": "the watchdog watches open loop",
-    "SlowList": "a list keeps its time and its order",
+    "NoWatchdogInList": "the watchdog also acts during a list",
+    "NoWatchdogInOpen": "the watchdog also acts in open loop",
+    "SlowList": "a list keeps its timing and its order",
     "StepsInsteadOfRamp": "a ramp is not a step",
-    "FalseHold": "HOLD is true with a loaded plate",
+    "FalseHold": "HOLD is correct with a loaded plate",
     "NoSaturation": "a loaded plate at the largest amplitude reports HOLD or SAT",
-    "WideHold": "HOLD is true with a loaded plate",
+    "WideHold": "HOLD is correct with a loaded plate",
 }
 KINDS = {each.__name__: each for each in WRONG}
 
@@ -207,7 +207,7 @@ class OffFrequency(Board):
 def test_open_loop_keeps_its_frequency_within_a_hertz(monkeypatch, off_hz, kept):
     monkeypatch.setattr(OffFrequency, "off_hz", off_hz)
     with nullcontext() if kept else pytest.raises(Departure, match="Hz and"):
-        check("DRIV drives as commanded", *on_a_bench(OffFrequency))
+        check("DRIV applies the commanded frequency and voltage", *on_a_bench(OffFrequency))
 
 
 def test_every_step_of_the_guided_part_is_kept_by_the_correct_board():
@@ -278,9 +278,9 @@ class Forgetful(MockPlate):
 @pytest.mark.parametrize(
     "wrong, rule",
     [
-        ("another error", "an amplitude settles, and stays"),
-        ("another commanded", "an amplitude settles, and stays"),
-        ("never silent", "silence may be called at any time, and more than once"),
+        ("another error", "an amplitude settles and remains constant"),
+        ("another commanded", "an amplitude settles and remains constant"),
+        ("never silent", "silence can be called at any time, and more than once"),
         ("no silence before connect", "it connects with its output off"),
         ("nameless", "it connects with its output off"),
     ],
@@ -294,7 +294,7 @@ def test_a_backend_that_breaks_the_contract_is_told_which_rule(wrong, rule):
 def test_a_backend_that_only_echoes_is_told_that_this_proves_nothing():
     plate = Forgetful("commanded only")
     told = {each.rule: each for each in examine_backend(Rig(plate, plate.clock))}
-    verdict = told["its readback can show a wrong amplitude"]
+    verdict = told["its readback can reveal a wrong amplitude"]
     assert verdict.outcome == "not applicable"
     assert "measure with a vibrometer" in verdict.detail
 

@@ -34,9 +34,12 @@ def test_a_finger_that_strokes_and_presses_is_plausible(rate_hz):
 @pytest.mark.parametrize(
     "values, said",
     [
-        (lambda t: (65535.0 if t > 2 else stroking(t)[0], 2.0), "65535 mm, off any plate"),
+        (
+            lambda t: (65535.0 if t > 2 else stroking(t)[0], 2.0),
+            "65535 mm, which is beyond any plate",
+        ),
         (lambda _: (12.5, 3.4), "the same reading for 3.0 s"),
-        (lambda t: (t, 2.0), "x rises in even steps, like a time"),
+        (lambda t: (t, 2.0), "x increases in equal steps, as a time"),
         (lambda t: (100 * t, stroking(t)[0]), "a time or a counter"),
         (lambda t: (280 * math.sin(25 * t), 2.0), "a median speed of"),
     ],
@@ -48,7 +51,7 @@ def test_a_place_that_is_no_fingers_is_told(values, said):
 @pytest.mark.parametrize(
     "values, said",
     [
-        (lambda t: (0.1 * pressing(t)[1], pressing(t)[0]), "are swapped"),
+        (lambda t: (0.1 * pressing(t)[1], pressing(t)[0]), "appear to be swapped"),
         (lambda t: (-pressing(t)[0], pressing(t)[1]), "check its sign and its tare"),
         (lambda t: (1000 * pressing(t)[0], pressing(t)[1]), "a force of"),
         (lambda _: (0.5, 0.2), "the same reading"),

@@ -91,7 +91,7 @@ def test_it_stops_within_its_braking_distance(clock, end):
 def test_an_obstacle_is_a_fault_and_home_is_reached_afterwards(clock):
     stage = opened(clock, ":blocked=25")
     stage.stroke(SLOW)
-    with pytest.raises(SensorFault, match=r"rests at 25\.0 mm instead of 40\.0 mm"):
+    with pytest.raises(SensorFault, match=r"stopped at 25\.0 mm instead of 40\.0 mm"):
         run(stage, clock, 2.0)
     stage.stop()
     looks = []

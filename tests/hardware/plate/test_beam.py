@@ -168,7 +168,10 @@ def test_vectorised_over_half_waves():
         ),
         (lambda: PAPER.static_deflection_um(10, -1), "voltage_v is -1 V"),
         (lambda: PAPER.half_wave_for_amplitude_mm(0, 15), "amplitude_um_peak is 0"),
-        (lambda: PAPER.half_wave_for_amplitude_mm(1, 0), "no half wave reaches 1 µm peak at 0 V"),
+        (
+            lambda: PAPER.half_wave_for_amplitude_mm(1, 0),
+            "no half-wave length reaches 1 µm peak at 0 V",
+        ),
         (lambda: dataclasses.replace(PAPER, ceramic_thickness_mm=-1), "ceramic_thickness_mm is -1"),
     ],
 )

@@ -59,7 +59,7 @@ def test_non_physical_material_is_named(material, change, said):
 def test_stiffness_that_is_not_positive_definite_is_refused_with_its_eigenvalue():
     rows = [list(row) for row in P1_91.stiffness_pa]
     rows[0][1] = rows[1][0] = 13e10  # c12 > c11
-    with pytest.raises(UserError, match="not positive definite: its least eigenvalue is -9"):
+    with pytest.raises(UserError, match="not positive definite: its smallest eigenvalue is -9"):
         dataclasses.replace(P1_91, stiffness_pa=tuple(map(tuple, rows)))
 
 

@@ -302,7 +302,10 @@ def test_older_firmware_is_told_and_its_textures_refused_before_anything_moves(e
     board = emulate("--fault", "old_firmware")
     with serial_plate(board) as plate:
         plate.present(SURFACE)
-        with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
+        with pytest.raises(
+            UserError,
+            match=r"'T1': the board's firmware \(1\.0\) can only hold a " r"constant ampl",
+        ):
             plate.present(TEXTURE)
         assert board.state()["state"] == "HOLD"
         assert board.state()["target_level"] == 1.2
@@ -312,7 +315,7 @@ def test_a_board_with_a_short_list_is_told(board, monkeypatch):
     monkeypatch.setattr(wire, "parse_list_limits", lambda _: wire.ListLimits(points=20))
     with (
         serial_plate(board) as plate,
-        pytest.raises(UserError, match="room for 20 amplitudes, not for 64"),
+        pytest.raises(UserError, match="can store 20 amplitudes, but 64 are required"),
     ):
         plate.present(TEXTURE)
 
@@ -323,7 +326,7 @@ def test_a_texture_for_which_the_voltage_does_not_suffice_is_a_fault(board, monk
     )
     with serial_plate(board) as plate:
         plate.present(TEXTURE)
-        with pytest.raises(NotReached, match=r"a texture of mean 1\.2 µm p-p was commanded"):
+        with pytest.raises(NotReached, match=r"a texture with a mean of 1\.2 µm p-p was commanded"):
             fault_within(plate)
 
 
@@ -385,7 +388,9 @@ def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
     )
     with SerialBoard(board.port, clock=SystemClock(), calibration=ringing) as plate:
         assert plate.modulator.edge_s == pytest.approx(3 * 600 / (np.pi * 30_500))
-        with pytest.raises(UserError, match=r"the plate and its line can follow at most 25\.4"):
+        with pytest.raises(
+            UserError, match=r"the plate and its connection can follow at most 25\.4"
+        ):
             plate.present(replace(TEXTURE, finger_speed_mm_s=70))
 
 
@@ -446,7 +451,7 @@ def test_another_device_on_the_port_is_told_quickly(emulate, fault):
 
 def test_a_port_on_which_nothing_answers_is_a_time_out(emulate):
     board = emulate("--back-after", "0", "--fault", "deaf")
-    with pytest.raises(PlateTimeout, match=r"no answer to '\*IDN\?'"):
+    with pytest.raises(PlateTimeout, match=r"the board did not answer '\*IDN\?'"):
         serial_plate(board).connect()
 
 
