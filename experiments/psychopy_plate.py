@@ -15,19 +15,16 @@ This thin adapter uses the same driver, limits and watchdogs as a Slipscale sess
 from __future__ import annotations
 
 import atexit
-from typing import TYPE_CHECKING
 
 from psychopy.hardware.base import BaseDevice
 from serial.tools.list_ports import comports
 
 from slipscale.hardware.address import without_session_watchdog
 from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.records import Presentation
 from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.surface import VirtualSurface
-
-if TYPE_CHECKING:
-    from slipscale.hardware.records import Presentation
-    from slipscale.stimuli.quantity import Quantity
 
 
 class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without types

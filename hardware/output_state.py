@@ -20,14 +20,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import ConnectionLost, OverLimit, PlateFault, StillVibrating
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 
 class GuardedOutput(ABC):

@@ -12,21 +12,19 @@ import hashlib
 import json
 from datetime import date
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
+from slipscale.hardware.calibration.record import Calibration
 from slipscale.hardware.calibration.soundness import BOUNDS, implausible
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.file_keys import FileNames
 from slipscale.stimuli.quantity_table import QuantityTable, stated_quantity
-
-if TYPE_CHECKING:
-    from slipscale.hardware.calibration.record import Calibration
 
 FOLDER = "plates"  # folder of plates that are named without a path
 SUFFIX = ".toml"

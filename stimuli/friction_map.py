@@ -14,14 +14,12 @@ import math
 import zlib
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import Annotated, ClassVar
 
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR, STEPS_MAX, Followed, Loop, Modulator
 from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.surface import Sensor
+from slipscale.stimuli.surface import Sensor
 
 WHITE = 255
 # Journals contain the image with each presentation, and a finger does not feel more.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, NoReturn, get_args
+from typing import Annotated, ClassVar, NoReturn, get_args
 
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
@@ -21,10 +21,8 @@ from slipscale.stimuli.modulation import (
     Modulator,
 )
 from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
+from slipscale.stimuli.surface import Sensor
 from slipscale.stimuli.waves import HALF, HARMONICS, WAVES, Harmonic, Waveform, added, ends_of
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.surface import Sensor
 
 # Largest displacement of a square wave's edge when played: a hundredth of a period.
 _EDGE_SHARE = 0.01

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar, Literal, get_args
+from typing import Annotated, ClassVar, Literal, get_args
 
 from slipscale.faults import UserError
 from slipscale.stimuli.modulation import (
@@ -25,9 +25,7 @@ from slipscale.stimuli.modulation import (
     along_edge,
 )
 from slipscale.stimuli.parameters import Parameter, Parametric
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.surface import Sensor
+from slipscale.stimuli.surface import Sensor
 
 Shape = Literal["cosine", "linear"]
 # The plate holds the last amplitude for this time before it repeats its list; by then, the

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from slipscale.stimuli.surface import UNLISTED
-from slipscale.stimuli.textures import Texture  # noqa: TC001 - a journal's records are checked by this type
+from slipscale.stimuli.textures import Texture
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

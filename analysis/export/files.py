@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.export.french_excel import write_french
 from slipscale.analysis.export.reported_numbers import reported_numbers, settings, task_trials
@@ -13,11 +12,9 @@ from slipscale.analysis.export.word import write_word
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.reporting.files import software, write_analysis
 from slipscale.analysis.reporting.tables import tables
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Main script, and script for other tasks, factors and sessions.
 SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"

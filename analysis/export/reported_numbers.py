@@ -4,19 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from slipscale.analysis import json_form
+from slipscale.analysis.json_form import Json
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.effects.groups.statistics import membership
 from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.json_form import Json
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Unit suffixes to remove from the names in inference.json.
 PER_UNIT, UNIT = re.compile(r"per_um(_pp)?\b"), re.compile(r"_um(_pp)?\b")

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing.sessions import sessions_of
+from slipscale.analysis.preregistration.bundle import Bundle
 from slipscale.analysis.preregistration.plan_in_words import results_of, with_results
 from slipscale.analysis.reporting.files import software
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -16,9 +16,6 @@ from slipscale.experiments.dataset.hand_exclusions import BY_HAND
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preregistration.bundle import Bundle
 
 #: Setting in the [analysis] table -> kind of deviation. All other settings are options.
 KIND_OF_CHOICE: Mapping[str, DeviationKind] = {

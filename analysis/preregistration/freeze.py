@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from datetime import datetime
 from importlib.metadata import distributions
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preregistration.bundle import sha256
@@ -17,15 +16,13 @@ from slipscale.analysis.preregistration.named_files import NamedFile, named_file
 from slipscale.analysis.preregistration.page import PAGE, render
 from slipscale.analysis.preregistration.plan_in_words import with_results
 from slipscale.analysis.reporting.files import software
+from slipscale.analysis.tasks.kind import Analysis
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.rehearsal import check_answered
 from slipscale.experiments.study.file import read_study, study_text
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.experiments.participants.simulated_people.population import Population
 
 POWER = "power"
 #: File that identifies a folder written by `slipscale power --out`.

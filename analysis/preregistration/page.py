@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup
 
 from slipscale.analysis.preregistration import registry
 from slipscale.analysis.preregistration.manifest import STUDY, Manifest
 from slipscale.analysis.preregistration.plan_in_words import plan_blocks
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.experiments.running.study_commands import show
 from slipscale.experiments.study.file import read_study
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 PAGE = "plan.html"
 NOT_PROVED = (

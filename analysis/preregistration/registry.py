@@ -6,17 +6,13 @@ from the command's options; if an option is missing, the page says so.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from slipscale.analysis.preregistration.manifest import Manifest
 from slipscale.analysis.reporting.multiplicity import multiplicity
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.experiments.dataset.schema import filled
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.trial import factor_level
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preregistration.manifest import Manifest
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.experiments.study.model import Study
+from slipscale.experiments.study.model import Study
 
 NOT_STATED = "Not stated. State it with slipscale study freeze {option}."
 BLINDING = (

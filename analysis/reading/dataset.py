@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pandas as pd
 
 from slipscale.analysis.reading.delimited import Source, digest
+from slipscale.analysis.reading.labelled_tasks import TaskTrials
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reading.labelled_tasks import TaskTrials
-
 
 #: Fields of `Dataset` with trials of magnitude estimation and descending difference.
 TABLES = ("estimates", "answers", "differences", "textures")

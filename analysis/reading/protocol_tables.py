@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.delimited import Problems, Source, read_tables
+from slipscale.analysis.reading.labelled_tasks import Entries
 from slipscale.analysis.reading.trial_tables import IDENTITY, TrialTable
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reading.labelled_tasks import Entries
 
 
 def read_protocol(

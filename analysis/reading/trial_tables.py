@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -22,10 +21,8 @@ from slipscale.experiments.dataset.schema import (
     VOIDED,
     columns,
 )
+from slipscale.experiments.protocol_parts.base import Column, Protocol
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Column, Protocol
 
 #: Columns that identify a trial. Their values come from file names in a data set, and from columns
 #: in other tables.

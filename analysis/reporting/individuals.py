@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.psychometrics.psychometric_function import PsychometricFunction
+from slipscale.analysis.statistics.statistic import Inference
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.difference.yes_no import SignalDetection
 from slipscale.analysis.tasks.estimation.growth.statistics import IndividualGrowth
 from slipscale.analysis.tasks.estimation.statistics import BAYESIAN_GROWTH, GROWTH
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.statistic import Inference
 
 
 def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame:

@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from slipscale.analysis.statistics.not_computed import computed
+from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing.numbers import p_cell
 
 MICRO = r"$\mu$"
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def latex_tables(analysis: Analysis) -> dict[str, str]:

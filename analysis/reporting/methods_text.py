@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing.numbers import unit_number
 from slipscale.analysis.writing.references import REFERENCES, Reference
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
+from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
 #: A citation in a sentence: the key of a reference, as ``[[key]]``.
 CITATION = re.compile(r"\[\[([a-z0-9 ]+)\]\]")

@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from markupsafe import Markup
 
 from slipscale import figure_style
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import conclusions
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
+from slipscale.analysis.tasks.kind import Analysis
 
 #: No colours are set, so that light and dark themes both work. Figures have a white background.
 PAGE = Markup(

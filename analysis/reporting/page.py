@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -13,11 +12,9 @@ from slipscale.analysis.reporting.sections.multiplicity import tests_made
 from slipscale.analysis.reporting.sections.plan import plan
 from slipscale.analysis.reporting.sections.quality import quality
 from slipscale.analysis.reporting.sections.summary import answers, summary
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Largest number of different answers to a question that are counted one by one.
 ANSWERS_LISTED = 8

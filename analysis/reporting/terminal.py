@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
@@ -11,10 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 
 from slipscale.analysis.published import biet2007
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.faults import harmless
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation": "SD"}
 

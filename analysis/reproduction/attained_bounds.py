@@ -13,11 +13,12 @@ from collections.abc import Callable, Sequence
 from functools import cache
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.counts.state_table import Array
 from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed
 from slipscale.analysis.reconstruction.inference.bounds import Range, Table, as_table
 from slipscale.analysis.reconstruction.inference.conclusions import (
@@ -30,10 +31,6 @@ from slipscale.analysis.reconstruction.inference.conclusions import (
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Convention
 from slipscale.analysis.reproduction.allowed_datasets import columns
 from slipscale.analysis.statistics.repeated_measures import batched
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
-    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 RECORDED = Path(__file__).with_name("recorded") / "attained_bounds.json"
 COMMAND = "python -m slipscale.analysis.reproduction.attained_bounds"

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-if TYPE_CHECKING:
-    from slipscale.analysis.reproduction.comparison import Comparison, Outcome
+from slipscale.analysis.reproduction.comparison import Comparison, Outcome
 
 AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 

@@ -8,14 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import exp, inf, log, log1p, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: Scale of the Cauchy prior for d_z, as in pingouin, JASP and the R package BayesFactor.
 PRIOR_SCALE = 0.707

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
 from slipscale.analysis.preprocessing.normalisation import RULES, cell_means, normalise_by_all
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

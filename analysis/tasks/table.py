@@ -6,8 +6,10 @@ To add a kind, add a folder and one line here.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference, Inputs, SessionTable
 from slipscale.analysis.tasks.difference import declaration as difference
@@ -18,6 +20,7 @@ from slipscale.analysis.tasks.effects.sessions import declaration as sessions
 from slipscale.analysis.tasks.estimation import declaration as estimation
 from slipscale.analysis.tasks.exponent_and_weber import declaration as exponent_and_weber
 from slipscale.analysis.tasks.identification import declaration as identification
+from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.limits import declaration as limits
 from slipscale.analysis.tasks.matching import declaration as matching
 from slipscale.analysis.tasks.pointing import declaration as pointing
@@ -29,11 +32,6 @@ from slipscale.analysis.tasks.scales import declaration as scales
 from slipscale.analysis.tasks.similarity import declaration as similarity
 from slipscale.analysis.tasks.thresholds import declaration as thresholds
 from slipscale.experiments.study.analysis_choices import Test
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.tasks.kind import TaskAnalysis
 
 KINDS = (
     estimation.ANALYSIS,

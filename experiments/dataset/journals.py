@@ -7,17 +7,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.lost_header import header_from_tables
 from slipscale.experiments.dataset.rows_from_journal import Gathered, gather
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_usable
 from slipscale.experiments.journal.reading import Damage, has_begun
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.study.run_plan import Mode, RunPlan
 from slipscale.faults import UserError, harmless
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.study.run_plan import Mode, RunPlan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

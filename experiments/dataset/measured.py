@@ -9,17 +9,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.protocol_parts.base import Column, TrialRecord
+from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.stroke import OUTSIDE, WITHIN
 from slipscale.hardware.contact.measures import friction, movement
 from slipscale.hardware.contact.plausibility import implausible_forces, implausible_places
 from slipscale.hardware.contact.source import Sample
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.steps.trial import Value
 
 CHANGES = "changes"
 SPEED, STROKES = "exploration_speed_mm_s", "strokes"

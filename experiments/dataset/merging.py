@@ -14,7 +14,6 @@ import shutil
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import KNOWN, backups
 from slipscale.experiments.dataset.bids import build_dataset
@@ -27,10 +26,8 @@ from slipscale.experiments.dataset.rendering import README
 from slipscale.experiments.dataset.withdrawn import RECORD, entries, unfinished, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.study.run_plan import RunPlan
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.dataset.measured import Explorations, of_interval, plate_measures
 from slipscale.experiments.dataset.schema import (
@@ -19,6 +19,7 @@ from slipscale.experiments.dataset.schema import (
     VOIDED,
 )
 from slipscale.experiments.journal import reading
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import (
     answer_from,
     answer_record,
@@ -27,11 +28,8 @@ from slipscale.experiments.journal.serialisation import (
     trial_from,
 )
 from slipscale.experiments.protocol_parts.base import IntervalRecord, TrialRecord
+from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.stroke import WITHIN
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.steps.trial import Value
 
 # Event during a trial -> flag in the trial's row. Resuming a pilot leaves no flag, because no
 # virtual time has passed.

@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.dataset.measured import MEASURED, SECOND_READBACK, measured_columns
 from slipscale.experiments.protocol_parts.base import Column, IntervalRecord, Protocol, TrialRecord
@@ -21,10 +21,7 @@ from slipscale.experiments.study.run_plan import stem
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.surface import Stimulus
-
+from slipscale.stimuli.surface import Stimulus
 
 MISSING = "n/a"
 # The columns of participants.tsv that Slipscale fills in. The first column identifies the

@@ -5,13 +5,10 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.schema import MISSING
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Column
-    from slipscale.experiments.steps.trial import Value
+from slipscale.experiments.protocol_parts.base import Column
+from slipscale.experiments.steps.trial import Value
 
 # Times are stored to the microsecond, because the clocks of key events are not more precise.
 DIGITS = 6

@@ -14,16 +14,13 @@ import zlib
 from collections.abc import Iterator
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING
 
+from slipscale.experiments.dataset.files import Content
 from slipscale.experiments.dataset.former_tables import cut_journals, strays
 from slipscale.experiments.dataset.journals import Problem, read_runs
 from slipscale.experiments.dataset.rendering import README, render
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
-
-if TYPE_CHECKING:
-    from slipscale.experiments.dataset.files import Content
 
 # Maximum number of similar problems in one file that are reported individually.
 TOLD = 20

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.plan_and_progress import software
 from slipscale.experiments.journal.record import FORMAT
 from slipscale.experiments.journal.serialisation import QUANTITY
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import study_hash
-
-if TYPE_CHECKING:
-    from slipscale.experiments.study.run_plan import RunPlan
-    from slipscale.hardware.driver import PlateDriver
+from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.hardware.driver import PlateDriver
 
 
 def header(

@@ -31,7 +31,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from io import FileIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 from slipscale.experiments.journal import locks
 from slipscale.experiments.journal.keeper import Keeper, Mark
@@ -39,9 +39,7 @@ from slipscale.experiments.journal.reading import read_records
 from slipscale.experiments.journal.record import Record, encode, sealed
 from slipscale.experiments.journal.serialisation import QUANTITY, in_um_names
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
+from slipscale.hardware.clock import Clock
 
 # Permissions of a new file: readable by its owner only, or determined by the system's umask.
 OWNER_ONLY, AS_USUAL = 0o600, 0o666

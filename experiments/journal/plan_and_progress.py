@@ -6,7 +6,6 @@ import platform
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.reading import (
     Damage,
@@ -16,13 +15,11 @@ from slipscale.experiments.journal.reading import (
     read_records,
     read_whole,
 )
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.record_shapes import checked
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
 
 PACKAGES = ("slipscale", "numpy", "psychopy")
 

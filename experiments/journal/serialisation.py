@@ -9,18 +9,16 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
+from slipscale.experiments.steps.steps import Step
 from slipscale.experiments.steps.trial import Trial
 from slipscale.stimuli.field_names import in_code, in_um
 from slipscale.stimuli.file_keys import renamed
 from slipscale.stimuli.surface import Stimulus, VirtualSurface
 from slipscale.stimuli.textures import Texture, kind_in
 from slipscale.stimuli.varied import Varied
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Step
 
 ANSWERS: dict[str, Callable[..., Answer]] = {
     "Reply": Reply,

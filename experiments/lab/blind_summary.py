@@ -7,17 +7,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.dataset.rows_from_journal import gather
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_usable
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import in_own_names
+from slipscale.experiments.protocol_parts.base import TrialRecord
 from slipscale.experiments.steps.questions import CONSENT
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.protocol_parts.base import TrialRecord
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.withdrawn import replacement, withdrawn
@@ -14,11 +14,9 @@ from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.exclusions import read_exclusions
 from slipscale.experiments.running.run_state import RunState, run_state
+from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.run_plan import RunPlan, journal_path
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.study.model import Study
 
 PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
 # The states of participants. The first state that applies to any of a participant's runs counts.

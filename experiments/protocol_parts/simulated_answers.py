@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.steps.questions import (
     ChoiceQuestion,
     ComparisonQuestion,
@@ -24,11 +25,8 @@ from slipscale.experiments.steps.questions import (
 )
 from slipscale.experiments.steps.replies import FEEL_AGAIN
 from slipscale.experiments.steps.steps import Adjust, Ask
+from slipscale.experiments.steps.trial import Value
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-    from slipscale.experiments.steps.trial import Value
 
 ASKS_AGAIN = 0.5  # assumed proportion of matches that repeat the reference before the end
 

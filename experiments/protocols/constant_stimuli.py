@@ -7,7 +7,7 @@ comes second, and the participant answers whether it was more slippery than the 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -31,12 +31,10 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 )
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion, Question, YesNoQuestion
+from slipscale.experiments.steps.steps import Ask, Steps
+from slipscale.experiments.steps.trial import Phase, Value
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Ask, Steps
-    from slipscale.experiments.steps.trial import Phase, Value
 
 FIRST, SECOND = 1, 2
 

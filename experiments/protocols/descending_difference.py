@@ -9,7 +9,7 @@ presented, because they cannot be ordered by amplitude.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.base import (
@@ -41,9 +41,7 @@ from slipscale.experiments.steps.steps import (
 )
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.surface import Stimulus
+from slipscale.stimuli.surface import Stimulus
 
 TASK = "descendingdifference"
 

@@ -6,8 +6,6 @@ participant chooses the most slippery interval. An adaptive rule selects the amp
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from slipscale.experiments.protocol_parts.base import Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     DESIGN,
@@ -19,9 +17,7 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     expected_trials,
     most_trials,
 )
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Steps
+from slipscale.experiments.steps.steps import Steps
 
 REST_UM_PP = 0.0
 

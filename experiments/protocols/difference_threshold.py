@@ -7,7 +7,7 @@ selects the levels.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.protocol_parts.base import (
     Amplitude,
@@ -27,11 +27,9 @@ from slipscale.experiments.protocol_parts.building_blocks.forced_choice import (
     most_trials,
 )
 from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import Steps
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Steps
 
 SIGNS = {"more": 1, "less": -1}
 

@@ -6,7 +6,7 @@ The confusion matrix yields the information transferred (Miller 1956, Psychol. R
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
 from slipscale.experiments.protocol_parts.base import (
@@ -25,14 +25,12 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedSurfaces,
     surface_blocks,
 )
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import ChoiceQuestion
 from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Ask, Feedback, Instruct, Present, Silence, Step, Steps
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 
 FEWEST = 2
 

@@ -8,7 +8,7 @@ a new number at the end of its block. Timed-out trials are also repeated if the 
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from pydantic import ValidationInfo, field_validator
 
@@ -23,11 +23,9 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_trials,
 )
 from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct, Present, Silence, Step, Steps
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.replies import Answer
 
 TASK = "magnitudeestimation"
 

@@ -9,7 +9,7 @@ exponent lies between them.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
@@ -37,15 +37,13 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import until_number
+from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Adjust, Instruct, Present, Silence, Step, Steps
+from slipscale.experiments.steps.trial import Value
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.trial import Value
-    from slipscale.stimuli.surface import Stimulus
+from slipscale.stimuli.surface import Stimulus
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")

@@ -7,16 +7,14 @@ surface has a higher or lower level than the other two, and an adaptive rule sel
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from slipscale.experiments.protocol_parts.base import Context
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import ForcedChoice
 from slipscale.experiments.protocols.difference_threshold import PROTOCOL as DIFFERENCE_THRESHOLD
 from slipscale.experiments.protocols.difference_threshold import SIGNS, DifferenceThreshold
+from slipscale.experiments.steps.steps import Steps
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.base import Context
-    from slipscale.experiments.steps.steps import Steps
 
 
 class Oddity(DifferenceThreshold):

@@ -9,7 +9,7 @@ textures have no order.
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
@@ -24,12 +24,10 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 )
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
 from slipscale.experiments.steps.questions import ComparisonQuestion
+from slipscale.experiments.steps.steps import Ask, Steps
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Ask, Steps
-    from slipscale.stimuli.surface import Stimulus
+from slipscale.stimuli.surface import Stimulus
 
 SIZE = {"pairs": 2, "triads": 3}
 

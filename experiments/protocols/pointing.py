@@ -14,7 +14,7 @@ from __future__ import annotations
 import math
 from collections.abc import Generator
 from itertools import pairwise, product
-from typing import TYPE_CHECKING, Annotated, Literal, NamedTuple
+from typing import Annotated, Literal, NamedTuple
 
 from pydantic import Field
 
@@ -32,6 +32,7 @@ from slipscale.experiments.protocol_parts.base import (
     TrialRecord,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import PointingQuestion, Selection
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
@@ -49,9 +50,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.surface import UNLISTED, Stimulus
 from slipscale.stimuli.texture import Grating, bar
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 
 PLAIN, ON_TARGET, OUTSIDE = "none", "target", "outside"
 #: Space for targets around the middle, in screen heights; texts are above and below.

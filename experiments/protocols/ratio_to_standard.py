@@ -8,7 +8,6 @@ trials that compare the standard with itself.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocol_parts.base import Column, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.against_standard import (
@@ -24,11 +23,9 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     with_catch_trials,
 )
 from slipscale.experiments.steps.questions import NumberQuestion
+from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Instruct, Present, Silence, Step, Steps
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.replies import Answer
-    from slipscale.experiments.steps.trial import Trial
+from slipscale.experiments.steps.trial import Trial
 
 
 class RatioToStandard(StandardOptions):

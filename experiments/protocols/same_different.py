@@ -8,7 +8,6 @@ twice, so that the answers yield the sensitivity in the differencing model (Macm
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
@@ -26,10 +25,8 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
 )
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
 from slipscale.experiments.steps.questions import YesNoQuestion
+from slipscale.experiments.steps.steps import Steps
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Steps
 
 
 class SameDifferent(ComparingOptions):

@@ -8,7 +8,6 @@ the ratings yields a map of the surfaces, as in Hollins et al. (1993, Percept. P
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Protocol, Switch
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
@@ -22,13 +21,11 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     the_two_ends,
     with_catch_trials,
 )
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.steps.steps import Ask, Steps
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-    from slipscale.experiments.steps.steps import Ask, Steps
-    from slipscale.stimuli.surface import Stimulus
+from slipscale.stimuli.surface import Stimulus
 
 FEWEST = 3
 RESOLUTION = 1.0

@@ -9,7 +9,7 @@ textures.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
@@ -24,13 +24,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_blocks,
     surface_trials,
 )
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import WholeNumberQuestion
+from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-    from slipscale.experiments.steps.replies import Answer
 
 FEWEST = 3
 

@@ -8,7 +8,7 @@ sets both, and every row of the data contains both.
 from __future__ import annotations
 
 from collections.abc import Generator
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, ValidationInfo, field_validator
 
@@ -24,13 +24,11 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     surface_trials,
     with_catch_trials,
 )
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
 from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.steps.replies import Answer
 from slipscale.experiments.steps.steps import Ask, Instruct, Step, Steps
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson
-    from slipscale.experiments.steps.replies import Answer
 
 LENGTH = 100.0
 Start = Literal["left", "middle", "right", "random"]

@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.files import write_file
@@ -20,16 +19,14 @@ from slipscale.experiments.journal.header import header
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.journal.serialisation import answer_record, step_record
 from slipscale.experiments.participants.simulated_people.bare_run import bare_run, drops_out
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.steps.replies import Answer, Reply
 from slipscale.experiments.steps.steps import Adjust, Instruct
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.clock import VirtualClock
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.study.run_plan import RunPlan
 
 #: Feature that only full sessions can simulate -> whether a run has this feature.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {

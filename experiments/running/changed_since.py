@@ -9,16 +9,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.journal.plan_and_progress import read_usable
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.study.model import Study
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.address import with_plate_file
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.study.model import Study
-    from slipscale.experiments.study.run_plan import RunPlan
 
 
 def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]:

@@ -5,15 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.languages.texts import texts_hash
 from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.study.run_plan import RunPlan
 
 
 def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:

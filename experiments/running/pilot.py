@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import journals
@@ -21,6 +20,7 @@ from slipscale.experiments.journal.plan_and_progress import (
     is_complete,
     read_plan,
 )
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.in_session import (
     GAVE_UP,
@@ -50,9 +50,6 @@ from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.source import Surroundings
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.signals import signals_raise
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
 
 MOCK = "mock"  # the simulated plate without faults
 # Scatter of the mock's readings, relative to the study's tolerance. With more scatter, an

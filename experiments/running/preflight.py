@@ -14,7 +14,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from statistics import stdev
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.dataset.backup import check_folder as check_backup
 from slipscale.experiments.dataset.journals import read_runs
@@ -45,12 +44,10 @@ from slipscale.experiments.study.run_plan import RunPlan, check_labels, journal_
 from slipscale.faults import RigError, UserError
 from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.signals import silent_on_signals
+from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.surface import VirtualSurface
-
-if TYPE_CHECKING:
-    from slipscale.hardware.driver import PlateDriver
-    from slipscale.stimuli.quantity import Quantity
 
 ENOUGH_MB = 100
 FOCUS_FRAMES = 40

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING, assert_never
+from typing import assert_never
 
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.participants.simulated_people.respondent import unanswered
@@ -42,14 +42,12 @@ from slipscale.experiments.steps.steps import (
     Step,
     Steps,
 )
+from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.trial import Value
-    from slipscale.experiments.study.run_plan import RunPlan
-    from slipscale.hardware.driver import PlateDriver
-    from slipscale.stimuli.surface import Stimulus
+from slipscale.hardware.driver import PlateDriver
+from slipscale.stimuli.surface import Stimulus
 
 # An answer is specified by its position in the range of possible answers, from 0 to 1; 0 is the
 # first option or "yes". A pattern of answers maps the number of a question to a position.

@@ -5,18 +5,16 @@ from __future__ import annotations
 import shlex
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.dataset.journals import journals, mode_of
 from slipscale.experiments.dataset.withdrawn import replacement, withdrawn
 from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_usable
 from slipscale.experiments.journal.reading import has_begun
+from slipscale.experiments.journal.record import Record
+from slipscale.experiments.study.run_plan import Mode
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
-    from slipscale.experiments.study.run_plan import Mode
 
 RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.participants.psychopy_window.layout import faults
+from slipscale.experiments.participants.psychopy_window.scene import Scene
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.rehearsal import WAYS, dry_run
 from slipscale.experiments.steps.steps import (
@@ -21,11 +21,8 @@ from slipscale.experiments.steps.steps import (
     Rest,
     Step,
 )
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.study.run_plan import RunPlan
 
 SHOWN = (Instruct, Explore, Ask, Rest, Feedback, Adjust)
 MOST_TOLD = 8

@@ -15,18 +15,16 @@ import shutil
 import time
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from slipscale.experiments.journal.locks import writer
 from slipscale.experiments.session.operator import Request, SessionStatus, State, answer_wanted
+from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Ask
-    from slipscale.experiments.steps.trial import Trial
 
 # Minimum interval between two reads of the folder, because reading can be slow.
 LOOK_S = 0.05

@@ -8,10 +8,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from enum import IntEnum
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Step
+from slipscale.experiments.steps.steps import Step
 
 
 class Event(IntEnum):

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple
+from typing import ClassVar, Literal, NamedTuple
 
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.trial import Value
+from slipscale.experiments.steps.trial import Value
 
 #: The surface that a comparison asks for; odd: the surface that differs from the others.
 Sought = Literal["most", "least", "odd"]

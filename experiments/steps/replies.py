@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import ClassVar
 
-from slipscale.experiments.steps.trial import Value  # noqa: TC001 - pydantic resolves it
+from slipscale.experiments.steps.trial import Value
 
 # Reply to a question with a sound, if the sound could not be played.
 NO_SOUND = "no_sound"

@@ -7,7 +7,7 @@ it is skipped if a key that it needs is invalid.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.languages.texts import CODE, languages, text_faults
 from slipscale.experiments.protocol_parts.base import Options, protocol_texts
@@ -17,10 +17,8 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.person_questions import unanswerable
 from slipscale.experiments.study.questionnaires import unusable
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault
+from slipscale.faults.toml_lines import Place
+from slipscale.faults.validation import Fault
 
 
 def named_twice(table: str, names: list[str]) -> Iterator[Fault]:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import TYPE_CHECKING, Annotated, Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
 from pydantic import Field
 
@@ -27,17 +27,15 @@ from slipscale.experiments.steps.replies import Answer, Voided
 from slipscale.experiments.steps.steps import Adjust, EndBlock, Instruct, Present, Rest, Step, Steps
 from slipscale.experiments.steps.trial import Trial, Value, factor_level
 from slipscale.experiments.study.levels import Levels
+from slipscale.experiments.study.tables import SecondPlate
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
+from slipscale.faults.toml_lines import Place
+from slipscale.faults.validation import Fault
 from slipscale.stimuli.field_names import in_code
 from slipscale.stimuli.parameters import field_of
+from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.textures import PARAMETERS
-
-if TYPE_CHECKING:
-    from slipscale.experiments.study.tables import SecondPlate
-    from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault
-    from slipscale.stimuli.quantity import Quantity
 
 #: Columns of every task's table, whose names a factor cannot have.
 TAKEN = frozenset({"trial", "phase", "surface", "onset", "duration", "repeats", "flag", "block"})

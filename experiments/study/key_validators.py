@@ -6,8 +6,6 @@ returns the value. All errors are raised at once, with their locations in the fi
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pydantic import ValidationError, ValidationInfo
 
 from slipscale.experiments.languages.texts import ENGLISH, languages
@@ -28,20 +26,18 @@ from slipscale.experiments.study.factors import (
     uncrossable,
 )
 from slipscale.experiments.study.levels import Levels
+from slipscale.experiments.study.stroke import Stroke
+from slipscale.experiments.study.tables import (
+    PlateSettings,
+    StatedWords,
+    StimulusTable,
+    Texture,
+)
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.validation import Fault, faults_in, refuse
 from slipscale.stimuli.attributes import ATTRIBUTES
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.textures import PARAMETERS
-
-if TYPE_CHECKING:
-    from slipscale.experiments.study.stroke import Stroke
-    from slipscale.experiments.study.tables import (
-        PlateSettings,
-        StatedWords,
-        StimulusTable,
-        Texture,
-    )
 
 
 def valid_attribute_words(

@@ -6,7 +6,7 @@ skipped if that key is invalid; for example, levels are not checked if the plate
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
 
@@ -55,13 +55,10 @@ from slipscale.experiments.study.tables import (
 )
 from slipscale.faults.frozen_table import FrozenTable, setting
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
+from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.textures import Texture as TextureSurface
-    from slipscale.stimuli.varied import Varied
-
+from slipscale.stimuli.textures import Texture as TextureSurface
+from slipscale.stimuli.varied import Varied
 
 # Limits on surfaces, tasks, sessions and questions, beyond the needs of any study but fast to
 # compute.

@@ -6,7 +6,7 @@ The data contain the code of an answer; the participant reads the answer's text 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import Annotated, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -16,10 +16,8 @@ from slipscale.experiments.steps.questions import CONSENT, ChoiceQuestion, Whole
 from slipscale.experiments.steps.steps import Ask
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
-
-if TYPE_CHECKING:
-    from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault
+from slipscale.faults.toml_lines import Place
+from slipscale.faults.validation import Fault
 
 # Columns of participants.tsv that Slipscale fills in.
 TAKEN = ("participant_id", "mode", "complete")

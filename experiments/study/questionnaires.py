@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
@@ -20,9 +20,7 @@ from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.person_questions import TAKEN, PersonQuestion, Translated, distinct
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable, setting
-
-if TYPE_CHECKING:
-    from slipscale.faults.validation import Fault
+from slipscale.faults.validation import Fault
 
 MOST_ITEMS = 200
 # The columns that identify a row in a questionnaire's table, in addition to the participant.

@@ -6,7 +6,7 @@ import hashlib
 import re
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.languages.texts import Texts, load_texts
 from slipscale.experiments.protocol_parts.base import (
@@ -17,6 +17,7 @@ from slipscale.experiments.protocol_parts.base import (
     protocol_texts,
 )
 from slipscale.experiments.protocol_parts.registry import load_protocol
+from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
 from slipscale.experiments.steps.questions import (
     CONSENT,
     ChoiceQuestion,
@@ -28,13 +29,10 @@ from slipscale.experiments.steps.steps import Ask, Instruct, Steps
 from slipscale.experiments.study.factors import crossed
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES
+from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.stroke import guided
 from slipscale.faults import UserError
 from slipscale.stimuli.headphone_sounds import NoiseInEar
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer
-    from slipscale.experiments.study.model import Study
 
 Mode = Literal["participant", "pilot"]
 

@@ -18,9 +18,9 @@ from slipscale.stimuli.parameters import Parameter, declared
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.textures import KINDS, PARAMETERS
 from slipscale.stimuli.textures import Texture as TextureSurface
-from slipscale.stimuli.transient import Shape  # noqa: TC001 - pydantic evaluates it
+from slipscale.stimuli.transient import Shape
 from slipscale.stimuli.varied import Varied
-from slipscale.stimuli.waves import Waveform  # noqa: TC001 - pydantic evaluates it
+from slipscale.stimuli.waves import Waveform
 
 
 class MaskingNoise(FrozenTable):

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -32,13 +32,11 @@ from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends import daq_device
 from slipscale.hardware.backends.daq_library import load_library
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, OverLimit, StillVibrating
 from slipscale.hardware.records import EMULATED, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import along_edge
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 TERMINAL_V = 10.0  # largest output of the device, peak
 RAMP_S, RAMP_STEPS = 0.05, 16  # raised cosine

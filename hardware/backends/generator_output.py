@@ -11,7 +11,6 @@ A reset, a preset or a key on the front panel can change settings made on connec
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from slipscale.hardware.backends.generator_dialects import (
     DIALECTS,
@@ -25,6 +24,8 @@ from slipscale.hardware.backends.generator_dialects import (
     number,
     words_of,
 )
+from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import (
     GarbledReply,
     PlateFault,
@@ -33,10 +34,6 @@ from slipscale.hardware.errors import (
     WrongDevice,
 )
 from slipscale.hardware.records import PlateIdentity
-
-if TYPE_CHECKING:
-    from slipscale.hardware.backends.generator_line import GeneratorLine
-    from slipscale.hardware.clock import Clock
 
 AGREEMENT = 1e-3  # relative tolerance of a setting that is read back
 REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # after a drop, to switch the output off

@@ -12,19 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from slipscale.faults import UserError
 from slipscale.hardware import registry
 from slipscale.hardware.address import SPLIT, parts
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import ConnectionLost, StillVibrating
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
+from slipscale.stimuli.modulation import Loop
 from slipscale.stimuli.surface import Sensor, Surface, VirtualSurface
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
-    from slipscale.stimuli.modulation import Loop
 
 
 class PlatePair(PlateDriver):

@@ -10,15 +10,12 @@ from dataclasses import replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
 from slipscale.hardware.backends.fault_injection import parse_injections
+from slipscale.hardware.backends.serial_board.protocol import BoardLimits
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
-
-if TYPE_CHECKING:
-    from slipscale.hardware.backends.serial_board.protocol import BoardLimits
 
 SHOWN_S = 0.05
 

@@ -8,13 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import TYPE_CHECKING, NoReturn
+from typing import NoReturn
 
 from slipscale.hardware.backends.serial_board import protocol as wire
-
-if TYPE_CHECKING:
-    from slipscale.hardware.backends.serial_board.link import Line
-    from slipscale.hardware.clock import Clock
+from slipscale.hardware.backends.serial_board.link import Line
+from slipscale.hardware.clock import Clock
 
 ANSWER_S = 0.08  # time after which a host repeats a command
 LATEST_S = 0.32  # total waiting time

@@ -11,18 +11,16 @@ import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from statistics import median
-from typing import TYPE_CHECKING, get_args
+from typing import get_args
 
 from slipscale.faults import UserError
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.conformance.bench import Departure, NotApplicable, differs
 from slipscale.hardware.conformance.table import Verdict
 from slipscale.hardware.driver import PROVING, PlateDriver
 from slipscale.hardware.errors import OverLimit, PlateFault
 from slipscale.hardware.records import Output, Readback, ReadbackKind
 from slipscale.stimuli.surface import VirtualSurface
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 CHECKS = 50
 CHEAP_S = 0.008  # half of a frame at 60 Hz

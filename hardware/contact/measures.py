@@ -12,10 +12,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import compress, pairwise
 from statistics import fmean, median
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from slipscale.hardware.contact.source import Sample
+from slipscale.hardware.contact.source import Sample
 
 APART_S = 0.05
 LONGEST_GAP_S = 0.5  # a longer gap means that the finger was lifted

@@ -10,12 +10,9 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING
 
 from slipscale.hardware.contact.measures import apart
-
-if TYPE_CHECKING:
-    from slipscale.hardware.contact.source import Sample
+from slipscale.hardware.contact.source import Sample
 
 FEWEST = 20  # minimum number of samples for a check
 LONGEST_MM = 300.0  # larger than any plate; a converter's 65535 exceeds it

@@ -6,12 +6,10 @@ SPEC: ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
 from __future__ import annotations
 
 from importlib.metadata import entry_points
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.hardware.contact.source import ContactSource, Kind, Surroundings
+from slipscale.hardware.contact.source import ContactSource, Kind, Surroundings
 
 NONE = "none"
 GROUPS: dict[Kind, str] = {"position": "slipscale.positions", "force": "slipscale.forces"}

@@ -27,11 +27,12 @@ from collections import deque
 from collections.abc import Callable
 from statistics import fmean
 from threading import Event, Thread
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
 from slipscale.hardware.backends.serial_board.serial_line import BAUD, SerialLine
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.contact.source import (
     FORCE,
     POSITION,
@@ -42,9 +43,6 @@ from slipscale.hardware.contact.source import (
     Surroundings,
 )
 from slipscale.hardware.errors import PlateFault
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 FIRST_S = 3.0  # some boards restart when their port is opened
 SILENT_S = 0.5

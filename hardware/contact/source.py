@@ -9,13 +9,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal, NamedTuple, Protocol, Self
+from typing import ClassVar, Literal, NamedTuple, Protocol, Self
 
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import PlateFault
 from slipscale.stimuli.surface import Sensor
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 Quantities = tuple[str, ...]
 # Quantities of position and force sources. x is along the stroke, y across.

@@ -27,10 +27,11 @@ import math
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.contact.source import (
     POSITION,
     ContactSource,
@@ -39,9 +40,6 @@ from slipscale.hardware.contact.source import (
     Surroundings,
     Touch,
 )
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 EMULATED = "emulated_stage"
 POLL_S = 0.01  # while the stage returns to its start

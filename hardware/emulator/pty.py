@@ -14,10 +14,11 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol, TextIO
+from typing import Protocol, TextIO
 
 from slipscale.hardware.backends.fault_injection import Injection, Schedule, parse_injections
 from slipscale.hardware.backends.serial_board import protocol as wire
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.emulator.firmware import IDENTITY, OLD_IDENTITY, Board
 from slipscale.hardware.emulator.response_faults import (
     ANSWER_FAULTS,
@@ -32,9 +33,6 @@ from slipscale.hardware.emulator.response_faults import (
 )
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 TICK_S = 0.001
 IDLE_TICK_S = 0.01  # for a silent board, which does not change until a command arrives

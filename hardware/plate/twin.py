@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from statistics import fmean
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,9 +19,7 @@ from slipscale.hardware.plate.dynamics import (
     Resonator,
     conditions,
 )
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.modulation import Loop
+from slipscale.stimuli.modulation import Loop
 
 TEMPERATURE_PERIODS_S = (2_700.0, 1_130.0, 470.0)  # air conditioning, doors, people
 WORD = (1 << 64) - 1  # a Philox key has two 64-bit words

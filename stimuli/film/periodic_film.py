@@ -9,15 +9,12 @@ per cell. The film is symmetric about the middle of the contact, so only half of
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.linalg import solve_banded
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.quantities import Array
+from slipscale.stimuli.quantities import Array
 
 _TOLERANCE = 1e-10  # of the largest Newton step in P
 _NEWTON_STEPS = 40

@@ -10,22 +10,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.planning.distribution.numbers import Findings, findings
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import why_sessions, write_simulated
 from slipscale.experiments.running.begin_or_resume import plate_for
 from slipscale.experiments.running.pilot import MOCK, pilot_plans
 from slipscale.experiments.running.rehearsal import check_answered, check_supported
 from slipscale.experiments.study.file import study_hash
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.study.run_plan import RunPlan
 
 #: Version of the seed derivation. A different version gives every study a different seed.
 VERSION = 1

@@ -9,13 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 from slipscale.analysis import json_form
-
-if TYPE_CHECKING:
-    from slipscale.analysis.json_form import Json, JsonObject
-    from slipscale.analysis.tasks.kind import Analysis
+from slipscale.analysis.json_form import Json, JsonObject
+from slipscale.analysis.tasks.kind import Analysis
 
 TABLE3 = "table3"
 #: Keys that identify an element of a list. The element's name is formed from their values.

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from rich import box
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from slipscale.analysis.planning.distribution.distribution import Distribution, Spread
 from slipscale.analysis.planning.distribution.figures import STATISTICS
 from slipscale.analysis.published import biet2007
-
-if TYPE_CHECKING:
-    from slipscale.analysis.planning.distribution.distribution import Distribution, Spread
 
 
 def percent(share: float) -> str:

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING
 
+from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.yes_no_steps import StepTask
 from slipscale.analysis.planning.simulated.estimates import Task
 from slipscale.analysis.planning.simulated.fast_tests import DIVISORS, OMNIBUS, TESTS
 from slipscale.experiments.participants.simulated_people.growth import people_for
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.protocol_parts.base import Context, Options
 from slipscale.experiments.protocols.descending_difference import DescendingDifference, descent
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.steps.trial import factor_level
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.experiments.study.factors import conditions_of
+from slipscale.experiments.study.model import Study
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.planning.power.grid import Condition
-    from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocol_parts.base import Context, Options
-    from slipscale.experiments.study.analysis_choices import AnalysisChoices
-    from slipscale.experiments.study.model import Study
 
 #: Tests that are computed for one study at a time.
 SLOW = ("page_trend", "mixed_model")

@@ -9,16 +9,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
+from slipscale.analysis.planning.power.design import Design
+from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.outcome import Outcome, total
 from slipscale.analysis.planning.power.shard import STUDIES_A_SHARD, Looks, Shard
+from slipscale.analysis.planning.power.shard_cache import ShardCache
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.planning.power.design import Design
-    from slipscale.analysis.planning.power.grid import Condition
-    from slipscale.analysis.planning.power.shard_cache import ShardCache
 
 HOUR_S = 3600.0
 #: Numbers of studies that are timed to estimate the run time.

@@ -7,7 +7,7 @@ built and read with the same code as real data.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -25,13 +25,10 @@ from slipscale.experiments.participants.simulated_people.bare_run import (
     bare_run,
     drops_out,
 )
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.steps.steps import Ask, EndTrial, Present
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.stimuli.field_names import in_um
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.study.run_plan import RunPlan
-
 
 #: Kinds of steps that form a row of a choice task.
 TOLD = (Present, Ask, EndTrial)

@@ -10,26 +10,23 @@ import hashlib
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import tomlkit
 
 from slipscale.analysis.tasks.thresholds.reading import COMPARISON, FORCED_CHOICE
 from slipscale.experiments.participants.simulated_people.bare_run import BareStep, bare_run
+from slipscale.experiments.participants.simulated_people.population import Population
+from slipscale.experiments.protocol_parts.base import Options, Protocol
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.running.timeline import MINUTE_S, SETTLING_S
 from slipscale.experiments.steps.steps import Present
 from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.simulated_people.population import Population
-    from slipscale.experiments.protocol_parts.base import Options, Protocol
-    from slipscale.experiments.study.run_plan import RunPlan
 
 #: Options that determine a task's number of trials. The first one that the task has is set.
 AMOUNTS = ("repetitions", "most_trials")

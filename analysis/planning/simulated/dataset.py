@@ -6,19 +6,16 @@ Used for tests that are not vectorised.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.planning.simulated.estimates import Ratings
 from slipscale.analysis.reading.cleaning import empty_differences
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.planning.simulated.estimates import Ratings
-    from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 
 def simulated_dataset(

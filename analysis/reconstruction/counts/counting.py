@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite, prod
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.reconstruction.counts import plane_by_plane
+from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
 from slipscale.analysis.reconstruction.counts.problem import (
     MEMORY_GIB,
     MINUTES,
@@ -19,9 +19,6 @@ from slipscale.analysis.reconstruction.counts.problem import (
     simple_bound,
 )
 from slipscale.analysis.reconstruction.counts.residues import WORD, join, primes
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:

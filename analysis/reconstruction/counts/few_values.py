@@ -14,13 +14,11 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
-    from slipscale.analysis.reconstruction.counts.state_table import Array
+from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
+from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of choices of outer values. For more choices, another method is faster.
 CHOICES = 100_000

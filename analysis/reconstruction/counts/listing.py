@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.reconstruction.counts.counting import largest_possible
 from slipscale.analysis.reconstruction.counts.problem import Problem, require_memory
 from slipscale.analysis.reconstruction.counts.residues import WORD, moduli_above
+from slipscale.analysis.reconstruction.counts.state_table import Array
 from slipscale.analysis.reconstruction.counts.unranking import Ranking
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of multisets to list, and number of multisets per batch.
 LISTED = 2**20

@@ -9,14 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from math import comb, isqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.counts.partition import Part, Split
 from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.partition import Part, Split
 
 
 @dataclass(frozen=True)

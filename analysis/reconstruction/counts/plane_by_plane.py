@@ -22,15 +22,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
 from slipscale.analysis.reconstruction.counts.residues import WORD
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
-    from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
+from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 
 def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | None) -> float | int:

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import ceil, comb
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,11 +18,9 @@ from slipscale.analysis.reconstruction.counts.meet_in_the_middle import (
     joints,
     shapes,
 )
+from slipscale.analysis.reconstruction.counts.partition import Part, Split
 from slipscale.analysis.reconstruction.counts.state_table import Shape, StateTable
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.partition import Part, Split
 
 # Default limits on the memory for tables and on the time for a count.
 MEMORY_GIB = 4.0

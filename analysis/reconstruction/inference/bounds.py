@@ -9,12 +9,11 @@ the paired t, see `extreme_t`; for the repeated-measures F, see `repeated_measur
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
+from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Ratings in steps above the scale minimum: one row per column, with the same order of participants.
 Table = tuple[tuple[int, ...], ...]

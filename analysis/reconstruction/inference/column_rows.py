@@ -9,18 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.reconstruction.counts.listing import LISTED
 from slipscale.analysis.reconstruction.counts.problem import seconds_to_count
+from slipscale.analysis.reconstruction.counts.state_table import Array
 from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.data_sets.witness import witness_of
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
-    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 # Time above which a count is run only if sums and searches give no answer.
 QUICK_S = 0.25

@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.counts.state_table import Array
+from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
+from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.inference.bounds import (
     Range,
     Table,
@@ -35,11 +37,6 @@ from slipscale.analysis.reconstruction.inference.repeated_measures_f import (
     greatest_f,
     least_f,
 )
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
-    from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
-    from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
 # One row of ratings per column, with the same order of participants.
 Ratings = tuple[tuple[float, ...], ...]

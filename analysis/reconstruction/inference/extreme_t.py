@@ -13,14 +13,11 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 from math import copysign, inf, sqrt
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.counts.state_table import Array
 from slipscale.analysis.reconstruction.inference.bounds import SEARCHED, Range, Table, as_table
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of pairs of data sets for a nearest-neighbour search. The largest case in Table III
 # has 4e10 pairs and takes seconds.

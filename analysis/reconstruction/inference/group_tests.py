@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import nan
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reconstruction.counts.state_table import Array
 from slipscale.analysis.reconstruction.inference import cross_products
 from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 from slipscale.analysis.reconstruction.inference.counterexamples import impossible, why_not
@@ -28,9 +28,6 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
     Verdict,
 )
 from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, windows
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.counts.state_table import Array
 
 # Maximum number of choices of moments for which examples are searched.
 SHOWN_FOR = 60

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from math import ceil, floor, isqrt, sqrt
-from typing import TYPE_CHECKING, Annotated, Literal, get_args
+from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
@@ -22,10 +22,8 @@ from slipscale.analysis.reconstruction.table.printed_fields import (
     Values,
     exact,
 )
+from slipscale.analysis.reconstruction.table.rounding import Printed
 from slipscale.faults.frozen_table import FrozenTable
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.table.rounding import Printed
 
 Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)

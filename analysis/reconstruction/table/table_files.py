@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -26,10 +26,8 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.suggestions import expected_one_of
 from slipscale.faults.toml_file import parse_toml
+from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Fault, complaint, faults_in, in_words, refuse, sentences
-
-if TYPE_CHECKING:
-    from slipscale.faults.toml_lines import Place
 
 SHIPPED = Path(__file__).parents[2] / "published"
 # Prefix of the CSV columns that contain keys of the scale.

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped, p_value, reliable
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

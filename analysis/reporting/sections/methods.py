@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.reporting import methods_text
+from slipscale.analysis.statistics.sensitivity import RuleSummary
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.sensitivity import RuleSummary
-    from slipscale.analysis.tasks.kind import Analysis
 
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> statement about when the study's choices were made.

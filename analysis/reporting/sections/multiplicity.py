@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from slipscale.analysis.reporting.multiplicity import multiplicity
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import unit_number
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def tests_made(analysis: Analysis) -> ReportSection:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def plan(analysis: Analysis) -> html.ReportSection:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,11 +20,8 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
     model_of,
     side_by_side,
 )
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.protocol_parts.adaptive.simulated_runs import simulated_runs
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
-
 
 #: Number of simulated runs if an adaptive rule chose the levels.
 RUNS = 200

@@ -18,14 +18,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Counts, Model
 
 USUAL_SLOPE = 2.0
 SLOPE_SD = 0.6

@@ -8,13 +8,12 @@ time than one fit. To fit a single participant, use `thresholds`.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import numpy.typing as npt
 
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.curves import Curve
+from slipscale.experiments.protocol_parts.adaptive.curves import Curve
 
 Array = npt.NDArray[np.float64]
 Guess = Literal["fixed", "free", "equal to lapse"]

@@ -8,18 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
 from slipscale.analysis.json_form import bounds
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.not_computed import NotComputed
-    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Guess
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

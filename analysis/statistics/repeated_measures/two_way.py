@@ -5,18 +5,15 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of
 from slipscale.analysis.statistics.not_computed import NotComputed
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

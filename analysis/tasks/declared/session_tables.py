@@ -3,19 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reading.labelled_tasks import TaskTrials
 from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.reading.labelled_tasks import TaskTrials
-    from slipscale.analysis.statistics.statistic import SessionTable
 
 
 def by_session(rows: pd.DataFrame) -> pd.DataFrame:

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference import sentences
 from slipscale.analysis.tasks.difference.figures import step_label
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
+from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import grouped, interval
 from slipscale.stimuli.quantity import Quantity, capitalised
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.difference.yes_no import DescendingDifference
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Largest number of different wordings shown per category.
 WORDINGS_SHOWN = 40

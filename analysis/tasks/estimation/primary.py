@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.not_computed import NotComputed, missing
+from slipscale.analysis.statistics.statistic import Inference
 from slipscale.analysis.tasks.estimation.statistics import STATISTICS
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.statistic import Inference
-    from slipscale.experiments.study.analysis_choices import Primary
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.experiments.study.analysis_choices import Primary
+from slipscale.stimuli.quantity import Quantity
 
 #: Primary analysis -> name in a plan, with a placeholder for the quantity ``q``.
 TITLES: dict[Primary, str] = {

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import pandas as pd
 
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.kind import Analysis
+from slipscale.analysis.tasks.kind import Analysis
 
 
 def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:

@@ -12,10 +12,11 @@ power functions imply fine discrimination.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 
+from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, missing
@@ -23,9 +24,6 @@ from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS, TaskThresholds
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 #: Value of k according to Teghtsoonian.
 EKMAN = 0.03

@@ -17,26 +17,24 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import pandas as pd
 
 from slipscale import figure_style
 from slipscale.analysis import json_form
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
+from slipscale.analysis.reading.delimited import Problems, Source
+from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Inputs, SessionTable, Statistic
 from slipscale.analysis.tasks.kind import Analysis, SectionWriter, TaskAnalysis
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 from slipscale.faults.plug_ins import ANALYSES, called, installed, package_of
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.reading.delimited import Problems, Source
-    from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials
-    from slipscale.analysis.statistics.statistic import Inputs, SessionTable, Statistic
 
 T = TypeVar("T")
 

@@ -11,12 +11,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import above_zero, by_task, task_trials
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -28,10 +29,6 @@ from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.ratios.statistics import TRIALS as RATIO_TRIALS
 from slipscale.analysis.tasks.ratios.statistics import catch_mean, geometric, log_cells
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reading.delimited import Problems
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 PRODUCED = ("produced_um_pp", "number", "modulus", "standard_um_pp")
 POSITIVE = {"produced_um_pp": "productions", "number": "numbers to be produced"}

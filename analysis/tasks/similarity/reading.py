@@ -9,16 +9,13 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.labelled_tasks import Entries, header_of
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import COMMON, task_trials
-
-if TYPE_CHECKING:
-    from slipscale.analysis.reading.delimited import Problems, Source
 
 ITEMS, RATED, SORTED = ("first", "second"), "dissimilarity", "sorted"
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -18,6 +17,7 @@ from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 from slipscale.analysis.statistics.psychometrics.hierarchical import HierarchicalFit, Trials
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     METHODS,
     Estimate,
@@ -27,11 +27,8 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
 from slipscale.analysis.statistics.psychometrics.thresholds import model_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS, Curve
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
-    from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 #: Difference in log likelihood above which a curve is clearly better (a difference of 4 in AIC).
 CLEARLY = 2.0

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.protocol_parts.building_blocks.forced_choice import ForcedChoiceOptions
 from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 
 def rules_of(study_text: str) -> dict[str, Interleaved]:

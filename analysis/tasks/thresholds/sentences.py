@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
 from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
+from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
+from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
+from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -17,12 +18,7 @@ from slipscale.analysis.writing.numbers import (
     unit_number,
 )
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
-    from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
-    from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 _HALF_WAY = "for a typical participant (n = {n}), half-way between chance and best performance"
 #: Method -> text before and after the threshold in a sentence.

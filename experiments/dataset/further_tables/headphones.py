@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from slipscale.experiments.journal.record import Record
 from slipscale.experiments.steps.replies import NO_SOUND
 from slipscale.experiments.study.headphone_test import (
     AGAIN,
@@ -14,9 +15,6 @@ from slipscale.experiments.study.headphone_test import (
     TONE,
     HeadphoneTest,
 )
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
 
 
 def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, object]:

@@ -15,14 +15,12 @@ import gzip
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from statistics import median
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.dataset.measured import samples
 from slipscale.experiments.dataset.schema import MISSING
+from slipscale.experiments.journal.record import Record
 from slipscale.hardware.contact.source import QUANTITIES, Kind
-
-if TYPE_CHECKING:
-    from slipscale.experiments.journal.record import Record
 
 UNITS = {"mm": "mm", "n": "N"}
 DESCRIPTIONS = {

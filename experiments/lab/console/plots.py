@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.curves import Curve
-    from slipscale.stimuli.surface import Surface
+from slipscale.experiments.lab.curves import Curve
+from slipscale.stimuli.surface import Surface
 
 MOST_POINTS = 2000  # number of newest runs to plot; more points would merge into a band
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.dataset.backup import not_backed_up
 from slipscale.experiments.journal.journal import FALLBACK
@@ -25,10 +25,8 @@ from slipscale.experiments.lab.unblinding import results_may_be_seen, unblinded
 from slipscale.experiments.session.mailbox import STATUS, LiveStatus, mailbox_of, read_status
 from slipscale.experiments.session.mailbox import beat_ns as beat_ns_of
 from slipscale.experiments.study.file import read_study
+from slipscale.experiments.study.model import Study
 from slipscale.faults import UserError, harmless
-
-if TYPE_CHECKING:
-    from slipscale.experiments.study.model import Study
 
 FRESH_S = 1.0
 SILENT_S = 5  # sessions check for requests 20 times per second, except while a surface settles

@@ -11,17 +11,15 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from slipscale.experiments.lab.console.study_changes import Kind
 from slipscale.experiments.study.file import file_names
 from slipscale.experiments.study.schema import UNITS, Schema, study_schema
+from slipscale.faults.toml_lines import Place
 from slipscale.faults.validation import Told, place_in_words
 from slipscale.stimuli.field_names import in_code
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.study_changes import Kind
-    from slipscale.faults.toml_lines import Place
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 IN_UM = UNITS["_um_pp"]
 KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number": "number"}

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self
+from typing import Any, Literal, Self
 
 from slipscale.experiments.participants.psychopy_window.connection import Connection
 from slipscale.experiments.participants.psychopy_window.scene import (
@@ -28,11 +28,9 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     unbroken,
 )
 from slipscale.faults import UserError
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.contact.source import Touch
 from slipscale.hardware.signals import raise_if_ended
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
 
 SMALLEST = 0.6  # relative size of a text that must shrink to fit
 FRAME_S = 0.010  # minimum frame duration; without vertical sync the loop would occupy a whole core

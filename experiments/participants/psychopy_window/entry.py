@@ -12,7 +12,7 @@ import unicodedata
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
-from typing import TYPE_CHECKING, Protocol, TypeGuard, assert_never
+from typing import Protocol, TypeGuard, assert_never
 
 from slipscale.experiments.languages.texts import NUMBER_KEYS
 from slipscale.experiments.steps.questions import (
@@ -26,10 +26,8 @@ from slipscale.experiments.steps.questions import (
     WholeNumberQuestion,
     YesNoQuestion,
 )
+from slipscale.experiments.steps.trial import Value
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.trial import Value
 
 # Codes that on-screen keys send in addition to characters.
 ENTER, ERASE, CLEAR = "\r", "\b", "\x18"

@@ -12,10 +12,9 @@ import ctypes
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
+from slipscale.hardware.clock import Clock
 
 Kind = Literal["character", "erase", "escape", "turn", "move", "point"]
 Source = Literal["ptb", "window"]

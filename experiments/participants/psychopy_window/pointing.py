@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.scene import (
@@ -21,9 +20,7 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
 )
 from slipscale.experiments.participants.psychopy_window.waiting import Waiting
 from slipscale.experiments.steps.questions import PointingQuestion, Selection
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.steps import Ask
 
 BAR_HEIGHT, CURSOR = 0.4, 0.012
 

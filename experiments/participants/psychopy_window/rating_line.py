@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.entry import ENTER
@@ -14,10 +13,8 @@ from slipscale.experiments.participants.psychopy_window.screen_texts import (
     naming_key,
     remaining,
 )
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.questions import VisualAnalogueQuestion
-    from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.questions import VisualAnalogueQuestion
+from slipscale.experiments.steps.steps import Ask
 
 LINE_Y, LINE_LENGTH, LINE_WIDTH = 0.05, 1.1, 0.006
 #: Maximum distance between a click and the line, vertically and beyond the line's ends.

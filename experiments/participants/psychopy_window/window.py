@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar, Self
+from typing import ClassVar, Self
 
+from slipscale.experiments.languages.texts import Texts
 from slipscale.experiments.participants.base import Kind, StopRequested, Turn, Unfinished, Watch
 from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.asking import Stopping
@@ -14,15 +15,12 @@ from slipscale.experiments.participants.psychopy_window.display import Display
 from slipscale.experiments.participants.psychopy_window.entry import ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.keyboard import Key, Keyboard
 from slipscale.experiments.participants.psychopy_window.pointing import Pointing
+from slipscale.experiments.participants.psychopy_window.scene import Scene
+from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
 from slipscale.experiments.participants.psychopy_window.screens import Screen, screen_for
 from slipscale.experiments.steps.replies import Reply
-
-if TYPE_CHECKING:
-    from slipscale.experiments.languages.texts import Texts
-    from slipscale.experiments.participants.psychopy_window.scene import Scene
-    from slipscale.experiments.participants.psychopy_window.screen_texts import ScreenResult
-    from slipscale.experiments.steps.steps import Adjust, ParticipantStep
-    from slipscale.hardware.clock import Clock
+from slipscale.experiments.steps.steps import Adjust, ParticipantStep
+from slipscale.hardware.clock import Clock
 
 # Number of wheel notches per touch of a drawn arrow key.
 TURNS = {scene.UP: 1, scene.DOWN: -1}

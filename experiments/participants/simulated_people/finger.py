@@ -17,13 +17,11 @@ guided stroke      a third of the deviations our assumption; speed and force are
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.steps.steps import Guide
 from slipscale.hardware.contact.source import Touch
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-    from slipscale.experiments.steps.steps import Guide
 
 SPEED_MM_S, FORCE_N, STROKE_MM, LANDING_S = 60.0, 0.5, 40.0, 0.1
 BETWEEN_PEOPLE, BETWEEN_EXPLORATIONS = 0.3, 0.1

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
-    from slipscale.experiments.protocol_parts.adaptive.track import Track
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
+from slipscale.experiments.protocol_parts.adaptive.track import Track
 
 
 class Answered(NamedTuple):

@@ -7,17 +7,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
 import numpy.typing as npt
 
+from slipscale.experiments.protocol_parts.adaptive.curves import Array
 from slipscale.experiments.protocol_parts.adaptive.quest_plus import QuestPlus, information_gain
 from slipscale.experiments.steps.rounding import DECIMALS
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.curves import Array
 
 #: Largest product of runs and parameter combinations: 400 MB.
 LARGEST_BATCH = 50_000_000

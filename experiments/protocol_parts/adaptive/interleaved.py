@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
+from slipscale.experiments.protocol_parts.adaptive.stopping import Stopping
+from slipscale.experiments.protocol_parts.adaptive.track import Track
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.stopping import Stopping
-    from slipscale.experiments.protocol_parts.adaptive.track import Track
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 Order = Literal["alternating", "shuffled"]
 

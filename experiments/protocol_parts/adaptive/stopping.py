@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from slipscale.experiments.protocol_parts.adaptive.track import Progress, Track
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.track import Progress, Track
 
 #: More trials per track are too many for a participant.
 MOST_TRIALS = 1000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -12,17 +12,15 @@ from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleave
 from slipscale.experiments.protocol_parts.adaptive.quest_plus import QuestPlus
 from slipscale.experiments.protocol_parts.adaptive.staircase import staircase
 from slipscale.experiments.protocol_parts.adaptive.stopping import MOST_TRIALS, Stopping
+from slipscale.experiments.protocol_parts.adaptive.track import Track
 from slipscale.experiments.protocol_parts.adaptive.up_down import Scale
 from slipscale.experiments.protocol_parts.adaptive.weighted import weighted
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Positive, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.steps.rounding import rounded
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.track import Track
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 Rule = Literal["staircase", "weighted", "quest_plus"]
 Some = Annotated[tuple[Positive, ...], Field(min_length=1)]

@@ -8,7 +8,7 @@ number of trials.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
@@ -21,10 +21,8 @@ from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import 
     RatedSurfaces,
 )
 from slipscale.experiments.steps.steps import Present, Silence, Steps
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.trial import Trial
 
 STANDARD, JUDGED = 1, 2
 

@@ -7,7 +7,7 @@ and `paired_comparison` define the comparisons.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.protocol_parts.base import Column, Context, Count, Switch, TrialRecord
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
@@ -16,6 +16,8 @@ from slipscale.experiments.protocol_parts.building_blocks.repeating import (
     Repeating,
     part_over,
 )
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.steps.questions import Question, Sought
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,
@@ -30,13 +32,8 @@ from slipscale.experiments.steps.steps import (
 from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
-    from slipscale.experiments.steps.questions import Question, Sought
-    from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.surface import Stimulus
-
+from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.surface import Stimulus
 
 PAIR = 2  # surfaces
 

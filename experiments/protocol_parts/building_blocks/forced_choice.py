@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Literal, NamedTuple
 
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.adaptive.answered_tracks import AnsweredTracks
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.protocol_parts.base import Column, Context, Count, Positive, TrialRecord
 from slipscale.experiments.protocol_parts.building_blocks.adaptive_options import AdaptiveOptions
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
@@ -28,9 +29,6 @@ from slipscale.experiments.steps.rounding import rounded
 from slipscale.experiments.steps.steps import Ask, EndTrial, Feedback, Instruct, Step, Steps
 from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 
 class ForcedChoiceOptions(AdaptiveOptions):

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from pydantic import ValidationInfo, field_validator
 
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Options, Positive, Seconds
 from slipscale.experiments.steps.steps import Explore, Rest
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.trial import Trial
 
 
 class PacedOptions(Options):

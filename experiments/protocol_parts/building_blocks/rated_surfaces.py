@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from types import MappingProxyType
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.protocol_parts.base import AtLeastOne, Column, Context, Count, Switch
 from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
@@ -19,6 +19,7 @@ from slipscale.experiments.protocol_parts.ordering.orders import (
     practice_order,
     presentation_order,
 )
+from slipscale.experiments.steps.questions import Question
 from slipscale.experiments.steps.replies import Answer, Reply, Voided
 from slipscale.experiments.steps.steps import (
     Ask,
@@ -32,10 +33,7 @@ from slipscale.experiments.steps.steps import (
 )
 from slipscale.experiments.steps.trial import Phase, Trial, Value
 from slipscale.faults.frozen_table import setting
-
-if TYPE_CHECKING:
-    from slipscale.experiments.steps.questions import Question
-    from slipscale.stimuli.surface import Stimulus
+from slipscale.stimuli.surface import Stimulus
 
 
 class RatedOptions(PacedOptions):

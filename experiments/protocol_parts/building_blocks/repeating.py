@@ -5,13 +5,11 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import Generic, TypeVar
 
+from slipscale.experiments.languages.texts import Texts
 from slipscale.experiments.steps.replies import Answer, Voided
 from slipscale.experiments.steps.steps import EndBlock, Instruct, Rest, Step, Steps
-
-if TYPE_CHECKING:
-    from slipscale.experiments.languages.texts import Texts
 
 Condition = TypeVar("Condition")
 # The definition of a trial, and the number of the trial that it repeats.

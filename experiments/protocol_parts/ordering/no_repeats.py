@@ -12,12 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from itertools import chain, pairwise
-from typing import TYPE_CHECKING
 
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 ALONE = (
     "no_immediate_repeat: a single surface must follow itself; use more surfaces, or "

@@ -8,14 +8,12 @@ run can only be resumed with its original orders (docs/decisions/random-orders.m
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.protocol_parts.ordering.no_repeats import ALONE, without_repeats
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.experiments.protocol_parts.ordering.williams import Place, williams_blocks
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 Rule = Literal["simple", "blocked", "williams"]
 

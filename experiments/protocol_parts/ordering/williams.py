@@ -10,10 +10,8 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
+from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 
 def williams_square(size: int) -> list[list[int]]:

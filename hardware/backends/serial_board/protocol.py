@@ -9,10 +9,9 @@ import math
 import re
 from binascii import crc_hqx
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
-if TYPE_CHECKING:
-    from slipscale.stimuli.modulation import Loop
+from slipscale.stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
 UNIT: Final = "um_pp"  # of amplitudes, on boards that do not answer UNIT?

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from slipscale.figure_style import BLUE, GREEN, GREY, INK, ORANGE, VERMILION, canvas, note, styled
+from slipscale.hardware.plate.beam import BeamSection
 from slipscale.hardware.plate.paper_study import Harmonic, harmonic
 from slipscale.hardware.plate.vibration import Modes, surface_response_um
 from slipscale.stimuli.surface import pp_from_peak
-
-if TYPE_CHECKING:
-    from slipscale.hardware.plate.beam import BeamSection
 
 MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a fraction of the plate's length
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.labels import numbers_first
+from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.reading.trial_tables import FACTOR
@@ -33,9 +33,6 @@ from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 #: Term of the mixed model for each difference between conditions.
 TERMS = {"exponent": "lx:condition", "log_ratio": "condition"}

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import pandas as pd
 
+from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import few
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect, two_way
-
-if TYPE_CHECKING:
-    from slipscale.analysis.preprocessing.log_transform import Prepared
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

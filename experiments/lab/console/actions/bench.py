@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field
 
 from slipscale.experiments.lab.console.actions.calibrating import made_calibration, measured_so_far
+from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import Form, Nothing, unused
 from slipscale.experiments.lab.console.jobs import HELD, Job
 from slipscale.experiments.lab.folder import read_lab, write_settings
 from slipscale.faults import UserError
 from slipscale.hardware.cli.calibrate import BACK, without_calibration
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 
 DECIMAL = r"[0-9]+([.,][0-9]*)?"
 Decimal = Annotated[str, Field(pattern=f"^({DECIMAL})?$")]

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from slipscale.experiments.dataset.backup import back_up, back_up_exclusions, not_backed_up
 from slipscale.experiments.dataset.hand_exclusions import decide
 from slipscale.experiments.dataset.withdrawal import sources_with, withdraw
 from slipscale.experiments.journal.locks import is_being_written
+from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import Form, Label, Nothing, Words
 from slipscale.experiments.lab.console.state import Snapshot, ended_runs, export_folder
 from slipscale.experiments.lab.unblinding import unblind
 from slipscale.experiments.session.mailbox import LiveRequest, post
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
-
 
 # The words that confirm unblinding, in the console's languages.
 CONFIRMING = frozenset({"unblind", "voir"})

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from pydantic import Field, field_validator
 
 from slipscale.experiments.dataset.files import write_file
+from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import (
     LARGEST_STUDY,
     Digest,
@@ -23,9 +24,6 @@ from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, write_sett
 from slipscale.experiments.running.run_state import studies
 from slipscale.experiments.study.file import parse_whole, shipped_studies, study_text
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 
 # Values of the planning sliders, which require less than a minute of computing time.
 GRID = (

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from slipscale.experiments.lab.console.actions.data import check_meant
+from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import Form, Label, Nothing, Words
+from slipscale.experiments.lab.roster import Person
 from slipscale.experiments.session.mailbox import LiveRequest, TrialName, post
 from slipscale.faults import UserError
 from slipscale.hardware.address import is_mock
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
-    from slipscale.experiments.lab.roster import Person
 
 
 class Begin(Form):

@@ -6,14 +6,10 @@ accepted. Each action returns the sentence that the page shows.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from slipscale.experiments.lab.console.actions import bench, data, folder, sessions
+from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 from slipscale.experiments.lab.console.actions.forms import read_form
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.actions.desk import Actions, Desk
 
 TABLE: Actions = {
     **sessions.ACTIONS,

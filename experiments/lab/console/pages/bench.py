@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.lab.console.actions.bench import TYPED
 from slipscale.experiments.lab.console.actions.calibrating import (
@@ -21,10 +21,8 @@ from slipscale.faults import RigError, UserError
 from slipscale.hardware.calibration.sweep import SweepPlan
 from slipscale.hardware.cli.calibrate import BACK
 from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.registry import open_plate
-
-if TYPE_CHECKING:
-    from slipscale.hardware.driver import PlateDriver
 
 READING = re.compile(r"^\s*([\d.]+)\s+([\d.]+|n/a)\s", re.MULTILINE)
 MOST_READINGS = 120

@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.lab.blind_summary import RunSummary, summary
+from slipscale.experiments.lab.console.jobs import Jobs, Kind
 from slipscale.experiments.lab.console.pages.view import (
     MOST_PEOPLE,
     View,
@@ -26,10 +27,7 @@ from slipscale.experiments.lab.console.state import (
     table3,
 )
 from slipscale.experiments.lab.curves import Curve, curves
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.jobs import Jobs, Kind
-    from slipscale.experiments.lab.roster import Visit
+from slipscale.experiments.lab.roster import Visit
 
 MOST_BARS = 24
 

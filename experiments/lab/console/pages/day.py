@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.blind_summary import summary
+from slipscale.experiments.lab.console.jobs import Job
+from slipscale.experiments.lab.console.page_texts import Words
 from slipscale.experiments.lab.console.pages.history import deviations, history
 from slipscale.experiments.lab.console.pages.view import (
     MOST_PEOPLE,
@@ -17,12 +18,8 @@ from slipscale.experiments.lab.console.pages.view import (
     when_over,
 )
 from slipscale.experiments.lab.console.state import Live, Snapshot, changed_ns, findings
+from slipscale.experiments.lab.roster import Person, Visit
 from slipscale.hardware.address import is_mock
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.jobs import Job
-    from slipscale.experiments.lab.console.page_texts import Words
-    from slipscale.experiments.lab.roster import Person, Visit
 
 MOST_EVENTS = 30
 MOST_NOTES = 20

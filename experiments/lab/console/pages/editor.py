@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from slipscale.experiments.lab.console.pages.view import MOST_PEOPLE, View, plan_of
 from slipscale.experiments.lab.console.plots import Drawing, drawing
@@ -20,9 +20,7 @@ from slipscale.experiments.study.levels import Levels
 from slipscale.experiments.study.tables import Texture
 from slipscale.faults import UserError
 from slipscale.faults.validation import Told, told_in
-
-if TYPE_CHECKING:
-    from slipscale.stimuli.surface import Surface
+from slipscale.stimuli.surface import Surface
 
 SIMULATED = 4  # number of simulated participants, accurate to tenths of a minute
 

@@ -5,17 +5,14 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
+from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.console.pages.view import View, plan_of, titles_of
 from slipscale.experiments.lab.console.state import findings
 from slipscale.experiments.participants.psychopy_window.drawing import drawn
 from slipscale.experiments.running.screen_check import Seen, every_screen, in_each_language
+from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.jobs import Jobs
-    from slipscale.experiments.study.run_plan import RunPlan
 
 SIZES = ("1280x1024", "1366x768", "1920x1080", "2560x1440", "3840x2160")
 USUAL = "1920x1080"

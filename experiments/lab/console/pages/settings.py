@@ -5,20 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from serial.tools.list_ports import comports
 
 from slipscale.experiments.lab.console.actions.forms import text_hash
+from slipscale.experiments.lab.console.pages.view import View
 from slipscale.experiments.lab.console.state import findings
 from slipscale.experiments.lab.folder import FILE, LabFile, lab_text, read_lab
 from slipscale.experiments.languages.texts import languages
 from slipscale.experiments.study.file import shipped_studies
 from slipscale.faults import UserError
 from slipscale.hardware.cli.ports import listing
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.pages.view import View
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from difflib import unified_diff
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from slipscale.experiments.journal.plan_and_progress import read_usable
 from slipscale.experiments.lab.console.actions.folder import why_not_edited
 from slipscale.experiments.lab.console.actions.forms import text_hash
 from slipscale.experiments.lab.console.pages.editor import editor
+from slipscale.experiments.lab.console.pages.view import View
 from slipscale.experiments.lab.console.state import Snapshot, usual_duration_s
 from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.pages.view import View
 
 CONTEXT = 2  # lines of context around each change
 KINDS = {"+": "now", "-": "before", "@": "gap"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 from slipscale.experiments.lab.console.pages.bench import bench
 from slipscale.experiments.lab.console.pages.data import data, pilot
@@ -13,9 +12,7 @@ from slipscale.experiments.lab.console.pages.planning import planning
 from slipscale.experiments.lab.console.pages.screens import screens
 from slipscale.experiments.lab.console.pages.settings import settings
 from slipscale.experiments.lab.console.pages.study import study
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.pages.view import View
+from slipscale.experiments.lab.console.pages.view import View
 
 PAGES: dict[str, Callable[[View], dict[str, object]]] = {
     "today": today,

@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING
 
+from slipscale.experiments.lab.console.jobs import Job, Jobs
+from slipscale.experiments.lab.console.page_texts import Words
 from slipscale.experiments.lab.console.state import Snapshot, changed_ns
 from slipscale.experiments.study.run_plan import RunPlan
-
-if TYPE_CHECKING:
-    from slipscale.experiments.lab.console.jobs import Job, Jobs
-    from slipscale.experiments.lab.console.page_texts import Words
 
 MOST_PEOPLE = 60  # rows in a table, unless all are requested
 
