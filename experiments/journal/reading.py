@@ -90,7 +90,7 @@ def has_begun(path: Path) -> bool:
 def read_whole(path: Path, most: int | None = None) -> Reading:
     """Return the intact records of a journal, and a list of the damage.
 
-    With ``most``, reading stops after that many lines.
+    If ``most`` is given, reading stops after this number of lines.
 
     Raises
     ------

@@ -204,7 +204,7 @@ def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> N
 
 
 def distorts(habits: Habits) -> bool:
-    """Return whether `reported` changes anything."""
+    """Return whether any of the habits changes sensations (see `reported`)."""
     return any(getattr(habits, name) for name in DISTORTING)
 
 

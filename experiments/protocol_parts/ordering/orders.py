@@ -1,8 +1,9 @@
 """Generate the presentation order of surfaces according to the study's rule.
 
 Orders are drawn uniformly from all orders that the rule allows. Only integer arithmetic is used, so
-orders are the same on every machine. Any change to them requires a new `ORDER_VERSION`, because a
-run can only be resumed with its original orders (docs/decisions/random-orders.md).
+orders are the same on every machine. Any change in the generated orders requires a new
+`ORDER_VERSION`, because a run can only be resumed with its original orders
+(docs/decisions/random-orders.md).
 """
 
 from __future__ import annotations

@@ -58,7 +58,7 @@ def _text(found: Snapshot, template: str) -> str:
 
 
 def _compared(found: Snapshot) -> tuple[str, list[Line]]:
-    """Return the last run with another version of the study, and the changes since then."""
+    """Return the participant of the study's last run, and the changes of the study since then."""
     begun = [
         (visit.started_utc, person.label, visit)
         for person in (found.roster.people if found.roster else ())
