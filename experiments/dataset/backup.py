@@ -52,8 +52,8 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
         # A journal only grows, so an earlier copy must match the beginning of the journal.
         if copy.exists() and not content.startswith(copy.read_bytes()):
             raise UserError(
-                f"{copy}: contains another run, or more of this run; expected a separate "
-                "backup folder for this data set"
+                f"{copy}: contains another run, or a longer journal of this run; expected a "
+                "separate backup folder for this data set"
             )
         copy.parent.mkdir(parents=True, exist_ok=True)
         _remember(dataset, place)

@@ -239,7 +239,7 @@ PROTOCOL = Protocol(
         "comparison_more": Column(
             value=_comparison_more,
             kind="label",
-            description="Whether the answer was that the comparison was {q.more}",
+            description="Whether the participant judged the comparison to be {q.more}",
             levels={"true": "the comparison", "false": "the standard"},
         ),
     },

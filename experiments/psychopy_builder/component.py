@@ -80,7 +80,10 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
             updates="constant",
             allowedUpdates=["constant", "set every repeat"],
             label="Amplitude [µm peak to peak, or the plate's unit]",
-            hint="0 is silence. A variable of the loop's file: $amplitude, set every repeat",
+            hint=(
+                "0 switches the plate off. For a variable of the loop's file: $amplitude, set "
+                "every repeat"
+            ),
         )
 
     def writeInitCode(self, buff: Any) -> None:  # noqa: N802
@@ -128,8 +131,8 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
             inputType="single",
             categ="Device",
             label="SPEC",
-            hint="Empty: the device that was chosen. Otherwise the same as for slipscale run "
-            "--plate, such as scpi:RESOURCE,gain=20 or a plate file",
+            hint="Empty: the selected device. Otherwise the same as for slipscale run --plate, "
+            "such as scpi:RESOURCE,gain=20 or a plate file",
         )
         return {"spec": spec}, ["spec"]
 

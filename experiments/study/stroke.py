@@ -85,7 +85,7 @@ class Stroke(FrozenTable):
     )
     passive: Switch = setting(
         False,
-        "Whether a stage makes the strokes, while the finger rests: --position then names the "
+        "Whether a stage makes the strokes while the finger rests; --position then selects the "
         "stage.",
     )
     pacer: Switch = setting(

@@ -50,7 +50,7 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
         "trace": Column(
             value=trace,
             kind="text",
-            description="Every {q.name} during the adjustment: seconds from the beginning, a "
-            "colon, {q.unit_in_full}",
+            description="{q.in_full_title} at the start and after each change: seconds from the "
+            "beginning, a colon, {q.unit_in_full}",
         ),
     }

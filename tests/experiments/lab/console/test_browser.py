@@ -556,7 +556,7 @@ def test_a_whole_day(page, tmp_path, bench):
         set_plate(page, "bench:")
         to_page(page, "Study")
         page.get_by_role("link", name="Screens of the study").click()
-        page.get_by_text("screens can be read").wait_for()
+        page.get_by_text("screens are readable").wait_for()
         to_page(page, "Today")
         page.get_by_role("button", name="Check everything").click()
         page.get_by_text("Ready.").wait_for()

@@ -25,7 +25,7 @@ def test_every_screen_of_a_run_is_drawn_once_with_its_task(visitor, own_study, w
     assert len(labels(page)) == 16
     assert labels(page)[0] == "Screen 1: instructions"
     assert "Screen 8: Descending difference: question" in labels(page)
-    assert "All 16 screens can be read" in words_of(page)
+    assert "All 16 screens are readable" in words_of(page)
     assert 'viewBox="0 0 1920 1080"' in page
 
 
@@ -45,7 +45,7 @@ def test_a_screen_that_cannot_be_read_is_named_in_its_language(visitor, own_stud
     )
     page = words_of(visitor.see("/screens"))
     assert re.search(r"Language en 1 unreadable fr Screen", page)
-    assert re.search(r"1 of [0-9]+ screens cannot be read", page)
+    assert re.search(r"1 of [0-9]+ screens are not readable", page)
     assert "is too long for its place on the screen" in page
     assert "écrans" not in page
     assert "is too long for" not in visitor.see("/screens?screens=fr")

@@ -111,7 +111,7 @@ def test_the_first_line_shows_the_state_of_the_laboratory(visitor, session, stat
             page = words_of(visitor.see(path))
             assert f"laboratory {lab.name} study" in page
             assert "plate serial:COM9 session participant 02, running · PAUSED disk" in page
-            assert re.search(r"disk \d+\.\d GB free backup no folder named", page)
+            assert re.search(r"disk \d+\.\d GB free backup no backup folder set", page)
 
 
 def test_runs_without_a_backup_are_counted_in_the_first_line(visitor, recorded, lab, words_of):
@@ -136,7 +136,7 @@ def test_times_are_those_of_the_computer_s_clock(visitor, recorded, monkeypatch,
 def test_a_session_that_began_and_failed_did_begin(visitor, recorded, tmp_path, words_of):
     job = ended(tmp_path, errors="the line is dead\n", status=3, began_s=time.time() + 60)
     visitor.jobs.jobs["session"] = job
-    assert "It did not start: the line is dead" in words_of(visitor.see("/"))
+    assert "The session did not start: the line is dead" in words_of(visitor.see("/"))
     visitor.jobs.jobs["session"].began_s = 0.0
     page = words_of(visitor.see("/"))
     assert "The session began and ended with an error: the line is dead" in page

@@ -110,7 +110,7 @@ def test_the_study_is_compared_with_the_version_of_the_last_run(visitor, recorde
     (lab / "used.toml").write_text(used)
     (lab / "slipscale.toml").write_text('study = "used.toml"\nplate = "serial:COM9"\n')
     same = words_of(visitor.see("/study"))
-    assert re.search(r"The study is the one that participant 0[12] took part in last", same)
+    assert re.search(r"The study has not changed since the last run, by participant 0[12]", same)
     (lab / "used.toml").write_text(re.sub(r"(?m)^title = .*$", 'title = "<Other>"', used))
     visitor.console.state.now(fresh=True)
     page = visitor.see("/study")
@@ -119,7 +119,7 @@ def test_the_study_is_compared_with_the_version_of_the_last_run(visitor, recorde
     assert now == "title = &#34;&lt;Other&gt;&#34;"
     assert before.startswith("title = ")
     assert before != now
-    assert "The study differs from the one" in words_of(page)
+    assert "The study has changed since the last run" in words_of(page)
 
 
 def test_a_change_in_the_form_keeps_comments_and_brings_form_trials_and_faults(visitor, own_study):
