@@ -74,7 +74,7 @@ def film_figure() -> Figure:
     upper.set(
         ylabel="Film thickness (µm)",
         ylim=(0, 115),
-        title="Film with the plate at its highest point",
+        title="Film thickness with the plate at its highest point",
     )
 
     finger_pressure = squeeze_film.NORMAL_FORCE_N / (FINGER.contact_length_mm * 1e-3) ** 2 / 1e5

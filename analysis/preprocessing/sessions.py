@@ -34,7 +34,7 @@ def only_session(data: Dataset, session: str) -> Dataset:
     if session not in known:
         available = ", ".join(known) or "none"
         raise UserError(f"{data.name}: unknown session '{session}'; expected one of {available}")
-    note = f"Only session {session} is analysed, out of {', '.join(known)}."
+    note = f"Only session {session} is analysed; the data contain sessions {', '.join(known)}."
     of_session = data.with_tables(lambda table: _rows(table, session))
     return replace(of_session, problems=(*data.problems, note))
 

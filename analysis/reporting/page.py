@@ -48,9 +48,9 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
     found = [("Participants", f"{people}{excluded}")]
     if analysis.prepared is not None:
         found.append(("Normalisation", analysis.rule))
-    # Pilots write data sets, so a table never comes from a pilot.
+    # Data on other quantities come from other laboratories, and never from a pilot.
     if data.quantity.of_plate:
-        found.append(("Records of", MODES.get(data.mode, data.mode)))
+        found.append(("Data source", MODES.get(data.mode, data.mode)))
     found += [
         (title, ", ".join(data.details[key]))
         for key, title in (("study", "Study"), ("plate", "Plate"), ("language", "Language"))

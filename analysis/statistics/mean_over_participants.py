@@ -62,7 +62,7 @@ def mean_over_participants(
     if len(values) < FEWEST:
         return NotComputed(few("participants", len(values)))
     if np.ptp(values) <= TINY * max(float(np.abs(values).max()), 1.0):
-        return NotComputed("all participants have the same value, so there is no spread for a test")
+        return NotComputed("all participants have the same value, so no test is possible")
     found = stats.ttest_1samp(values, 0.0)
     interval = found.confidence_interval(confidence)
     return MeanOverParticipants(

@@ -22,7 +22,7 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         level = analysis.dataset.choices.confidence
         verdict = "violated" if reliable(anova.mauchly_p, level) else "not rejected"
         texts.append(
-            f"Sphericity {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
+            f"Sphericity is {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
             f"{p_value(anova.mauchly_p)}. The analysis of variance is always corrected: "
             f"Greenhouse-Geisser ε = {grouped(anova.epsilon_gg, 3)}, {p_value(anova.p_gg)} "
             f"(Huynh-Feldt: {grouped(anova.epsilon_hf, 3)}, {p_value(anova.p_hf)})."

@@ -20,8 +20,8 @@ def tests_made(analysis: Analysis) -> ReportSection:
     below = sum(family.below for family in found.families)
     over_all = sum(family.below_over_all for family in found.families)
     section.gist = (
-        f"Of {found.tests} tests, {below} are significant at {level}, and {over_all} if corrected "
-        "as one family."
+        f"Of {found.tests} tests, {below} are significant at {level}; {over_all} remain "
+        "significant if all tests are corrected as one family."
     )
     section.blocks.append(
         html.table(
@@ -45,7 +45,7 @@ def tests_made(analysis: Analysis) -> ReportSection:
                 ]
                 for family in found.families
             ],
-            "All tests with a p-value. The last column shows how many stay significant when Holm's "
+            "All tests with a p-value. The last column shows how many remain significant if Holm's "
             "correction is applied to the whole report. Checks of assumptions and goodness of fit "
             "are not counted.",
         )

@@ -121,7 +121,7 @@ def _each(analysis: Analysis) -> list[Markup]:
                 *(_headed(column, quantity) for column, _ in known.values()),
             ],
             rows,
-            "Each participant."
+            "Results of each participant."
             + (" Exponents are descriptive." if "exponent" in known else "")
             + (" d′ and c are in individuals.csv." if "d_prime" in own and not sensitive else "")
             + (f" {more} more are in individuals.csv." if more > 0 else ""),

@@ -89,8 +89,8 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 ]
                 for name, entry in words.categories.items()
             ],
-            f"“What has been removed?” {words.n} reports, coded with: {words.codebook}. A report "
-            "may fall into several categories. Less slippery: "
+            f"Answers to “What has been removed?”: {words.n} reports, coded with {words.codebook}. "
+            "A report can belong to several categories. Less slippery: "
             f"{words.meaning.get('less_slippery', 0)}; more slippery: "
             f"{words.meaning.get('more_slippery', 0)}; unclear: {words.meaning.get('unclear', 0)}.",
         )

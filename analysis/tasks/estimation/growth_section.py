@@ -44,17 +44,17 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(_models(found.amplitude, quantity))
     if isinstance(found.friction, FrictionGrowth):
         section.blocks.append(html.paragraph(_of_friction(found.friction)))
-        bands = "; ".join(
-            f"{quantity.value(amplitude)}: {found.friction.reduction[amplitude]:.2f} and "
-            f"{least:.2f} to {most:.2f}"
+        bands = ", ".join(
+            f"{found.friction.reduction[amplitude]:.2f} [{least:.2f} to {most:.2f}] at "
+            f"{quantity.value(amplitude)}"
             for amplitude, (least, most) in found.friction.shared_load.items()
             if amplitude
         )
         section.blocks.append(
             html.paragraph(
-                "Predicted fractional decrease in friction if the film acts alone and, as a range, "
-                f"if skin asperities and the film share the load (not validated): {bands}. Growth "
-                "with friction therefore depends on the model.",
+                f"Predicted fractional decrease in friction: {bands}. The first number applies if "
+                "the film acts alone; the range in brackets applies if skin asperities and the "
+                "film share the load (not validated).",
                 "note",
             )
         )
@@ -67,10 +67,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
         section.blocks.append(
             html.paragraph(
-                "No participant's trials alone discriminate between growth functions."
+                "The trials of single participants do not discriminate between growth functions."
                 if own.undecided == len(own.participants)
-                else f"Favoured for individual participants: {best or 'none'}; undecided (too few "
-                f"trials, or ΔAICc below 2): {own.undecided}.",
+                else f"Best functions for individual participants: {best or 'none'}; undecided "
+                f"(too few trials, or ΔAICc below 2): {own.undecided}.",
                 "note",
             )
         )

@@ -305,7 +305,7 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
         for parameter in model.fit.at_bound
     )
     behind = (
-        f" Not determined, because the fit reached the search limit: {bounds}." if bounds else ""
+        f" The fit reached its search limit and does not determine: {bounds}." if bounds else ""
     )
     weight = f"Akaike weight {unit_number(models[best].weight)}"
     if compared.undecided:
@@ -313,7 +313,7 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
             f"The data do not discriminate between growth functions: {MODEL_NAMES[best]} has the "
             f"lowest AICc, but by less than 2 ({weight}{then}).{behind}"
         )
-    return f"Among growth functions, {MODEL_NAMES[best]} was favoured ({weight}{then}).{behind}"
+    return f"Among growth functions, {MODEL_NAMES[best]} fits best ({weight}{then}).{behind}"
 
 
 def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:

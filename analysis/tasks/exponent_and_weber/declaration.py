@@ -98,9 +98,8 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
     section.blocks.append(
         html.paragraph(
-            "The law describes a whole sense and its just noticeable differences, but the exponent "
-            f"describes only the {quantity.levels} rated here, and is smaller if they span a wide "
-            "range.",
+            "Ekman's law refers to a whole sense. The exponent refers only to the "
+            f"{quantity.levels} rated here, and is smaller if they span a wide range.",
             "note",
         )
     )

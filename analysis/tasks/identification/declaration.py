@@ -77,8 +77,8 @@ def _blocks(
         html.table(
             html.columns("Presented", *task.items, left=1),
             [[item, *map(str, row)] for item, row in zip(task.items, task.table, strict=True)],
-            f"Counts of named {quantity.stimuli} (columns) for each presented one (rows). Mean "
-            f"information per participant: {own}.",
+            f"Counts of answers: presented {quantity.stimuli} (rows) and named {quantity.stimuli} "
+            f"(columns). Mean information per participant: {own}.",
         ),
     ]
 

@@ -63,7 +63,7 @@ def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[st
         )
     if task.without_transition:
         remarks.append(
-            f"Series without a transition, which were left out: {task.without_transition} of "
+            f"Series without a transition were left out: {task.without_transition} of "
             f"{task.series}."
         )
     return remarks

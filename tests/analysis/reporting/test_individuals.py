@@ -34,7 +34,7 @@ def test_every_participant_has_an_exponent_and_a_d_prime_of_their_own(dataset, p
     assert own.loc["sub-04", ["hits", "changes", "false_alarms", "catches"]].tolist() == [1] * 4
     assert own.loc["sub-04", "d_prime"] == pytest.approx(0)
     text = page(analysis)
-    assert "Each participant." in text
+    assert "Results of each participant." in text
     assert "0/1" in text
 
 
@@ -55,7 +55,7 @@ def test_where_nothing_is_known_of_anybody_there_is_no_table(table_by_hand, page
     path = table_by_hand("participant_id,amplitude_um_pp,estimate\na,0,1\na,1,3\nb,0,1\nb,1,2\n")
     analysis = analyse(path)
     assert not len(individuals(analysis.prepared, analysis.inference))
-    assert "Each participant." not in page(analysis)
+    assert "Results of each participant." not in page(analysis)
 
 
 def test_one_participant_s_exponent_is_theirs_though_a_mean_needs_three(table_by_hand):

@@ -172,7 +172,7 @@ def test_models_closer_than_2_are_undecided_and_a_parameter_at_its_limit_is_name
         growth.Growth(amplitude=found, friction=none, individual=none), 0.95, PLATE_AMPLITUDE
     )
     assert "do not discriminate" in text
-    assert "favoured" not in text
+    assert "fits best" not in text
     steep = growth_models.fit("power", x, np.array([[0.0, 30.0, 60.0]]))
     assert steep.at_bound == ("exponent",)
     assert growth_models.fit("power", x, 0.6 * np.log(x)[None]).at_bound == ()
