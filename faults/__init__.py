@@ -1,25 +1,25 @@
-"""Errors by cause: the user, the rig, or (all other exceptions) Slipscale itself.
+"""Define errors caused by the user or by the rig; other exceptions are defects in Slipscale.
 
-The command line turns the first two into one sentence and an exit status. Any other exception is a
-defect in Slipscale and keeps its traceback.
+For errors caused by the user or the rig, the command line prints one sentence and returns an exit
+status. All other exceptions are printed with their traceback.
 """
 
 from __future__ import annotations
 
 
 class UserError(Exception):
-    """The user's input is wrong; the message names the place and what was expected. Status 2."""
+    """Raised if the user's input is wrong. The message contains the expected input."""
 
 
 class RigError(Exception):
-    """The rig failed; the message names the fault and what to do about it. Exit status 3."""
+    """Raised if the rig fails. The message contains the fault and a remedy."""
 
 
 def harmless(text: str) -> str:
-    r"""Return a text with its control characters escaped.
+    r"""Escape the control characters in a text.
 
-    Study files, answers and file names come from other people. An escape sequence in them could
-    clear the terminal or display misleading text.
+    Study files, answers and file names may contain escape sequences, which could clear the terminal
+    or display misleading text.
 
     >>> harmless("a\x1b[2Jb")
     'a\\x1b[2Jb'
@@ -30,9 +30,9 @@ def harmless(text: str) -> str:
     )
 
 
-# Exit statuses of every command.
+# Exit statuses of all commands.
 DONE = 0
-ANSWER_IS_NO = 1  # it ran with a negative result: a mismatch, a failed check
+ANSWER_IS_NO = 1  # negative result, such as a mismatch or a failed check
 USER_FAULT = 2
 RIG_FAULT = 3
 INTERRUPTED = 130

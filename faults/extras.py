@@ -1,8 +1,8 @@
-"""The extras that install the packages missing from a light installation."""
+"""Find the extras that install packages missing from a light installation."""
 
 from __future__ import annotations
 
-# Imported module -> the extra in pyproject.toml that installs it.
+# Imported module -> extra in pyproject.toml that installs it.
 EXTRA_OF = {
     "joblib": "analysis",
     "openpyxl": "analysis",
@@ -29,12 +29,12 @@ EXTRA_OF = {
 
 
 def how_to_install(module: str) -> str | None:
-    """Return a sentence that explains how to install a module; None if no extra includes it.
+    """Explain how to install a module; return None if no extra contains it.
 
     Parameters
     ----------
     module : str
-        The module that could not be imported, with or without its parents' names.
+        Name of the module that could not be imported, with or without parent packages.
     """
     name = module.partition(".")[0]
     extra = EXTRA_OF.get(name)

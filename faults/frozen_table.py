@@ -1,4 +1,4 @@
-"""The base class of every table in a file, a form or a message, and the declaration of its keys."""
+"""Provide the base class of tables in files, forms and messages."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class FrozenTable(BaseModel):
-    """A table that cannot be changed; an unknown key is an error."""
+    """Immutable table that rejects unknown keys."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

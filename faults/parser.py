@@ -1,4 +1,4 @@
-"""The parser of every command: one-sentence usage errors, and options that all commands share."""
+"""Parse command lines, with errors as single sentences and options for all commands."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ UNKNOWN = "unrecognized arguments: "
 
 
 class Parser(ArgumentParser):
-    """A parser that reports an error as one sentence and names the command for help.
+    """Argument parser that reports errors as single sentences.
 
-    Parsers of subcommands have the same class. A parser with ``loads``, the names of a module and
-    of a command in its ``COMMANDS``, imports the module when it is first used.
+    Parsers of subcommands have the same class. If ``loads`` is given (names of a module and of a
+    command in its ``COMMANDS``), the module is imported on first use.
     """
 
     loads: tuple[str, str] | None = None
@@ -27,7 +27,7 @@ class Parser(ArgumentParser):
 
     def __init__(self, *args: Any, **options: Any) -> None:
         super().__init__(*args, **options)
-        # `slipscale.commands` reads its value before anything is parsed.
+        # `slipscale.commands` reads this option before the command line is parsed.
         self.add_argument(
             "--verbose",
             action="store_true",
@@ -37,7 +37,7 @@ class Parser(ArgumentParser):
         )
 
     def load(self, words: Sequence[str] = ()) -> None:
-        """Import the command's module, and those of the subcommands among ``words``."""
+        """Import the modules of the command and of the subcommands in ``words``."""
         if self.loads:
             (module, name), self.loads = self.loads, None
             fill, call = import_module(module).COMMANDS[name]
@@ -48,7 +48,7 @@ class Parser(ArgumentParser):
                 action.choices[words[0]].load(words[1:])
 
     def parse_known_args(self, args: Any = None, namespace: Any = None, **options: Any) -> Any:
-        """Parse as argparse does, but load the command first, and reject misspelt options."""
+        """Parse arguments after loading the command, and reject misspelt options."""
         self.load()
         self._words = list(args or ())
         found = super().parse_known_args(args, namespace, **options)
@@ -57,9 +57,9 @@ class Parser(ArgumentParser):
         return found
 
     def error(self, message: str) -> NoReturn:
-        """Raise `UserError` with argparse's message as one sentence."""
+        """Raise `UserError` with the message from argparse as one sentence."""
         if message.startswith(REQUIRED):
-            # The most likely reason for a missing option is a misspelt one.
+            # If an option is missing, another option is probably misspelt.
             message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))
         elif message.startswith(UNKNOWN):
             word = message.removeprefix(UNKNOWN).split(" ")[0]
@@ -67,7 +67,7 @@ class Parser(ArgumentParser):
         raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
 
     def _misspelt(self) -> str:
-        """Return an error message for the first unknown option, or an empty text."""
+        """Return the error message for the first unknown option, or an empty text."""
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):
@@ -75,7 +75,7 @@ class Parser(ArgumentParser):
         return ""
 
     def _missing(self, names: list[str]) -> str:
-        """Return an error message for missing arguments."""
+        """Return the error message for missing arguments."""
         for action in self._actions:
             if isinstance(action, _SubParsersAction) and action.metavar in names:
                 return f"expected a subcommand: {', '.join(action.choices)}"
@@ -93,7 +93,7 @@ class Parser(ArgumentParser):
         try:
             return super()._get_value(action, arg_string)
         except ArgumentError as error:
-            # Our own converters raise a ValueError that contains what was expected.
+            # Slipscale's converters raise a ValueError that contains the expected format.
             expected = EXPECTED.get(action.type) or str(error.__context__)
             raise ArgumentError(action, f"'{arg_string}', {expected}") from None
 

@@ -1,7 +1,7 @@
-"""Plug-ins that other packages add as entry points; each name must be unique.
+"""Find plug-ins that other packages provide as entry points.
 
-If two packages used the same name, the order of installation would determine which of them runs.
-Errors in a package are reported in one sentence that names the package.
+Names must be unique, because otherwise the order of installation would determine which plug-in is
+used. Errors in a plug-in are reported in one sentence with the name of the package.
 """
 
 from __future__ import annotations
@@ -24,10 +24,9 @@ T = TypeVar("T")
 
 @cache
 def installed(group: str) -> Mapping[str, EntryPoint]:
-    """Return a group's entry points by name, sorted.
+    """Return the entry points in a group, sorted by name.
 
-    Cached: a search of all installed packages takes about 15 ms, and they do not change during a
-    run.
+    Results are cached, because searching all installed packages takes about 15 ms.
 
     Raises
     ------
@@ -53,27 +52,27 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
 def package_of(point: EntryPoint) -> str:
     """Return the name of the package that provides a plug-in.
 
-    Cached: reading its metadata file takes 2 ms, and every run queries each of its protocols.
+    Results are cached, because reading the metadata of a package takes 2 ms.
     """
     return point.dist.name if point.dist else "no package"
 
 
 def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
-    """Return the result of a plug-in's own code; report its exceptions in one sentence.
+    """Call a plug-in, and report its exceptions in one sentence.
 
     Parameters
     ----------
     point : EntryPoint
     action : callable
-        Calls the plug-in.
+        Function that calls the plug-in.
     what : str
-        The subject of the sentence: "analysis 'grip' of the package ourlab".
+        Subject of the sentence, such as "analysis 'grip' of the package ourlab".
 
     Raises
     ------
     UserError
-        If the plug-in raised an exception other than a UserError. The message contains the line of
-        the innermost of its own functions.
+        If the plug-in raises an exception other than a UserError. The message contains the line in
+        the plug-in's code.
     """
     try:
         return action()

@@ -1,15 +1,15 @@
-"""Suggestions for misspelt words: "did you mean"."""
+"""Suggest corrections of misspelt words."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
-# Nobody reads a longer list of expected words.
+# Maximum number of expected words to list.
 MOST_LISTED = 24
 
 
 def nearest(word: object, known: Iterable[str]) -> str | None:
-    """Return the known word most similar to a misspelt one; None if none is similar.
+    """Return the known word that is most similar to a misspelt word, or None.
 
     >>> nearest("pilto", ["run", "pilot"]), nearest("zzz", ["run", "pilot"])
     ('pilot', None)
@@ -24,7 +24,7 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
     """Return " (did you mean 'pilot'?)", or an empty text if no known word is similar.
 
-    ``start`` is put before the known word, for example the command that it belongs to.
+    ``start`` is put before the suggested word, for example the name of a command.
 
     >>> did_you_mean("pilto", ["run", "pilot"])
     " (did you mean 'pilot'?)"
@@ -34,7 +34,7 @@ def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
 
 
 def expected_one_of(word: object, known: Iterable[str]) -> str:
-    """Return the expected words, and the one that was probably meant.
+    """List the expected words, and suggest the most similar one.
 
     >>> expected_one_of("alice", ["bob", "alicia"])
     "expected one of bob, alicia (did you mean 'alicia'?)"

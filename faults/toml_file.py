@@ -1,4 +1,4 @@
-"""Read a TOML file as a model: validate the whole file, and report all errors with their lines."""
+"""Read and validate TOML files, and report all errors with their lines."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     Model = TypeVar("Model", bound=BaseModel)
 
 AT = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)")
-# tomllib's message -> a message that says what was expected.
+# Message from tomllib -> message with the expected syntax.
 CAUSES = {
     "Invalid value": 'expected a value: words in "quotes", a number, true or false, or a [list]',
     "Expected '=' after a key": "expected key = value",
@@ -29,9 +29,9 @@ CAUSES = {
     "Cannot declare": "the table is given twice",
     "Expected ']' at the end of a table declaration": "expected ] after the table's name",
 }
-# A list of integers, two of which are separated by a comma without a space.
+# Pattern of a list in which two integers are separated by a comma without a space.
 TIGHT_COMMA = re.compile(r"=\s*\[[^\].]*?(-?\d+,\d+)")
-# No valid file has tables nested more deeply, or longer integers.
+# Limits on the nesting of tables and on the length of integers.
 DEEPEST = 20
 MOST_DIGITS = 300
 TOO_LARGE = 10**MOST_DIGITS
@@ -48,17 +48,18 @@ def read_toml(
     Parameters
     ----------
     path : Path
-        The file: UTF-8, with or without the byte order mark of Windows editors.
+        Path of a UTF-8 file, with or without a byte-order mark.
     model : type
-        A pydantic model of the whole file.
+        Pydantic model of the whole file.
     names : callable, optional
-        Returns the file's names, given its content. Default: each field is its own key.
+        Function that returns the names of keys, given the content of the file. By default, keys are
+        the names of fields.
 
     Raises
     ------
     UserError
         If the file cannot be read, is not TOML, or does not fit the model. The message has one line
-        per error, with its position, what was found and what was expected.
+        per error, with the position, the value found and the expected value.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -78,7 +79,7 @@ def parse_toml(
     parse_float: Callable[[str], object] = float,
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
-    """Parse a TOML text like `read_toml`; ``source`` is its name in messages."""
+    """Parse a TOML text as in `read_toml`; ``source`` is its name in messages."""
     from pydantic import ValidationError  # noqa: PLC0415 - already loaded with the model
 
     table = toml_table(text, source, parse_float=parse_float)
@@ -98,7 +99,7 @@ def toml_table(
     Raises
     ------
     UserError
-        If the text is not TOML, is nested too deeply, or contains absurdly large numbers.
+        If the text is not TOML, is nested too deeply, or contains extremely large numbers.
     """
     table = _table(text, source, parse_float)
     if faults := list(_beyond_reason(table)):
@@ -116,7 +117,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
             f"{source} has too many nested brackets; expected at most {DEEPEST}"
         ) from None
     except ValueError:
-        # Python refuses to read decimal numbers with thousands of digits.
+        # Python does not read integers with thousands of digits.
         number = max(re.finditer(r"\d[\d_]*", text), key=lambda found: len(found[0]))
         line = text.count("\n", 0, number.start()) + 1
         message = f"line {line}: expected numbers of at most {MOST_DIGITS} digits"
@@ -124,7 +125,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
 
 
 def not_toml(text: str, said: str) -> str:
-    """Return an error message with the line at which a text is not TOML and what is expected.
+    """Return the error message for a text that is not TOML, with the line.
 
     >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
     'line 1 is not TOML: a quotation mark is not closed; expected words in two quotation marks'
@@ -149,13 +150,13 @@ def not_toml(text: str, said: str) -> str:
 
 
 def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
-    """Return the errors; those of a list that probably has decimal commas are merged into one."""
+    """Merge errors in a list that probably contains decimal commas."""
     lines = text.split("\n")
     found: dict[int, str] = {}
     rest = []
     for line, words in faults:
         comma = TIGHT_COMMA.search(lines[line - 1]) if line else None
-        if comma is None or SENTENCES["extra_forbidden"] in words:  # the list is not what is wrong
+        if comma is None or SENTENCES["extra_forbidden"] in words:  # The error is not in the list.
             rest.append((line, words))
         elif line not in found:
             found[line] = (
@@ -166,7 +167,7 @@ def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int,
 
 
 def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:
-    """Yield values that are nested too deeply or too large to compute with, whatever the model."""
+    """Yield errors for values that are nested too deeply or too large for computations."""
     todo: list[tuple[Place, object]] = [((), table)]
     while todo:
         place, value = todo.pop()

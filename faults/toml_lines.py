@@ -1,7 +1,7 @@
-"""The line number of every key, table and list item in a TOML text.
+"""Find the line number of each key, table and list item in a TOML text.
 
-`tomllib` does not report lines of valid input. The text has already been parsed and is therefore
-valid, so that its words and brackets are sufficient to find the keys.
+`tomllib` does not report the lines of valid input. Because the text has been parsed already and is
+valid, keys can be found from words and brackets alone.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import re
 import tomllib
 from dataclasses import dataclass, field
 
-# Position in the file: keys, and list indices from 0.
+# Position in a file: keys, and list indices from 0.
 Place = tuple[str | int, ...]
 
 TOKEN = re.compile(
@@ -25,7 +25,7 @@ TOKEN = re.compile(
 
 
 class Lines:
-    r"""The lines of a valid TOML text.
+    r"""Line numbers in a valid TOML text.
 
     Examples
     --------
@@ -42,7 +42,7 @@ class Lines:
                 self._below.setdefault(place[:length], line)
 
     def of(self, place: Place) -> int:
-        """Return the line of a place, of the table it would be in, or of its content; or 0."""
+        """Return the line of a position, of its table, or of its content; 0 if unknown."""
         for length in range(len(place), 0, -1):
             if place[:length] in self._exact:
                 return self._exact[place[:length]]
@@ -51,15 +51,15 @@ class Lines:
 
 @dataclass(slots=True)
 class _Value:
-    """A list or an inline table that has not been closed yet."""
+    """List or inline table that is not closed yet."""
 
     place: Place
-    item: int | None = None  # in a list: index of the next item
+    item: int | None = None  # index of the next item of a list
 
 
 @dataclass(slots=True)
 class _Reader:
-    """Reads tokens; tracks the table, open brackets, and whether a key or a value comes next."""
+    """Reader of tokens that tracks the current table, open brackets, keys and values."""
 
     table: Place = ()
     last_item: dict[Place, int] = field(default_factory=dict)  # for each array of tables
@@ -71,7 +71,7 @@ class _Reader:
     here: Place = ()
 
     def places(self, text: str) -> list[tuple[Place, int]]:
-        """Return every place with its line, in text order."""
+        """Return all positions with their lines, in the order of the text."""
         found: list[tuple[Place, int]] = []
         line = 1
         for token in TOKEN.finditer(text):
@@ -87,7 +87,7 @@ class _Reader:
         return found
 
     def _key(self, kind: str, text: str, line: int) -> Place:
-        """Process a token at a key's position; return the place that it completes."""
+        """Process a token of a key; return the position of a completed key."""
         if kind == "word":
             self.key_line = line
             self.key.append(_unquoted(text))
@@ -107,7 +107,7 @@ class _Reader:
         return ()
 
     def _value(self, kind: str, text: str) -> Place:
-        """Process a token of a value; return the place of a list item that begins with it."""
+        """Process a token of a value; return the position of a list item that begins here."""
         begins = kind in ("word", "long") or text in ("[", "{")
         place: Place = ()
         if begins and self.opened and self.opened[-1].item is not None:
@@ -126,7 +126,7 @@ class _Reader:
         return place
 
     def _next(self) -> None:
-        """Continue after a comma: with the next item of a list, or a key of an inline table."""
+        """Continue after a comma with the next list item, or the next key of an inline table."""
         top = self.opened[-1]
         if top.item is None:
             self.in_value = False
@@ -138,12 +138,12 @@ class _Reader:
         self.in_value = True
 
     def _taken(self) -> list[str]:
-        """Return the words of the key, and start the next one."""
+        """Return the parts of the current key, and start a new key."""
         words, self.key = self.key, []
         return words
 
     def _open_table(self, *, is_item: bool) -> Place:
-        """Return the place of the table that a header starts."""
+        """Process the header of a table, and return the table's position."""
         *outer, name = self._taken()
         place: Place = ()
         for word in outer:
@@ -159,5 +159,5 @@ class _Reader:
 
 
 def _unquoted(word: str) -> str:
-    """Return a key without its quotation marks."""
+    """Return a key without quotation marks."""
     return next(iter(tomllib.loads(f"{word} = 0"))) if word[0] in "\"'" else word

@@ -1,7 +1,6 @@
-"""Errors in a file's content: the position of each, and its error message.
+"""Describe errors in the content of a file, with their positions.
 
-The module handles pydantic's errors without importing pydantic; a caller that has such an error
-has already imported it.
+This module handles pydantic's errors without importing pydantic, which is slow.
 """
 
 from __future__ import annotations
@@ -17,10 +16,10 @@ from slipscale.faults.toml_lines import Place
 if TYPE_CHECKING:
     from pydantic import ValidationError
 
-# A fault's place, and pydantic's record of it or a similar one: "msg" and, if known, "input".
+# Position of an error, and a record of the error as in pydantic, with "msg" and perhaps "input".
 Fault = tuple[Place, dict[str, Any]]
 
-# Pydantic's error type -> message for users, with placeholders for the error's context.
+# Type of error in pydantic -> message for users, with placeholders.
 SENTENCES = {
     "extra_forbidden": "unknown key",
     "missing": "is missing",
@@ -51,26 +50,26 @@ SENTENCES = {
     "literal_error": "expected {expected}",
     "value_error": "{error}",
 }
-# Fallback for types that are not listed; none is known.
+# Message for all other types of errors.
 OTHER = "expected another value"
 NUMBERS = ("int_type", "float_type")
 NUMBER = re.compile(r"\s*[-+]?\d+(?:\.\d*)?(?:[eE][-+]?\d+)?\s*")
-# Maximum number of characters of a wrong value shown in a message.
+# Maximum number of characters of a wrong value in a message.
 LONGEST_VALUE = 200
 
 
 class Names(Protocol):
-    """The keys of a file, for models with fields that have other names."""
+    """Interface for models whose field names differ from the keys in the file."""
 
     def in_file(self, place: Place) -> Place:
-        """Convert a place in the model to a place in the file."""
+        """Convert a position in the model to a position in the file."""
 
     def to_code(self, table: dict[str, object]) -> dict[str, object]:
-        """Return the content with field names as keys."""
+        """Replace the keys in the content of a file by field names."""
 
 
 class Faults(ValueError):
-    """Several faults with their own places; pydantic would treat them as one."""
+    """Several errors with separate positions, which a pydantic validator raises at once."""
 
     def __init__(self, faults: list[Fault], *, within: bool = False) -> None:
         super().__init__("; ".join(fault["msg"] for _, fault in faults))
@@ -79,7 +78,7 @@ class Faults(ValueError):
 
 
 def in_words(error: ValidationError) -> str:
-    """Return pydantic's errors as one line, for input that is not a file with lines.
+    """Describe pydantic's errors in one line, for input that is not a file.
 
     Users never see pydantic's own messages.
     """
@@ -87,22 +86,22 @@ def in_words(error: ValidationError) -> str:
 
 
 def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
-    """Raise all faults together; with ``within``, places are those in the validated table."""
+    """Raise all errors at once; ``within`` is the position of the validated table."""
     if found := list(faults):
         raise Faults(found, within=within)
 
 
 def faults_in(error: ValidationError, model: Any = None, names: Names | None = None) -> list[Fault]:
-    """Return pydantic's errors as faults; an error with several places becomes several faults.
+    """Convert pydantic's errors to faults; errors with several positions become several faults.
 
     Parameters
     ----------
     error : ValidationError
     model : type, optional
-        The pydantic model that was violated; its keys are suggested for misspelt ones. A key that
-        is missing because it was misspelt does not count as a second fault.
+        Violated pydantic model, whose keys are suggested for misspelt keys. A key that is missing
+        because it was misspelt is not reported separately.
     names : Names, optional
-        The file's keys, if they differ from the model's fields.
+        Names of keys in the file, if they differ from the model's fields.
     """
     in_file: Callable[[Place], Place] = names.in_file if names else tuple
     found: list[Fault] = []
@@ -126,7 +125,7 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
 
 
 def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
-    """Return whether a fault is only a consequence of another: a misspelt key, a wrong item."""
+    """Return whether a fault is only a consequence of another fault."""
     place, kind = fault[0], fault[1].get("type")
     if kind == "too_short":
         return any(other != place and other[: len(place)] == place for other, _ in found)
@@ -134,7 +133,7 @@ def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
 
 
 def _keys(model: Any, place: Place) -> list[str]:
-    """Return the keys of the table at a place in a model; empty if it does not define them."""
+    """Return the keys of the table at a position in a model; empty if they are not defined."""
     for key in place:
         if model is not None and isinstance(key, str):
             field = getattr(model, "model_fields", {}).get(key)
@@ -143,14 +142,14 @@ def _keys(model: Any, place: Place) -> list[str]:
 
 
 def _model_in(annotation: object) -> object:
-    """Return the model contained in an annotation such as ``tuple[Model, ...] | None``, or None."""
+    """Return the model in an annotation such as ``tuple[Model, ...] | None``, or None."""
     if hasattr(annotation, "model_fields"):
         return annotation
     return next(filter(None, map(_model_in, get_args(annotation))), None)
 
 
 def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[tuple[int, str]]:
-    """Return each fault's line (0: none) and error message, sorted by line."""
+    """Return the line (0 if unknown) and message of each fault, sorted by line."""
     found = []
     for place, fault in faults:
         line = line_of(place)
@@ -159,14 +158,14 @@ def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[
 
 
 def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
-    """Return the error that lists every fault of a file once, sorted by line.
+    """Return an error that lists all faults in a file, sorted by line.
 
     Parameters
     ----------
     source : str
-        The file's name.
+        Name of the file.
     told : iterable of (int, str)
-        One or more results of `sentences`.
+        Faults, as returned by `sentences`.
     """
     lines = sorted(set(told))
     if len(lines) == 1:
@@ -177,7 +176,7 @@ def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
 
 
 class Told(NamedTuple):
-    """A fault read back from a complaint: line (0: none), place in words, sentence, whole text."""
+    """Fault parsed from a message: line (0 if unknown), position, sentence, whole text."""
 
     line: int
     place: str
@@ -186,7 +185,7 @@ class Told(NamedTuple):
 
 
 def told_in(said: str, source: str) -> list[Told]:
-    """Parse the faults in a message made by `complaint`, each with its place.
+    """Parse the faults in a message that `complaint` created.
 
     >>> told_in("s.toml: line 7, seed: expected 0 or more, got -7", "s.toml")[0][:3]
     (7, 'seed', 'expected 0 or more, got -7')
@@ -200,10 +199,10 @@ def told_in(said: str, source: str) -> list[Told]:
 
 
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
-    """Return a fault's error message: line (0: none), key, what was expected and found."""
+    """Format a fault as a sentence with line, key, expected and found value."""
     kind = fault.get("type", "")
     if not kind:
-        message = fault["msg"]  # one of our own
+        message = fault["msg"]  # message by Slipscale
     else:
         known = fault.get("ctx", {}).items()
         bounds = {key: f"{each:g}" if isinstance(each, float) else each for key, each in known}
@@ -223,7 +222,7 @@ def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
 
 
 def place_in_words(place: Place) -> str:
-    """Return a place in words.
+    """Describe a position in words.
 
     >>> place_in_words(("plate", "amplitude_um_pp")), place_in_words(("tasks", 0, "steps", 1))
     ('plate.amplitude_um_pp', 'item 2 of steps of item 1 of tasks')
@@ -240,6 +239,6 @@ def place_in_words(place: Place) -> str:
 
 
 def _shown(value: float | str) -> str:
-    """Return a value as shown in a message, shortened if necessary."""
+    """Format a value for a message, shortened if necessary."""
     whole = repr(value)
     return whole if len(whole) <= LONGEST_VALUE else f"{whole[:LONGEST_VALUE]} ..."

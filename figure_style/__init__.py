@@ -1,6 +1,6 @@
-"""The style of every figure: Okabe-Ito colours, light axes, and identical bytes on every run.
+"""Define the style of all figures, and write them with identical bytes on every run.
 
-Matplotlib takes half a second to import, so it is imported only when a figure is drawn or written.
+Matplotlib is imported only when a figure is plotted, because the import takes half a second.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 R = TypeVar("R")
 
-# Okabe and Ito's palette, safe for colour-blind readers; dashes and markers differ, too.
+# Palette of Okabe and Ito, which is suitable for colour-blind readers.
 BLUE, VERMILION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 PURPLE, INK, GREY, PALE = "#CC79A7", "#1F2933", "#52606D", "#7B8794"
 CYCLE = (BLUE, ORANGE, GREEN, VERMILION)
 DASHES = ("-", "--", "-.", ":")
 
-#: Typed loosely, because matplotlib has a type that lists every setting.
+#: Loosely typed, because Matplotlib's own type lists all settings.
 STYLE: dict[Any, Any] = {
     "font.family": "sans-serif",
     "font.sans-serif": ["DejaVu Sans"],
@@ -53,7 +53,7 @@ STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "savefig.dpi": 200,
 }
-#: Suffix -> metadata with which the bytes are identical on every run.
+#: Suffix -> metadata for identical bytes on every run.
 FORMATS: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": None},
     ".png": {"Software": None},
@@ -62,14 +62,14 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Draw a figure in this style, whatever the user's settings are; notebooks display it."""
+    """Decorate a plotting function to use this style, regardless of the user's settings."""
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:
         import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
         from matplotlib.figure import Figure  # noqa: PLC0415
 
-        # Setting a backend would import pyplot, which is not used here.
+        # The backend is not set, because this would import pyplot.
         defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
         with mpl.rc_context(defaults | STYLE):
             made = draw(*args, **kwargs)
@@ -83,14 +83,14 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
 def canvas(
     rows: int = 1, columns: int = 1, size: tuple[float, float] = (6.6, 4.2), **grid: Any
 ) -> tuple[Figure, Any]:
-    """Return a matplotlib figure and its axes.
+    """Create a Matplotlib figure with axes.
 
     Parameters
     ----------
     rows, columns : int
-        Panels.
+        Numbers of panels.
     size : tuple of 2 floats
-        Inches.
+        Width and height in inches.
     **grid
         Passed to ``Figure.subplots``.
     """
@@ -117,13 +117,13 @@ def note(
 
 @styled
 def with_note(figure: Figure, text: str) -> Figure:
-    """Put a line of text under a figure as part of it."""
+    """Add a line of text below a figure."""
     figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color=GREY)
     return figure
 
 
 def lay_out(figure: Figure) -> None:
-    """Compute a figure's layout once, so that all formats show the same picture."""
+    """Compute the layout of a figure once, so that all formats show the same picture."""
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
 
     if (engine := figure.get_layout_engine()) is not None:
@@ -133,10 +133,9 @@ def lay_out(figure: Figure) -> None:
 
 
 def svg(figure: Figure, *, salt: str = "") -> str:
-    """Return a figure as an SVG element with selectable text, without date and metadata block.
+    """Return a figure as an SVG element with selectable text and without metadata.
 
-    ``salt`` makes the element's identifiers different from those of other figures on the same
-    page.
+    ``salt`` makes identifiers unique if there are several figures on a page.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
     from matplotlib.backends.backend_svg import FigureCanvasSVG  # noqa: PLC0415
@@ -144,12 +143,12 @@ def svg(figure: Figure, *, salt: str = "") -> str:
     stream = io.StringIO()
     lay_out(figure)
     with mpl.rc_context(STYLE | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
-        # Not `savefig`, which draws once more for a layout that is already made.
+        # `savefig` would draw once more for the layout, which is already computed.
         backend: Any = FigureCanvasSVG(figure)
         backend.print_svg(stream, metadata=FORMATS[".svg"])
     text = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.DOTALL)
     text = text[text.index("<svg") :].strip()
-    # Matplotlib uses the group names figure_1, axes_1, ... in every figure of a page.
+    # Matplotlib uses the group names figure_1, axes_1, ... in every figure.
     return re.sub(
         r' id="(figure|axes|patch|line2d|text|matplotlib\.axis|xtick|ytick|legend|'
         r'PathCollection|FillBetweenPolyCollection|LineCollection)_\d+"',
@@ -164,11 +163,11 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
     Parameters
     ----------
     figure : Figure
-        Its layout is computed once, so that it is the same picture in every format.
+        Figure, whose layout is computed once for all formats.
     path : Path
-        Its suffix defines the format, unless ``suffixes`` are given.
+        Path of the file. The suffix defines the format, unless ``suffixes`` are given.
     suffixes : tuple of str
-        Keys of `FORMATS`; one file each, next to ``path``.
+        Keys of `FORMATS`. One file per suffix is written next to ``path``.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
     from matplotlib.backend_bases import get_registered_canvas_class  # noqa: PLC0415
@@ -177,7 +176,7 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
     lay_out(figure)
     with mpl.rc_context(STYLE):
         for each in paths:
-            # Not `savefig`, which draws once more for a layout that is already made.
+            # `savefig` would draw once more for the layout, which is already computed.
             figure.set_dpi(mpl.rcParams["savefig.dpi"])
             backend: object = get_registered_canvas_class(each.suffix[1:])(figure)
             getattr(backend, f"print_{each.suffix[1:]}")(each, metadata=FORMATS[each.suffix])

@@ -1,1 +1,1 @@
-"""The plate: driver interface, backends, calibration and models."""
+"""Drive, calibrate, emulate and model tactile plates."""

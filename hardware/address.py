@@ -1,7 +1,7 @@
-"""Addresses of plates: the part of a SPEC after the backend's name.
+"""Parse plate addresses: the part of a SPEC after the name of the backend.
 
-``PORT,key=value,key=value``: a port or resource (may be empty), then options. Each backend defines
-its own options as a table of names and converters.
+An address has the form ``PORT,key=value,key=value``: a port or resource, which may be empty, and
+options. Each backend defines its options as a table of names and converters.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
 
 
-PAIR, SPLIT = "pair:", "+"  # of two backends, see `slipscale.hardware.backends.pair`
+PAIR, SPLIT = "pair:", "+"  # separates two backends, see `slipscale.hardware.backends.pair`
 
 
 def parts(spec: str) -> tuple[str, ...]:
-    """Return the SPECs in a SPEC: two for a pair of actuators, otherwise the SPEC itself.
+    """Return both SPECs of a pair of actuators, or the given SPEC for a single plate.
 
     >>> parts("pair:serial:COM3,plate=desk+mock"), parts("mock")
     (('serial:COM3,plate=desk', 'mock'), ('mock',))
@@ -44,12 +44,12 @@ def is_mock(spec: str) -> bool:
 def split_address(
     address: str, converters: Mapping[str, Callable[[str], object]], *, what: str = "plate address"
 ) -> tuple[str, dict[str, Any]]:
-    """Return the port and the converted options of an address; ``what`` names it in messages.
+    """Split an address into port and options; ``what`` describes the address in messages.
 
     Raises
     ------
     UserError
-        If an option is unknown or given twice, or its value is invalid.
+        If an option is unknown or given twice, or if its value is invalid.
 
     Examples
     --------
@@ -72,7 +72,7 @@ def split_address(
 
 
 def number(text: str) -> float:
-    """Return a finite number; otherwise raise ValueError with the expected format."""
+    """Parse a finite number; raise ValueError with the expected format if this fails."""
     try:
         value = float(text)
     except ValueError:
@@ -83,7 +83,7 @@ def number(text: str) -> float:
 
 
 def positive_number(text: str) -> float:
-    """Return a finite number above 0; otherwise raise ValueError with the expected format."""
+    """Parse a number above 0; raise ValueError with the expected format if this fails."""
     value = number(text)
     if value <= 0:
         raise ValueError("expected a number above 0")
@@ -91,7 +91,7 @@ def positive_number(text: str) -> float:
 
 
 def calibration(text: str) -> Calibration:
-    """Read the calibration in a file. Raises UserError."""
+    """Read a calibration file. Raises UserError."""
     from slipscale.hardware.calibration.stored import read_calibration  # noqa: PLC0415 - SciPy
 
     return read_calibration(Path(text))
@@ -99,7 +99,7 @@ def calibration(text: str) -> Calibration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
-    """The plate that an address selects: limits, calibration, and the file they come from."""
+    """Limits, calibration and plate file of the plate that an address selects."""
 
     limits: PlateLimits
     calibration: Calibration | None
@@ -107,21 +107,21 @@ class Plate:
 
 
 def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
-    """Read a plate file, given by path or by its name in the folder ``plates``; raise UserError."""
+    """Read a plate file by path or by its name in the folder ``plates``. Raises UserError."""
     from slipscale.hardware.plate_file import open_plate_file, path_of  # noqa: PLC0415 - pydantic
 
     return open_plate_file(path_of(text, Path()))
 
 
 def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = False) -> Plate:
-    """Combine the options ``plate`` and ``calibration``.
+    """Determine the plate from the options ``plate`` and ``calibration``.
 
-    A simulated plate accepts the file of any backend, so that a study can be rehearsed with it.
+    A simulated plate accepts the plate file of any backend, so that a study can be rehearsed.
 
     Raises
     ------
     UserError
-        If the plate file is for another backend, or contradicts the calibration.
+        If the plate file is for another backend or does not match the calibration.
     """
     file, own = options.get("plate", (None, None))
     given: Calibration | None = options.get("calibration")
@@ -153,15 +153,15 @@ def opened(
     *,
     simulated: bool = False,
 ) -> tuple[str, dict[str, Any], Plate]:
-    """Return the target, the options and the plate of a backend's address.
+    """Parse a backend's address into port, options and plate.
 
-    Every backend has the options ``calibration`` and ``plate``; ``options`` adds further ones, as
-    names and converters.
+    Every backend has the options ``calibration`` and ``plate``. ``options`` maps the names of
+    additional options to converters.
 
     Raises
     ------
     UserError
-        As for `split_address` and `plate_of`.
+        See `split_address` and `plate_of`.
     """
     known = {"calibration": calibration, "plate": plate_file, **(options or {})}
     target, found = split_address(address, known)
@@ -169,14 +169,14 @@ def opened(
 
 
 def implausible_alone(calibration: Calibration) -> str:
-    """Return what is implausible in a calibration without a plate file; empty if nothing."""
+    """Describe what is implausible in a calibration, if there is no plate file."""
     from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy
 
     return "; ".join(implausible(calibration, {}))
 
 
 def plate_file_of(spec: str) -> PlateFile | None:
-    """Return the plate file that a SPEC names, or None. Raises UserError if it is unreadable."""
+    """Read the plate file that a SPEC names, if any. Raises UserError if this fails."""
     from slipscale.hardware.plate_file import path_of, read_plate  # noqa: PLC0415 - pydantic
 
     named = _plates_in(spec)
@@ -190,7 +190,7 @@ def _plates_in(spec: str) -> list[str]:
 
 
 def with_plate_file(spec: str, wanted: str) -> str:
-    """Add a study's plate file (if it names one) to a SPEC; of a pair, to the first.
+    """Add the plate file that a study names to a SPEC; for a pair, to the first actuator.
 
     Raises
     ------
@@ -219,9 +219,9 @@ def with_plate_file(spec: str, wanted: str) -> str:
 
 
 def without_session_watchdog(spec: str) -> str:
-    """Disable a SPEC's session watchdog, which silences a plate that the session does not check.
+    """Disable the session watchdog, which silences a plate that the session does not check.
 
-    This is needed for calibration, during which a person reads an instrument, and for scripts.
+    Use it for scripts and for calibration, during which a person reads an instrument.
 
     >>> without_session_watchdog("serial:COM3")
     'serial:COM3,attention=0'

@@ -1,4 +1,4 @@
-"""The only clocks in Slipscale: the machine's, and a virtual one so that pilots do not wait."""
+"""Provide the only clocks in Slipscale: the computer's clock, and a virtual clock for pilots."""
 
 from __future__ import annotations
 
@@ -7,26 +7,26 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Seconds since the clock was created, and a method that waits."""
+    """Interface of a clock that measures and waits in seconds."""
 
     def now(self) -> float:
-        """Return the time in seconds since the clock was created."""
+        """Return the time in seconds."""
 
     def sleep(self, duration_s: float) -> None:
-        """Wait for ``duration_s`` seconds of this clock."""
+        """Wait for ``duration_s`` seconds of the clock's time."""
 
 
 class SystemClock:
-    """The machine's monotonic clock, starting at ``start_s``.
+    """Monotonic clock of the computer, which starts at ``start_s``.
 
-    It counts ``time.perf_counter``, so the time stamps of key events can be converted to it.
+    The clock is based on ``time.perf_counter``, so time stamps of key events can be converted.
     """
 
     def __init__(self, start_s: float = 0.0) -> None:
         self._start = time.perf_counter() - start_s
 
     def now(self) -> float:
-        """Return the time in seconds since the clock's start."""
+        """Return the time in seconds."""
         return time.perf_counter() - self._start
 
     def sleep(self, duration_s: float) -> None:
@@ -36,7 +36,7 @@ class SystemClock:
 
 
 class VirtualClock:
-    """A clock that advances only on request: a pilot's hour takes a second.
+    """Clock that advances only on request, so that a pilot does not take an hour.
 
     >>> clock = VirtualClock()
     >>> clock.sleep(2.5)
@@ -56,5 +56,5 @@ class VirtualClock:
         self._now += max(duration_s, 0.0)
 
     def set(self, time_s: float) -> None:
-        """Set the time to ``time_s``; a resumed pilot continues at its journal's time."""
+        """Set the time; a resumed pilot continues at the last time in the journal."""
         self._now = time_s

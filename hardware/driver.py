@@ -1,14 +1,14 @@
-"""The plate driver: the interface of all backends, and the rules enforced for each of them.
+"""Define the plate driver: the interface of all backends, and the rules that it enforces.
 
-**Limits are checked here before a backend receives a command, and the plate is always silenced at
-the end.** A command outside the limits raises an error and leaves the plate unchanged; any other
-fault silences it. A backend implements the methods that begin with an underscore; callers use the
-public ones, which are the same for all backends.
+**The driver checks limits before a backend receives a command, and always silences the plate at the
+end.** A command outside the limits raises an error and does not change the plate. Any other fault
+silences the plate. Backends implement the methods that begin with an underscore; callers use the
+public methods.
 
-`slipscale.hardware.output_state` defines and tracks what is known about the drive. In addition, a
-presentation returns only if the reported amplitude (measured or applied) matches the command and
-the reported voltage matches the calibration's prediction within `PlateLimits.voltage_band`. Two
-kinds of readback prove nothing: "commanded" and "none".
+For the known state of the drive, see `slipscale.hardware.output_state`. A presentation succeeds
+only if the reported amplitude (measured or applied) matches the command, and if the reported
+voltage is within `PlateLimits.voltage_band` of the calibration's prediction. Readbacks of the kinds
+"commanded" and "none" cannot reveal a wrong amplitude.
 """
 
 from __future__ import annotations
@@ -33,48 +33,47 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
     from slipscale.stimuli.surface import Sensor, Surface
 
-PROVING = ("measured", "applied")  # kinds of readback that are evidence
-RING_DOWN_TIME_CONSTANTS = 7  # to 0.1 % of what it was
+PROVING = ("measured", "applied")  # kinds of readback that can reveal a wrong amplitude
+RING_DOWN_TIME_CONSTANTS = 7  # ring-down to 0.1 %
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
 
 class PlateDriver(GuardedOutput):
-    """A plate, whatever drives it. A context manager that always silences the plate on exit.
+    """Base class of plate drivers: a context manager that silences the plate on exit.
 
     Parameters
     ----------
     clock : Clock
         The only clock that the driver may read.
     limits : PlateLimits
-        Enforced here for every backend.
+        Limits, which the driver enforces.
     calibration : Calibration
-        Narrows the limits to the calibrated range; nothing is extrapolated.
+        Calibration, which narrows the limits to the calibrated range.
     plate_file : PlateFile
-        The file that defines limits and calibration, if any; stored with the data.
+        Plate file with limits and calibration, if there is one; stored with the data.
 
     Attributes
     ----------
     notes : tuple of str
-        After `connect`: notes for the operator (calibration old, or of another plate).
+        Notes for the operator, available after `connect`, such as an old calibration.
     modulator : Modulator or None
-        How fast plate and line follow a texture; None if this backend cannot modulate.
+        Speed with which plate and line follow a texture; None if the backend cannot modulate.
     why_not_modulated : str
-        Why it cannot modulate.
+        Reason why the backend cannot modulate.
     amplifier_gain : float
-        Volts at the plate per volt of the backend; 1 if the backend's volts are those at the
-        plate.
+        Volts at the plate per volt of the backend; 1 if the backend's volts are at the plate.
     follow_lag_s : float or None
-        Delay from `follow` to the plate; None if an amplitude must be held until it has settled.
+        Delay from `follow` to the plate; None if the backend cannot follow a finger.
     tracks : bool
-        Whether the plate is driven at the calibrated frequency, so that its resonance can be
-        tracked (`slipscale.hardware.resonance_tracking`). Other backends follow it automatically.
+        Whether the plate is driven at the calibrated frequency, so that the resonance can be
+        tracked (`slipscale.hardware.resonance_tracking`). Other backends follow the resonance
+        automatically.
     tracked_hz : float or None
-        The drive frequency after the resonance was tracked.
+        Drive frequency after the resonance was tracked.
     second_level : float
-        Level of a second actuator with the next surfaces (`slipscale.hardware.backends.pair`).
+        Level of a second actuator during the next surfaces (`slipscale.hardware.backends.pair`).
     simulated : bool
-        Whether the plate is simulated; a calibration of another plate is then harmless and only
-        noted.
+        Whether the plate is simulated. A calibration of another plate then only causes a note.
     """
 
     name: ClassVar[str]
@@ -102,10 +101,10 @@ class PlateDriver(GuardedOutput):
         self.identity: PlateIdentity | None = None
         self.second_level = 0.0
         self._played: Loop | None = None
-        self._repeats_s = math.inf  # when a change that is being played would repeat
+        self._repeats_s = math.inf  # time at which the plate would repeat a change
 
     def connect(self) -> PlateIdentity:
-        """Open the line, identify the device, and leave the plate silent.
+        """Connect to the device, identify it, and silence the plate.
 
         To reconnect after a fault, call `close` and then `connect`.
 
@@ -114,7 +113,7 @@ class PlateDriver(GuardedOutput):
         WrongDevice
             If the calibration is for another device, plate or backend.
         UserError
-            If the calibration is too old, or dated after today.
+            If the calibration is too old or dated in the future.
         """
         self._opened, self.output = False, Output.UNREACHABLE
         try:
@@ -131,17 +130,17 @@ class PlateDriver(GuardedOutput):
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
         """Return the loop that presents a texture, or None for a plain surface.
 
-        If a sensor measures the finger's position, a backend with a `follow_lag_s` requires no
-        `modulator`: it follows the finger and plays nothing. A transient requires both, and some
-        textures require their sensor.
+        If a sensor measures the finger's position, a backend with a `follow_lag_s` can follow the
+        finger and requires no `modulator`. Transients require both, and some textures require a
+        sensor.
 
         Raises
         ------
         OverLimit
             If an amplitude is outside the limits.
         UserError
-            If the surface is a texture, and this backend cannot modulate, or not fast enough; or a
-            required sensor is missing.
+            If the backend cannot modulate fast enough for a texture, or if a required sensor is
+            missing.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
@@ -188,18 +187,17 @@ class PlateDriver(GuardedOutput):
         )
 
     def present(self, surface: Surface) -> Presentation:
-        """Present a surface: ramp to its amplitude and return once it has settled.
+        """Present a surface: ramp to its amplitude, and return when the plate has settled.
 
-        An amplitude of 0 switches the output off. A texture settles at its mean amplitude, which
-        the presentation reports; it is then played until the next command.
+        An amplitude of 0 switches the output off. For a texture, the plate settles at the mean
+        amplitude, which is returned, and then plays the texture until the next command.
 
         Raises
         ------
         OverLimit
-            If the amplitude or the duty is outside the limits. The plate is left unchanged.
+            If the amplitude or the duty is outside the limits. The plate is not changed.
         UserError
-            If this backend cannot play the texture, see `check_supported`. The plate is left
-            unchanged.
+            If the backend cannot play the texture, see `check_supported`. The plate is not changed.
         NotReached
             If the reported amplitude differs from the commanded one. The plate is silenced.
         OffCalibration
@@ -233,8 +231,8 @@ class PlateDriver(GuardedOutput):
     def confirm(self, commanded_level: float, readback: Readback) -> None:
         """Raise `NotReached` or `OffCalibration` unless a readback shows the commanded amplitude.
 
-        A readback of the kind "commanded" or "none" proves nothing and is accepted. The voltage of
-        a simulated plate is not compared, because its calibration may belong to another plate.
+        Readbacks of the kinds "commanded" and "none" are accepted. The voltage of a simulated plate
+        is not compared, because its calibration may belong to another plate.
         """
         reported_level, reported_v = readback.level, readback.voltage_v_peak
         if readback.kind in PROVING and reported_level is not None:
@@ -250,18 +248,17 @@ class PlateDriver(GuardedOutput):
             )
 
     def follow(self, level: float) -> None:
-        """Change to another amplitude without waiting: a texture that follows the finger.
+        """Change to another amplitude without waiting, for a texture that follows the finger.
 
-        The plate must be vibrating and have a `follow_lag_s`. Readbacks in the meantime are
-        momentary; `present` settles again. This does not count as a new command: the limit on
-        unattended vibration time continues to apply.
+        The plate must be vibrating and have a `follow_lag_s`. Following does not count as a new
+        command, so the limit on unattended vibration time continues to apply.
 
         Raises
         ------
         OverLimit
-            If the amplitude is outside the limits. The plate is left unchanged.
+            If the amplitude is outside the limits. The plate is not changed.
         PlateRefused
-            If the plate is off; a surface must be presented first.
+            If the plate is off, so that a surface must be presented first.
         PlateFault
             If the rig fails in any other way. The plate is silenced.
         """
@@ -276,16 +273,16 @@ class PlateDriver(GuardedOutput):
             self._repeats_s = math.inf
 
     def play(self, change: Loop) -> None:
-        """Leave the settled amplitude along a change that the finger has triggered.
+        """Play a change of amplitude that the finger has triggered.
 
-        The plate repeats the list after its end: command another amplitude (`follow`) by then.
-        If the computer is late, that command or the next `check` raises `Late`.
+        The plate repeats the change unless another amplitude is commanded (`follow`) before the
+        end. If the computer is late, this command or the next `check` raises `Late`.
 
         Raises
         ------
         OverLimit, UserError
-            If an amplitude is outside the limits, or the plate is not fast enough. The plate is
-            left unchanged.
+            If an amplitude is outside the limits, or if the plate is not fast enough. The plate is
+            not changed.
         PlateRefused
             If the plate is off, or cannot modulate.
         PlateFault
@@ -302,7 +299,7 @@ class PlateDriver(GuardedOutput):
             self._change(change)
 
     def check(self) -> None:
-        """Raise the pending `PlateFault`, or `Late` if the plate repeats a change."""
+        """Raise a pending `PlateFault`, or `Late` if the plate repeats a change."""
         super().check()
         if self.output is Output.MAY_BE_ON:
             with self._silent_on_fault():
@@ -317,48 +314,48 @@ class PlateDriver(GuardedOutput):
             )
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        """Drive at one frequency and one voltage, settle and read back; for calibration.
+        """Drive the plate at a frequency and voltage, and read back; for calibration.
 
         Parameters
         ----------
         frequency_hz : float
             Drive frequency.
         voltage_v : float
-            V peak at the plate, after any amplifier.
+            Drive voltage in V peak at the plate, after any amplifier.
 
         Raises
         ------
         OverLimit
-            If frequency, voltage or duty is outside the limits. The plate is left unchanged.
+            If frequency, voltage or duty is outside the limits. The plate is not changed.
         PlateRefused
-            If the backend does not allow control of frequency and voltage.
+            If the backend does not support frequencies and voltages.
         """
         self.limits.check_frequency(frequency_hz)
         self.limits.check_voltage(voltage_v)
         if voltage_v > 0:
             self._check_duty()
-        with self._commanding(vibrates=True):  # the output stage is closed even at 0 V
+        with self._commanding(vibrates=True):  # The output is on even at 0 V.
             self._played = None
             return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
 
     def read_back(self) -> Readback:
-        """Return the plate's current state. Raises `PlateFault` if it is unavailable."""
+        """Return the current state of the plate. Raises `PlateFault` if it is unavailable."""
         if not self._opened:
             raise ConnectionLost(f"plate '{self.name}': not connected")
         with self._silent_on_fault():
             return self._read_back()
 
     def vibration_level(self) -> float:
-        """Return what a finger on the plate feels now, in µm p-p; by default the readback."""
+        """Return the current amplitude in µm p-p; by default, the readback."""
         return self.read_back().level or 0.0
 
     @property
     def unfelt(self) -> bool:
-        """Whether a finger would feel nothing: the plate is simulated, or the board is emulated."""
+        """Whether a finger would feel nothing because plate or board are simulated."""
         return self.simulated or (self.identity is not None and self.identity.emulated)
 
     def describe(self) -> dict[str, Any]:
-        """Return the plate's entry in the session's record, ready for JSON."""
+        """Return the description for the session's record, as JSON data."""
         file = {"plate_file": self.plate_file.summary()} if self.plate_file else {}
         return {
             **file,
@@ -372,11 +369,11 @@ class PlateDriver(GuardedOutput):
         }
 
     def _after_ring_down(self, presentation: Presentation) -> Presentation:
-        """Wait until a plate that was just switched off has rung down, and read it again.
+        """Wait until a plate that was switched off has rung down, and read back again.
 
-        If a backend commands 0 µm directly after a silence, the plate may still be ringing. The
-        waiting time follows from the plate's own Q, so that a plate that is actually driven
-        remains a fault.
+        If 0 µm is commanded directly after the plate was switched off, the plate may still ring.
+        The waiting time depends on the plate's Q. A plate that still vibrates afterwards is a
+        fault.
         """
         wait_s = RING_DOWN_TIME_CONSTANTS * self._time_constant_s()
         self.clock.sleep(wait_s)
@@ -387,51 +384,51 @@ class PlateDriver(GuardedOutput):
         )
 
     def _time_constant_s(self) -> float:
-        """Return the plate's time constant from its calibration; otherwise a long default."""
+        """Return the plate's time constant from its calibration, or a long default."""
         if self.calibration is None:
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
         return resonance.quality_factor / (math.pi * resonance.frequency_hz)
 
     def _check_identity(self, identity: PlateIdentity) -> tuple[str, ...]:
-        """Return the notes on a device that has just answered; raise `WrongDevice`."""
+        """Check the identity of the device; return notes for the operator."""
         file = self.plate_file
         wanted = file.identity.device_serial if file else ""
         return check_device(self, identity, wanted=wanted)
 
     def _vibrates(self, level: float) -> bool:
-        """Return whether anything is driven at a level."""
+        """Return whether the plate is driven at this level."""
         return level > 0
 
     @abstractmethod
     def _connect(self) -> PlateIdentity:
-        """Open the line, identify the device, silence the plate. `_close` follows a failure."""
+        """Connect, identify the device, and silence the plate. `_close` is called on failure."""
 
     @abstractmethod
     def _drive(self, level: float) -> Presentation:
-        """Ramp to a checked amplitude; return when it has settled (0: when the drive is off)."""
+        """Ramp to an amplitude; return when the plate has settled or, for 0, is off."""
 
     @abstractmethod
     def _read_back(self) -> Readback:
-        """Return the plate's current state."""
+        """Return the current state of the plate."""
 
     def _check_possible(self, level: float) -> None:
-        """Raise `OverLimit` if the device cannot produce an amplitude that is within the limits."""
+        """Raise `OverLimit` if the device cannot produce the amplitude."""
 
     def _play(self, loop: Loop) -> None:
-        """Modulate the settled plate until the next command; requires a `modulator`."""
+        """Play a loop until the next command; requires a `modulator`."""
         raise NotImplementedError
 
     def _change(self, change: Loop) -> None:
-        """Play a change at once; by default as a texture."""
+        """Play a change immediately; by default, in the same way as a texture."""
         self._play(change)
 
     def _follow(self, level: float) -> None:
-        """Change to a checked amplitude; requires a `follow_lag_s`."""
+        """Change the amplitude without waiting; requires a `follow_lag_s`."""
         raise NotImplementedError
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        """Drive at a checked frequency and voltage; return when it has settled."""
+        """Drive at a frequency and voltage, and return when the plate has settled."""
         raise PlateRefused(
             f"backend '{self.name}' cannot drive {voltage_v:g} V at {frequency_hz:g} Hz: it "
             "does not accept frequencies and voltages"

@@ -1,6 +1,7 @@
-"""Faults of the rig: each type has a code for the journal and a remedy for the operator.
+"""Define the faults of the rig, with codes for the journal and remedies for the operator.
 
-Backends raise only these for faults of the rig; `slipscale.hardware.driver` re-exports them.
+Backends raise no other exceptions for faults of the rig. `slipscale.hardware.driver` re-exports all
+of them.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from slipscale.faults import RigError
 
 
 class PlateFault(RigError):
-    """A fault of the rig: ``code`` is for the journal, ``remedy`` for the operator."""
+    """Fault of the rig, with a ``code`` for the journal and a ``remedy`` for the operator."""
 
     code: ClassVar[str] = "fault"
     remedy: ClassVar[str] = "See the message."
@@ -21,19 +22,19 @@ class PlateFault(RigError):
         self.message = message
 
     def blinded(self) -> PlateFault:
-        """Return the fault without amplitudes, for operators who must not know them."""
+        """Return the fault without amplitudes, for operators who must not know the amplitudes."""
         return self
 
 
 class PlateNotFound(PlateFault):
-    """There is no device at that address."""
+    """Raised if there is no device at the given address."""
 
     code = "not_there"
     remedy = "Check the cable and the port name: slipscale plate list shows the ports."
 
 
 class NoPermission(PlateFault):
-    """The device exists, but this user may not open it."""
+    """Raised if the user has no permission to open the device."""
 
     code = "no_permission"
     remedy = (
@@ -43,63 +44,63 @@ class NoPermission(PlateFault):
 
 
 class WrongDevice(PlateFault):
-    """A device answers, but it is not a plate, or not this plate."""
+    """Raised if the connected device is not a plate, or not the expected plate."""
 
     code = "wrong_device"
     remedy = "Name the plate's own port, or the calibration that belongs to this plate."
 
 
 class PlateBusy(PlateFault):
-    """Another program is using the device, or the device does not accept commands."""
+    """Raised if another program uses the device, or if it does not accept commands."""
 
     code = "busy"
     remedy = "Close the other program that uses the plate, then try again."
 
 
 class PlateTimeout(PlateFault):
-    """There was no answer within the agreed time."""
+    """Raised if a device does not answer in time."""
 
     code = "time_out"
     remedy = "Check that the board has power, then unplug and replug it."
 
 
 class GarbledReply(PlateFault):
-    """An answer could not be read."""
+    """Raised if an answer cannot be read."""
 
     code = "garbled"
     remedy = "Check the cable and its distance from the amplifier."
 
 
 class ProtocolViolation(PlateFault):
-    """A board's answer violates its protocol."""
+    """Raised if an answer of the board violates the protocol."""
 
     code = "protocol"
     remedy = "Correct the board's firmware; slipscale plate conform SPEC lists the violations."
 
 
 class PlateRefused(PlateFault):
-    """The device understood a command and rejected it."""
+    """Raised if the device rejects a command."""
 
     code = "refused"
     remedy = "Let the board cool down or clear its error, then try again."
 
 
 class ConnectionLost(PlateFault):
-    """The device disappeared, or restarted, during use."""
+    """Raised if the device is disconnected or restarts during use."""
 
     code = "lost"
     remedy = "Plug the plate in again; the session can reconnect."
 
 
 class Late(PlateFault):
-    """The computer was late, so the plate repeated a change that is to be played once."""
+    """Raised if the computer is late, so that the plate repeats a change."""
 
     code = "late"
     remedy = "Close the other programs on this computer, then try again."
 
 
 class StillVibrating(PlateFault):
-    """The plate could not be silenced, and no watchdog will silence it."""
+    """Raised if the plate could not be silenced and has no watchdog."""
 
     code = "still_vibrating"
     remedy = (
@@ -109,7 +110,7 @@ class StillVibrating(PlateFault):
 
 
 class OverLimit(PlateFault):
-    """A command was outside the plate's limits. The plate is left unchanged."""
+    """Raised if a command is outside the plate's limits. The plate is not changed."""
 
     code = "over_limit"
     remedy = (
@@ -119,9 +120,9 @@ class OverLimit(PlateFault):
 
 
 class NotReached(PlateFault):
-    """The measured amplitude differs from the commanded one, usually because the drive saturates.
+    """Raised if the measured amplitude differs from the commanded amplitude.
 
-    A finger takes energy from the plate; at 15 V there is no headroom above the paper's 2.3 µm.
+    Usually, the drive saturates because a finger takes energy from the plate.
     """
 
     code = "not_reached"
@@ -132,7 +133,7 @@ class NotReached(PlateFault):
     )
 
     def blinded(self) -> PlateFault:
-        """Return this fault without the amplitudes."""
+        """Return the fault without amplitudes."""
         return NotReached(
             "the plate measures a different amplitude than commanded (see the journal for the "
             "values)"
@@ -140,10 +141,9 @@ class NotReached(PlateFault):
 
 
 class OffCalibration(PlateFault):
-    """The drive voltage differs from the calibration's prediction for the amplitude.
+    """Raised if the drive voltage differs from the calibration's prediction.
 
-    The amplitude reported by a sensor is then not trusted: the sensor, the amplifier or the plate
-    has changed.
+    The sensor, the amplifier or the plate has then changed, so the measured amplitude may be wrong.
     """
 
     code = "off_calibration"
@@ -153,7 +153,7 @@ class OffCalibration(PlateFault):
     )
 
     def blinded(self) -> PlateFault:
-        """Return this fault without the amplitude and the voltages."""
+        """Return the fault without amplitude and voltages."""
         return OffCalibration(
             "the drive voltage differs from the calibration (see the journal for both values)"
         )

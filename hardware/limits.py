@@ -1,7 +1,6 @@
-"""Limits of a plate, and a record of how long it has vibrated.
+"""Define the limits of a plate, and record how long the plate has vibrated.
 
-The limits are defined here; `slipscale.hardware.driver` enforces them before a backend receives a
-command.
+The limits are enforced by `slipscale.hardware.driver` before a backend receives a command.
 """
 
 from __future__ import annotations
@@ -14,7 +13,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.errors import NotReached, OffCalibration, OverLimit
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
-# An applied amplitude is computed from the drive that was read back, so it has no sensor noise.
+# Tolerance of an applied amplitude, which is computed from the drive and has no sensor noise.
 APPLIED_TOLERANCE = 0.01
 ROUNDING = 4e-7  # of the largest level
 
@@ -26,28 +25,28 @@ class PlateLimits:
     Parameters
     ----------
     quantity : Quantity
-        Quantity that the plate produces; `level` and `deviation_level` are in it.
+        Quantity that the plate produces; unit of `level` and `deviation_level`.
     level : float
-        Largest level. The default, 2.5 µm peak to peak, includes the paper's 2.3 µm at 15 V
-        (Section IV-A) and little more.
+        Largest level. The default, 2.5 µm peak to peak, is slightly above the paper's 2.3 µm at 15
+        V (Section IV-A).
     voltage_v : float
-        Largest drive voltage, V peak at the plate, after any amplifier (15 V in the paper,
-        chosen "in order to avoid dangerous voltages", Section III-B).
+        Largest drive voltage in V peak at the plate, after any amplifier (15 V in the paper, "in
+        order to avoid dangerous voltages", Section III-B).
     frequency_min_hz, frequency_max_hz : float
-        The band in which the plate may be driven.
+        Allowed frequency band.
     duty : float
-        Largest fraction of the last `duty_window_s` seconds for which the plate may have vibrated.
+        Largest fraction of the last `duty_window_s` seconds during which the plate may vibrate.
     duty_window_s : float
-        The window of `duty`.
+        Duration of the window for `duty`.
     on_time_s : float
-        Longest vibration after one command: a plate left on by a hung session is then silenced.
+        Longest vibration after one command. It limits the vibration if a session hangs.
     tolerance : float
-        Allowed deviation of a *measured* level from the commanded one, as a fraction.
+        Allowed deviation of a *measured* level from the commanded level, as a fraction.
     deviation_level : float
-        The same as a level; the larger of the two applies.
+        Allowed deviation as a level. The larger of both deviations applies.
     voltage_band : float
-        Factor by which the reported drive voltage may be above or below the voltage that the
-        calibration predicts. A finger that reduces Q from 60 to 50 requires 1.2.
+        Allowed factor between the reported drive voltage and the calibration's prediction, in
+        either direction. A finger that reduces Q from 60 to 50 requires 1.2.
     """
 
     quantity: Quantity = PLATE_AMPLITUDE
@@ -89,11 +88,11 @@ class PlateLimits:
         _check("drive frequency", frequency_hz, self.frequency_min_hz, self.frequency_max_hz, "Hz")
 
     def allowed_level(self, commanded_level: float) -> float:
-        """Return the allowed deviation of a measured level from the commanded one."""
+        """Return the allowed deviation of a measured level from the commanded level."""
         return max(self.tolerance * commanded_level, self.deviation_level)
 
     def held_to(self, *, tolerance: float | None, deviation_level: float | None) -> PlateLimits:
-        """Return the limits with a narrower tolerance, if one is given."""
+        """Return the limits with narrower tolerances, if they are given."""
         return replace(
             self,
             tolerance=min(self.tolerance, tolerance or self.tolerance),
@@ -103,15 +102,15 @@ class PlateLimits:
     def check_reached(
         self, commanded_level: float, reported_level: float, *, applied: bool = False
     ) -> None:
-        """Raise `NotReached` if the reported level differs from the commanded one.
+        """Raise `NotReached` if the reported level differs from the commanded level.
 
         Parameters
         ----------
         commanded_level, reported_level : float
             Levels in the plate's quantity.
         applied : bool
-            Whether the level was computed from the active drive instead of measured;
-            `APPLIED_TOLERANCE` then applies.
+            Whether the level was computed from the active drive, so that `APPLIED_TOLERANCE`
+            applies.
         """
         q = self.quantity
         allowed, how = self.allowed_level(commanded_level), "measured"
@@ -126,7 +125,7 @@ class PlateLimits:
     def check_predicted(
         self, commanded_level: float, *, reported_v: float, predicted_v: float
     ) -> None:
-        """Raise `OffCalibration` if the drive voltage differs from the calibration's prediction."""
+        """Raise `OffCalibration` if the drive voltage is outside the allowed band."""
         band = self.voltage_band
         if not predicted_v / band <= reported_v <= predicted_v * band:
             raise OffCalibration(
@@ -142,7 +141,7 @@ def _check(what: str, value: float, lowest: float, highest: float, unit: str) ->
 
 
 class OnTime:
-    """Records when the plate vibrated: time since the last command, and duty in the last window.
+    """Record when the plate vibrated, to compute time since the last command and duty.
 
     >>> on_time = OnTime(window_s=100)
     >>> on_time.command(10, vibrates=True)
@@ -154,12 +153,12 @@ class OnTime:
     def __init__(self, *, window_s: float) -> None:
         self._window_s = window_s
         self._spans: deque[tuple[float, float]] = deque()  # ended, and partly in the window
-        self._spans_s = 0.0  # their sum, because `duty` is called at every frame
+        self._spans_s = 0.0  # sum, as `duty` is called in every frame
         self._since: float | None = None
         self._commanded_s = 0.0
 
     def command(self, now_s: float, *, vibrates: bool) -> None:
-        """Record a command at ``now_s`` and whether the plate vibrates after it."""
+        """Record the time of a command, and whether the plate vibrates after the command."""
         if vibrates and self._since is None:
             self._since = now_s
         elif not vibrates and self._since is not None:
@@ -169,11 +168,11 @@ class OnTime:
         self._commanded_s = now_s
 
     def unattended_s(self, now_s: float) -> float:
-        """Return how long the plate has vibrated since the last command; 0 if it is silent."""
+        """Return the time for which the plate has vibrated since the last command."""
         return 0.0 if self._since is None else now_s - self._commanded_s
 
     def duty(self, now_s: float) -> float:
-        """Return the fraction of the window before ``now_s`` in which the plate vibrated."""
+        """Return the fraction of the last window in which the plate vibrated."""
         start_s = now_s - self._window_s
         while self._spans and self._spans[0][1] <= start_s:
             begun_s, ended_s = self._spans.popleft()
@@ -182,5 +181,5 @@ class OnTime:
             self._spans_s = 0.0  # discard accumulated rounding errors
         before_s = max(start_s - self._spans[0][0], 0.0) if self._spans else 0.0
         now_on_s = 0.0 if self._since is None else now_s - max(self._since, start_s)
-        # Rounding may make the sum of adjacent spans exceed the window.
+        # Because of rounding, the sum may slightly exceed the window.
         return min((self._spans_s - before_s + now_on_s) / self._window_s, 1.0)

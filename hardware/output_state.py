@@ -1,6 +1,6 @@
-"""The known state of a plate's drive, and the code that switches it off on every exit.
+"""Track the state of a plate's drive, and switch it off on every exit.
 
-The output has one of three states (`Output`), stored in `GuardedOutput.output`:
+`GuardedOutput.output` is one of three states (`Output`):
 
 ================  ==========================================================================
 *confirmed off*   the device confirmed that its drive is off, and has received nothing since
@@ -9,10 +9,11 @@ The output has one of three states (`Output`), stored in `GuardedOutput.output`:
 *unreachable*     off was commanded but not confirmed, or the device was never connected
 ================  ==========================================================================
 
-1. Only a confirmation leads to *confirmed off*: `connect`, `silence`, a presentation of 0.
-2. A command that raises leaves the output unchanged (outside the limits), *confirmed off* or
-   *unreachable*, but never *may be on*.
-3. Nothing is presented from *unreachable*: `connect` or `silence` must first confirm off.
+1. Only a confirmation by `connect`, `silence` or a presentation of 0 leads to *confirmed off*.
+2. A command outside the limits does not change the output. After any other command that raises an
+   error, the output is *confirmed off* or *unreachable*, never *may be on*.
+3. If the output is *unreachable*, no surface is presented until `connect` or `silence` has
+   confirmed that it is off.
 """
 
 from __future__ import annotations
@@ -29,19 +30,19 @@ from slipscale.hardware.records import Output
 
 
 class GuardedOutput(ABC):
-    """A plate's output. A context manager that always silences the plate on exit.
+    """Output of a plate, as a context manager that always silences the plate on exit.
 
     Parameters
     ----------
     clock : Clock
-        The only clock that may be read.
+        The only clock that the driver reads.
     limits : PlateLimits
-        Limits of the time for which the plate may vibrate.
+        Limits on the time for which the plate may vibrate.
 
     Attributes
     ----------
     output : Output
-        The known state of the drive; see the rules in `slipscale.hardware.output_state`.
+        State of the drive; for the rules, see `slipscale.hardware.output_state`.
     """
 
     name: ClassVar[str]
@@ -50,17 +51,16 @@ class GuardedOutput(ABC):
         self.clock = clock
         self.limits = limits
         self.output = Output.UNREACHABLE
-        self._opened = False  # `_connect` returned, and `_close` has not been called since
+        self._opened = False  # between `_connect` and `_close`
         self._on_time = OnTime(window_s=limits.duty_window_s)
         self._fault_known = False
-        self._vibration_known = False  # that it could not be stopped was reported
+        self._vibration_known = False  # whether a plate that cannot be stopped was reported
 
     def silence(self) -> None:
-        """Stop the vibration. May be called at any time, in any state, more than once.
+        """Stop the vibration. May be called at any time, in any state and repeatedly.
 
-        Raises `PlateFault` if the plate did not confirm, unless an earlier fault already reported
-        that the plate may be out of reach. `StillVibrating` (the plate may still vibrate) is
-        raised once in any case.
+        Raises `PlateFault` if the plate did not confirm that it is off, unless an earlier fault
+        already reported a lost connection. `StillVibrating` is raised once in any case.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:
@@ -80,9 +80,9 @@ class GuardedOutput(ABC):
                 self.output = Output.OFF
 
     def check(self) -> None:
-        """Raise the pending `PlateFault` since the last command, if there is one.
+        """Raise a `PlateFault` that occurred since the last command.
 
-        Must be fast, because it is called at every frame while a participant explores or answers.
+        This method must be fast, because it is called in every frame of a participant's step.
         """
         now_s = self.clock.now()
         if self._on_time.unattended_s(now_s) > self.limits.on_time_s:
@@ -100,9 +100,9 @@ class GuardedOutput(ABC):
             self._check()
 
     def close(self) -> None:
-        """Silence the plate and release the device.
+        """Silence the plate, and release the device.
 
-        The only `PlateFault` raised is `StillVibrating`, and only if it was not reported before.
+        Of all faults, only `StillVibrating` is raised, and only if it was not reported before.
         """
         self._fault_known = True
         try:
@@ -114,7 +114,7 @@ class GuardedOutput(ABC):
 
     @contextmanager
     def _commanding(self, *, vibrates: bool) -> Iterator[None]:
-        """Update the state of the output around a command, according to this module's rules."""
+        """Update the state of the output before and after a command."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
                 f"plate '{self.name}': it is not connected, or did not confirm that it is off; "
@@ -139,9 +139,9 @@ class GuardedOutput(ABC):
             except StillVibrating as still:
                 raise still from error
             except PlateFault:
-                pass  # the error being raised is sufficient
+                pass  # The current error is sufficient.
             raise
-        except BaseException:  # the session ends: `close` reports if the plate vibrates
+        except BaseException:  # The session ends; `close` reports if the plate vibrates.
             with suppress(PlateFault):
                 self.silence()
             self._vibration_known = False
@@ -157,14 +157,14 @@ class GuardedOutput(ABC):
 
     @abstractmethod
     def _silence(self) -> None:
-        """Stop the vibration and confirm it; do nothing if not connected."""
+        """Stop the vibration, and check that it has stopped; do nothing if not connected."""
 
     @abstractmethod
     def _close(self) -> None:
         """Release the device; do nothing if not connected."""
 
     def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
-        """Raise the pending fault since the last command, if there is one; must be fast."""
+        """Raise a fault that occurred since the last command. Must be fast."""
 
     def __exit__(self, *_error: object) -> None:
         self.close()

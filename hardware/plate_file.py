@@ -1,9 +1,9 @@
-"""The plate file: identity, limits, wiring and calibration.
+"""Read and write plate files, which contain identity, limits, wiring and calibration.
 
-TOML, written by ``slipscale plate new``, edited by hand, and signed by ``slipscale plate sign``.
-The signature is a checksum: a file that was edited afterwards is rejected until it is signed
-again. Limits wider than the shipped ones require an acknowledgement by name and are copied into
-the journal.
+Plate files are TOML files that ``slipscale plate new`` writes, users edit, and ``slipscale plate
+sign`` signs. The signature is a checksum: a file that was edited afterwards is rejected until it is
+signed again. Limits that are wider than the default limits require an acknowledgement by name and
+are copied into the journal.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from slipscale.hardware.limits import PlateLimits
 from slipscale.stimuli.file_keys import FileNames
 from slipscale.stimuli.quantity_table import QuantityTable, stated_quantity
 
-FOLDER = "plates"  # folder of plates that are named without a path
+FOLDER = "plates"  # folder of plate files that are given by name
 SUFFIX = ".toml"
 SHIPPED = PlateLimits()
 CHECKSUM = "sha256"
@@ -36,10 +36,10 @@ Range = tuple[Positive, Positive]
 
 
 class Identity(FrozenTable):
-    """The plate: its name, its number, and the number of the board or generator that drives it.
+    """Name and number of the plate, and serial number of the board or generator.
 
-    If ``serial`` is set, a calibration must name it (``--plate-serial``). If ``device_serial`` is
-    set, the device must report it.
+    If ``serial`` is set, a calibration must contain the same number (``--plate-serial``). If
+    ``device_serial`` is set, the device must report this number.
     """
 
     name: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_-]*$")]
@@ -48,7 +48,7 @@ class Identity(FrozenTable):
 
 
 class Geometry(FrozenTable):
-    """Size of the plate and of its ceramics in mm, for the record."""
+    """Size of the plate in mm and number of its ceramics, for the record."""
 
     length_mm: Positive | None = None
     width_mm: Positive | None = None
@@ -57,7 +57,7 @@ class Geometry(FrozenTable):
 
 
 class LimitsTable(FrozenTable):
-    """The plate's limits, see `PlateLimits`; volts are V peak at the plate."""
+    """Limits of the plate, see `PlateLimits`. Voltages are V peak at the plate."""
 
     level: Positive = SHIPPED.level
     voltage_v_peak: Positive = SHIPPED.voltage_v
@@ -77,10 +77,10 @@ class LimitsTable(FrozenTable):
         return self
 
     def beyond_shipped(self) -> dict[str, float]:
-        """Return the limits that are wider than the shipped ones, by name.
+        """Return the limits that are wider than the default limits, by name.
 
-        ``duty_window_s`` is not compared, because the shipped duty of 1 does not restrict
-        anything.
+        ``duty_window_s`` is not compared, because the default duty of 1 does not restrict the
+        plate.
         """
         shipped = LimitsTable()
         wider = {}
@@ -91,17 +91,17 @@ class LimitsTable(FrozenTable):
         return wider
 
 
-# Level fields; their keys in the file depend on the quantity.
+# Fields that are levels. Their keys in the file depend on the quantity.
 LEVELS = frozenset({"level", "deviation_level"})
-# Entries that a new file does not have.
+# Entries that new files do not contain.
 NOT_WRITTEN = ("geometry", CHECKSUM)
 LOWER_BOUNDS = ("frequency_min_hz",)
-# Table, entry and default of entries that older files lack.
+# Table, key and default of entries that older files do not contain.
 ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
 
 
 class Expected(FrozenTable):
-    """Bounds within which a calibration of this plate is plausible; None: `BOUNDS`."""
+    """Bounds within which a calibration of the plate is plausible; if None, `BOUNDS` apply."""
 
     resonance_hz: Range | None = None
     quality_factor: Range | None = None
@@ -109,7 +109,7 @@ class Expected(FrozenTable):
 
 
 class Wiring(FrozenTable):
-    """The drive of the plate; ``amplifier_gain`` and ``channel`` are those of a generator.
+    """Connection of the plate; ``amplifier_gain`` and ``channel`` are for generators.
 
     ``position`` and ``force`` are SPECs of the finger sensors.
     """
@@ -123,13 +123,13 @@ class Wiring(FrozenTable):
 
 
 class CalibrationPlace(FrozenTable):
-    """The calibration file, in the plate file's folder."""
+    """Name of the calibration file, which is in the same folder as the plate file."""
 
     file: Annotated[str, Field(min_length=1)]
 
 
 class Acknowledgement(FrozenTable):
-    """The person who takes responsibility for limits beyond the shipped ones, and the limits."""
+    """Limits beyond the default limits, and the person who takes responsibility for them."""
 
     by: Annotated[str, Field(min_length=1)]
     date: date
@@ -137,13 +137,13 @@ class Acknowledgement(FrozenTable):
     sha256: str = ""
 
     def checksum(self) -> str:
-        """Return the SHA-256 of name, date and limits; only ``--by`` writes it."""
+        """Return the SHA-256 of name, date and limits, which only ``--by`` writes."""
         content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 class PlateFile(FrozenTable):
-    """A plate as described by its file."""
+    """Content of a plate file."""
 
     identity: Identity
     wiring: Wiring
@@ -156,7 +156,7 @@ class PlateFile(FrozenTable):
     notes: str = ""
 
     def plate_limits(self) -> PlateLimits:
-        """Return the limits in the form that a driver enforces."""
+        """Return the limits for a driver."""
         table = self.limits.model_dump()
         table["voltage_v"] = table.pop("voltage_v_peak")
         return PlateLimits(quantity=self.quantity.quantity, **table)
@@ -171,9 +171,9 @@ class PlateFile(FrozenTable):
         return self
 
     def beyond_shipped(self) -> dict[str, float]:
-        """Return the limits that are wider than the shipped ones, by their keys.
+        """Return the limits that are wider than the default limits, by their keys.
 
-        For other quantities, no largest level is shipped, so that any largest level is wider.
+        For quantities other than µm, there is no default level, so any largest level is wider.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.of_plate:
@@ -182,29 +182,29 @@ class PlateFile(FrozenTable):
         return {quantity.named(name): value for name, value in wider.items()}
 
     def in_file(self) -> dict[str, Any]:
-        """Return the content under the keys of its file, ready for JSON."""
+        """Return the content as JSON data, with the keys of the file."""
         table = self.model_dump(mode="json")
         quantity = self.quantity.quantity
         if quantity.of_plate:
-            del table["quantity"]  # older files do not have it
+            del table["quantity"]  # Older files do not contain it.
         elif quantity.named("level") in table["limits"]:
-            del table["limits"][quantity.named("level")]  # the level is the drive voltage
+            del table["limits"][quantity.named("level")]  # The level is the drive voltage.
         return FileNames(quantity, LEVELS, frozenset({"limits"})).to_file(table)
 
     def unacknowledged(self) -> dict[str, float]:
-        """Return the limits that are wider than the shipped ones and not acknowledged."""
+        """Return the limits that are wider than the default limits and not acknowledged."""
         known = self.acknowledgement.limits if self.acknowledgement else {}
         return {
             name: each for name, each in self.beyond_shipped().items() if known.get(name) != each
         }
 
     def acknowledged_by_command(self) -> bool:
-        """Return whether the acknowledgement is exactly as ``plate sign --by`` wrote it."""
+        """Return whether the acknowledgement was written by ``plate sign --by`` and not changed."""
         known = self.acknowledgement
         return known is not None and known.sha256 == known.checksum()
 
     def implausible(self, calibration: Calibration) -> list[str]:
-        """Return the values in a calibration that do not fit this plate."""
+        """Describe the values in a calibration that do not fit this plate."""
         stated = [
             ("backend", calibration.device.backend, self.wiring.backend),
             ("plate", calibration.device.plate, self.identity.serial),
@@ -219,7 +219,7 @@ class PlateFile(FrozenTable):
         return found
 
     def summary(self) -> dict[str, object]:
-        """Return the file's content and its checksum, ready for JSON."""
+        """Return the content and the checksum as JSON data."""
         return {**_stated(self.in_file()), CHECKSUM: checksum(self)}
 
 
@@ -228,10 +228,10 @@ class _Signed(PlateFile):
 
 
 def checksum(plate: PlateFile) -> str:
-    """Return the SHA-256 of a plate's content, independent of the file's layout.
+    """Return the SHA-256 of a plate file's content, regardless of its layout.
 
-    An entry that was added after the first release counts only if it differs from its default, so
-    that files signed earlier stay valid.
+    Entries that were added after the first release are included only if they differ from their
+    default, so that older signatures remain valid.
     """
     table = plate.in_file()
     for part, name, default in ADDED_LATER:
@@ -254,7 +254,7 @@ def _without_checksum(signed: _Signed) -> PlateFile:
 
 
 def _stated(table: dict[str, object]) -> dict[str, object]:
-    """Return a table without entries that are None."""
+    """Return a table without the entries that are None."""
     return {
         key: _stated(value) if isinstance(value, dict) else value
         for key, value in table.items()
@@ -263,29 +263,29 @@ def _stated(table: dict[str, object]) -> dict[str, object]:
 
 
 def path_of(text: str, folder: Path) -> Path:
-    """Return a plate file's path: as given, or ``plates/NAME.toml`` for a name."""
+    """Return the path of a plate file: the given path, or ``plates/NAME.toml`` for a name."""
     return folder / text if text.endswith(SUFFIX) else folder / FOLDER / f"{text}{SUFFIX}"
 
 
 def read_plate(path: Path) -> PlateFile:
-    """Read a plate file, signed or not.
+    """Read a plate file without checking its signature.
 
     Raises
     ------
     UserError
-        If the file cannot be read, or an entry is missing or impossible.
+        If the file cannot be read, or if an entry is missing or impossible.
     """
     return _without_checksum(_read_signed(path))
 
 
 def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
-    """Return a plate as described by its signed file, and its calibration.
+    """Read a signed plate file and its calibration.
 
     Raises
     ------
     UserError
         If the file cannot be read, was changed after it was signed, has unacknowledged limits
-        beyond the shipped ones, or its calibration is not for this plate.
+        beyond the default limits, or has a calibration of another plate.
     """
     signed = _read_signed(path)
     plate = _without_checksum(signed)
@@ -311,7 +311,7 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
 
 
 def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
-    """Write a plate file with the shipped limits, signed. Raises UserError."""
+    """Write a signed plate file with the default limits. Raises UserError."""
     import tomlkit  # noqa: PLC0415 - not needed to read
 
     expected = Expected.model_validate(BOUNDS)
@@ -346,26 +346,26 @@ EXAMPLES = {
 
 
 def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
-    """Write the checksum of a plate file's current content, and an acknowledgement of wide limits.
+    """Update the checksum of a plate file, and acknowledge limits beyond the default limits.
 
     Parameters
     ----------
     path : Path
-        The plate file; its comments and layout are kept.
+        Path of the plate file. Comments and layout are not changed.
     beyond_by : str
-        Name of the person who acknowledges limits beyond the shipped ones; "" acknowledges none.
+        Name of the person who acknowledges limits beyond the default limits; "" acknowledges none.
     today : date
         Date of the acknowledgement.
 
     Returns
     -------
     dict of str to float
-        The limits that are beyond the shipped ones.
+        The limits that are beyond the default limits.
 
     Raises
     ------
     UserError
-        If the file cannot be read or written, or has such limits without an acknowledgement.
+        If the file cannot be read or written, or if such limits are not acknowledged.
     """
     import tomlkit  # noqa: PLC0415
 
@@ -391,7 +391,7 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     if CHECKSUM in document:
         document[CHECKSUM] = checksum(signed)
         text = tomlkit.dumps(document)
-    else:  # top-level keys come before the first table
+    else:  # In TOML, top-level keys must come before the first table.
         text = f'{CHECKSUM} = "{checksum(signed)}"\n{tomlkit.dumps(document)}'
     _write(path, text, mode="w")
     return beyond

@@ -1,4 +1,4 @@
-"""Records that a plate reports: identity, output, readback and presentation.
+"""Define the records that a plate reports: identity, output, readback and presentation.
 
 `hardware.driver` re-exports them.
 """
@@ -16,7 +16,7 @@ ReadbackKind = Literal["measured", "applied", "commanded", "none"]
 
 
 class Output(StrEnum):
-    """The known state of a plate's drive; see the rules in `slipscale.hardware.output_state`."""
+    """Known state of a plate's drive; for the rules, see `slipscale.hardware.output_state`."""
 
     OFF = "confirmed off"
     MAY_BE_ON = "may be on"
@@ -25,7 +25,7 @@ class Output(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateIdentity:
-    """The device's identity (the four fields of IEEE 488.2 ``*IDN?``)."""
+    """Identity of a device, as the four fields of IEEE 488.2 ``*IDN?``."""
 
     manufacturer: str
     model: str
@@ -34,17 +34,18 @@ class PlateIdentity:
 
     @property
     def emulated(self) -> bool:
-        """Whether a program emulates the board, so that a finger would feel nothing."""
+        """Whether the board is emulated, so that a finger would feel nothing."""
         return self.serial.startswith(EMULATED)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readback:
-    """The plate's reported state; ``kind`` states how reliable the readback is.
+    """Reported state of the plate; ``kind`` describes how reliable the readback is.
 
-    "measured": by a sensor; "applied": computed from the active drive; "commanded": only an echo;
-    "none": ``level`` is None. ``time_s`` is the host's clock. The drive voltage at the plate (the
-    largest, for a texture) and the temperature are None if unknown.
+    A level is "measured" by a sensor, "applied" if computed from the active drive, "commanded" if
+    it only repeats the command, or "none" if ``level`` is None. ``time_s`` is the time of the
+    host's clock. Drive voltage at the plate (for a texture, the largest) and temperature are None
+    if unknown.
     """
 
     level: float | None
@@ -56,11 +57,11 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """A settled surface, with the evidence for it.
+    """Settled surface, with the evidence that it was reached.
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
-    amplitude, None without a calibration; ``readback.voltage_v_peak`` is the reported one.
-    ``second_readback_level`` is the readback of a second actuator.
+    amplitude, or None without a calibration. ``second_readback_level`` is the readback of a second
+    actuator.
     """
 
     commanded_level: float

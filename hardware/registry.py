@@ -1,4 +1,4 @@
-"""The installed backends, found by entry point; `hardware.driver` re-exports these functions."""
+"""Find installed backends by their entry points."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ PORT = re.compile(r"(/dev/)?(tty\w|cu\.)|/dev/|COM\d", re.IGNORECASE)  # a SPEC 
 
 
 class Backend(Protocol):
-    """An entry point of the group ``slipscale.backends``: it creates a driver."""
+    """Interface of an entry point in the group ``slipscale.backends``, which creates a driver."""
 
     def __call__(self, address: str, *, clock: Clock, seed: int) -> PlateDriver:
         """Return a driver that is not yet connected.
@@ -29,17 +29,17 @@ class Backend(Protocol):
         Parameters
         ----------
         address : str
-            The part of the plate's SPEC after the colon: a port, a VISA resource, or "".
+            Part of the plate's SPEC after the colon: a port, a VISA resource, or "".
         clock : Clock
-            The session's clock.
+            Clock of the session.
         seed : int
-            Random seed of a simulated backend; others ignore it.
+            Random seed for simulated backends.
         """
 
 
 @cache
 def _installed() -> EntryPoints:
-    # Cached: searching all installed packages takes about 15 ms; they do not change during a run.
+    # Cached, because searching all installed packages takes about 15 ms.
     return entry_points(group=BACKENDS)
 
 
@@ -49,7 +49,7 @@ def backend_names() -> list[str]:
 
 
 def unknown_backend(spec: str) -> str:
-    """Return the error message for a SPEC with a backend that is not installed.
+    """Return the error message for a SPEC with an unknown backend.
 
     >>> unknown_backend("ttyACM0")
     "unknown backend 'ttyACM0'; a port needs the name of its backend: serial:/dev/ttyACM0"
@@ -65,12 +65,12 @@ def unknown_backend(spec: str) -> str:
 
 
 def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:
-    """Return the driver that a SPEC names (``mock``, ``serial:PORT``, ``scpi:RESOURCE``).
+    """Return the driver for a SPEC such as ``mock``, ``serial:PORT`` or ``scpi:RESOURCE``.
 
     Raises
     ------
     UserError
-        If no backend of that name is installed.
+        If no backend with this name is installed.
     """
     name, _, address = spec.partition(":")
     found = {point.name: point for point in _installed()}

@@ -1,13 +1,13 @@
-"""Track a drifting resonance: three points around its last frequency, and a parabola's vertex.
+"""Track a drifting resonance with measurements at three frequencies.
 
 Near one resonance, the amplitude at constant drive voltage is
 
     A(f) = A0 / sqrt(1 + 4 Q² (f - f0)² / f0²),
 
-so that 1/A² is a parabola in f, which three points determine; its vertex is f0. A driver board
-follows its resonance automatically. A function generator or a sound card drives at the calibrated
-frequency, and the resonance of a plate that warms up drifts away from it, by 5 Hz per kelvin. A
-detuning of 52 Hz costs 2 % of the amplitude with Q = 60, and 20 % with Q = 200.
+so 1/A² is a parabola in f with its vertex at f0, and three points determine it. A driver board
+follows the resonance automatically. A function generator or a sound card drives the plate at the
+calibrated frequency, but the resonance of a plate that warms up drifts by 5 Hz per kelvin. A
+detuning of 52 Hz reduces the amplitude by 2 % if Q = 60, and by 20 % if Q = 200.
 """
 
 from __future__ import annotations
@@ -24,24 +24,24 @@ if TYPE_CHECKING:
     from slipscale.hardware.calibration.record import Resonance
     from slipscale.hardware.driver import PlateDriver
 
-SWEEP_UM_PP = 0.3  # amplitude of the sweep at resonance, hardly felt
-POINTS = (-0.5, 0.0, 0.5)  # in half-widths of the resonance
-AGREES = 0.15  # of the swept amplitude: allowed deviation of the peak from the calibration
-LARGEST_SHIFT = 1.0  # in half-widths from the calibrated resonance; more requires a new calibration
+SWEEP_UM_PP = 0.3  # amplitude of the sweep at resonance, hardly perceptible
+POINTS = (-0.5, 0.0, 0.5)  # distance of the points, in half-widths of the resonance
+AGREES = 0.15  # allowed relative deviation of the peak from the calibration
+LARGEST_SHIFT = 1.0  # largest drift, in half-widths of the resonance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tracking:
-    """The result of a new sweep.
+    """Result of tracking the resonance.
 
     Parameters
     ----------
     before_hz, frequency_hz : float
-        Drive frequency before and after; equal if the sweep was rejected.
+        Drive frequency before and after tracking; equal if the points were rejected.
     points : tuple of (float, float)
         Frequencies in Hz and measured amplitudes in µm peak to peak.
     refused : str
-        Why the points were rejected; empty if they were accepted.
+        Reason why the points were rejected; empty if they were accepted.
     """
 
     before_hz: float
@@ -51,17 +51,17 @@ class Tracking:
 
 
 def half_width_hz(resonance: Resonance) -> float:
-    """Return the distance from resonance at which the amplitude has fallen to 71 %."""
+    """Return the detuning at which the amplitude is 71 % of the amplitude at resonance."""
     return resonance.frequency_hz / (2 * resonance.quality_factor)
 
 
 def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return frequency and amplitude of the resonance through three points.
+    """Return the frequency and amplitude of the resonance through three points.
 
     Raises
     ------
     UserError
-        If the points do not lie on a resonance: an amplitude is 0, or the points form a valley.
+        If the points are not on a resonance curve.
 
     Examples
     --------
@@ -86,24 +86,24 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
-    """Find the current resonance and use it for later drives; the plate is silent afterwards.
+    """Find the current resonance, and use it for later drives. The plate is silent afterwards.
 
     Parameters
     ----------
     plate : PlateDriver
-        Connected and calibrated; its limits also apply to the sweep.
+        Connected and calibrated driver. Its limits also apply to the measurements.
     measure_um_pp : callable
-        Returns the settled amplitude that an instrument measures now, µm peak to peak.
+        Function that returns the settled amplitude measured by an instrument, in µm peak to peak.
 
     Raises
     ------
     PlateRefused
-        If the plate follows its resonance automatically, or is not calibrated.
+        If the plate follows its resonance automatically or is not calibrated.
     OffCalibration
-        If, at resonance, the amplitude differs from the calibration's prediction: the amplifier,
-        the plate or the instrument has changed.
+        If the amplitude at resonance differs from the calibration's prediction, so that the
+        amplifier, the plate or the instrument has changed.
     PlateFault
-        If the rig failed. The plate is silenced.
+        If the rig fails. The plate is silenced.
     """
     if not plate.tracks or plate.calibration is None:
         raise PlateRefused(f"backend '{plate.name}' has no resonance to track")

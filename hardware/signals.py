@@ -1,17 +1,16 @@
-"""Convert signals that end a session to exceptions, so that every `finally` silences the plate.
+"""Convert signals that end a session to exceptions, so that the plate is always silenced.
 
 By default, SIGTERM and SIGHUP end Python without leaving ``with`` blocks or running ``finally``
-clauses. With exceptions, the driver's ``close`` (`slipscale.hardware.driver`) silences the plate;
-in a session, `Session.run` does so before it.
+clauses. With an exception, `Session.run` or the driver's ``close`` (`slipscale.hardware.driver`)
+silences the plate.
 
-An exception raised by a handler can be lost: in a destructor, in a library's callback, or in an
-``except BaseException: pass`` (PsychoPy has one where its window opens). The signal is therefore
-also recorded. `raise_if_ended` raises it again at every frame, wait and prompt, and so does the
-end of the block.
+An exception raised by a signal handler can be lost in a destructor, in a library's callback, or in
+an ``except BaseException: pass``, as in PsychoPy when it opens a window. The signal is therefore
+also recorded. `raise_if_ended` raises the exception again in every frame, wait and prompt, and at
+the end of the block.
 
-A signal that arrives while a block is being left (for example, between two exits of a stack) would
-skip the remaining exits. Code that leaves a block therefore announces it first, and the signal is
-raised at the block's end.
+A signal that arrives between two exits of a stack would skip the remaining exits. Code that leaves
+a block therefore announces this first, and the exception is raised at the end of the block.
 """
 
 from __future__ import annotations
@@ -30,9 +29,9 @@ from slipscale.faults import RigError
 if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
-# Pressing Ctrl-C twice, or closing the terminal (which sends several signals), must not interrupt
-# the code that silences the plate. Signals are not ignored for longer, because an exception can be
-# lost in a library's callback and a session must never become unstoppable.
+# Pressing Ctrl-C twice, or closing the terminal, which sends several signals, must not interrupt
+# the code that silences the plate. Signals are ignored only for this time, so that a session can
+# always be stopped even if an exception was lost.
 IGNORED_S = 2.0
 # Includes signals that would stop or abort the program and leave a generator on: SIGQUIT (Ctrl-\\)
 # and SIGTSTP (Ctrl-Z). SIGBREAK is specific to Windows.
@@ -40,23 +39,23 @@ ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGBREAK")
 
 
 class EndedBySignal(KeyboardInterrupt):
-    """The operating system or a user asked the program to end."""
+    """Raised if the operating system or a user ends the program with a signal."""
 
 
 class _Noted:
-    """The signal that asked the current block to end; empty before."""
+    """Signal that ended the current block; empty before."""
 
     name = ""
 
 
 def note_signal(number: int) -> EndedBySignal:
-    """Record a signal that asked the program to end; return the exception to raise."""
+    """Record a signal that ends the program, and return the exception to raise."""
     _Noted.name = signal.Signals(number).name
     return EndedBySignal(_Noted.name)
 
 
 def raise_if_ended() -> None:
-    """Raise `EndedBySignal` if a signal asked the program to end and the exception was lost."""
+    """Raise `EndedBySignal` if a signal was recorded, because the exception may have been lost."""
     if _Noted.name:
         raise EndedBySignal(_Noted.name)
 
@@ -65,14 +64,15 @@ def raise_if_ended() -> None:
 def signals_raise() -> Iterator[Callable[[], None]]:
     """Convert signals that end the program to `EndedBySignal` inside the block.
 
-    For `IGNORED_S` after the first signal, others are ignored while the plate is being silenced. A
-    block that lost the exception still ends with it. Only the main thread may call this.
+    For `IGNORED_S` after the first signal, other signals are ignored while the plate is silenced.
+    If the exception is lost, it is raised at the end of the block. Only the main thread may call
+    this function.
 
     Yields
     ------
     callable
-        Call it before leaving the block: the first signal after it is raised at the block's end, a
-        second one immediately.
+        Function to call before leaving the block. The exception for the first signal afterwards is
+        raised at the end of the block, and for a second signal immediately.
     """
     first_s, leaving = -math.inf, False
 
@@ -80,7 +80,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         nonlocal leaving
         leaving = math.isinf(first_s)
 
-    if sys.exception() is None:  # unless the block is itself part of ending
+    if sys.exception() is None:  # unless the program is already ending
         raise_if_ended()
     outside, _Noted.name = _Noted.name, ""
 
@@ -93,7 +93,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         ended = note_signal(number)
         if not leaving:
             raise ended
-        leaving = False  # code that hangs on exit can be ended
+        leaving = False  # Code that hangs on exit can thus be ended.
 
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
     before = {number: signal.signal(number, handle) for number in numbers}
@@ -101,7 +101,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         yield leave
         raise_if_ended()
     except Exception as error:
-        # A library's error after it swallowed the exception is not the cause.
+        # If a library lost the exception and raised an error afterwards, the signal is the cause.
         if isinstance(error, RigError) or _follows(error):
             raise
         raise_if_ended()
@@ -121,7 +121,7 @@ def _follows(error: BaseException | None) -> bool:
 
 @contextmanager
 def silent_on_signals(driver: PlateDriver) -> Iterator[None]:
-    """Close the plate's driver, which silences it, however the block ends, including signals."""
+    """Close the driver, which silences the plate, at the end of the block, also after signals."""
     with signals_raise() as leave:
         try:
             yield

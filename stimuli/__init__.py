@@ -1,1 +1,1 @@
-"""Stimuli: virtual surfaces, squeeze film, textures, masking noise."""
+"""Define stimuli: virtual surfaces, textures and masking noise; and the squeeze-film models."""

@@ -1,7 +1,7 @@
-"""The attributes of surfaces that participants judge, with words in each language of the screens.
+"""Define the attributes of surfaces that participants judge, with words in each language.
 
-A study names its ``attribute``; texts and descriptions have placeholders for the words. For an
-attribute that is not listed, the study defines the words in ``[attribute_words]``.
+A study sets its ``attribute``, and texts contain placeholders for the words. If an attribute is not
+listed, the study defines the words in ``[attribute_words]``.
 """
 
 from __future__ import annotations
@@ -14,18 +14,19 @@ SLIPPERINESS = "slipperiness"
 
 
 class AttributeWords(NamedTuple):
-    """The words of an attribute in one language, for placeholders in texts.
+    """Words for an attribute in one language, for placeholders in texts.
 
     Parameters
     ----------
     adjective : str
-        "slippery"; in languages with genders, agreeing with "surface" (feminine).
+        Adjective, such as "slippery". In languages with genders, it agrees with "surface"
+        (feminine).
     noun : str
-        "slipperiness".
+        Noun, such as "slipperiness".
     masculine, plural : str
         Other forms of the adjective, if the language has them.
     more, less : str
-        Words before the adjective for a surface with a higher and with a lower level.
+        Words before the adjective for a surface with a higher or a lower level.
     """
 
     adjective: str
@@ -37,11 +38,11 @@ class AttributeWords(NamedTuple):
 
     @property
     def falling(self) -> AttributeWords:
-        """The words for an attribute that decreases with the level."""
+        """Words for an attribute that decreases with the level."""
         return self._replace(more=self.less, less=self.more)
 
     def fill(self, text: str) -> str:
-        """Return a text with its placeholders replaced by the words.
+        """Replace the placeholders in a text by the words.
 
         >>> ATTRIBUTES["roughness"]["en"].fill("How <adjective> is this surface?")
         'How rough is this surface?'
@@ -85,7 +86,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, AttributeWords]] = {
 
 
 def english_adjective(attribute: str) -> str:
-    """Return an attribute's adjective; for one that is not listed, a phrase with its noun.
+    """Return the English adjective for an attribute, or a phrase with its noun.
 
     >>> english_adjective("roughness"), english_adjective("brightness")
     ('rough', 'high in brightness')

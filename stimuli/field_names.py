@@ -1,6 +1,6 @@
-"""Names of fields in the code, and their names in files in µm.
+"""Convert between the names of fields in the code and in files in µm.
 
-Code names do not contain a unit, because a level is a number in any quantity:
+Names in the code do not contain a unit, because levels may be in any quantity:
 
 ===============  ===================  ===================  ==============================
 in the code      in a file in µm      in a file in volts   conversion
@@ -16,11 +16,11 @@ from __future__ import annotations
 import re
 from functools import cache
 
-#: Name in a file in µm, and in the code; the first match applies. Placeholders are in `PLACES`.
+#: Name in files in µm -> name in the code. The first match applies. For placeholders, see `PLACES`.
 NAMES = (
     ("{interval}amplitude{when}_um_pp", "{interval}level{when}"),
     ("amplitudes_um_pp", "levels"),
-    ("level_um_pp", "track_level"),  # of a track: distance from the standard
+    ("level_um_pp", "track_level"),  # distance of a track from the standard
     ("tolerance_um", "deviation_level"),
     ("comparisons_um_pp", "comparison_levels"),
     ("references_um_pp", "reference_levels"),
@@ -34,7 +34,7 @@ PLACES = {
 
 
 def in_code(name: str) -> str:
-    """Return the code's name for a name in files in µm; other names are returned unchanged.
+    """Convert a name in files in µm to the name in the code; return other names unchanged.
 
     >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
     ('standard_level', 'level_before', 'trial')
@@ -43,7 +43,7 @@ def in_code(name: str) -> str:
 
 
 def in_um(name: str) -> str:
-    """Return the name in files in µm for a name in the code, the inverse of `in_code`.
+    """Convert a name in the code to the name in files in µm, the inverse of `in_code`.
 
     >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
     ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')

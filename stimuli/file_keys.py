@@ -1,4 +1,4 @@
-"""The keys of a file in one quantity, and the fields in the code that they set."""
+"""Convert between the keys of a file in any quantity and the fields in the code."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from slipscale.stimuli.quantity import Quantity
 
-#: Suffix that makes a key unknown to every model.
+#: Suffix for keys that must be rejected as unknown.
 UNKNOWN = "?"
 
 
 def renamed(data: Any, name: Callable[[str], str]) -> Any:
-    """Return plain data with the keys of all tables renamed."""
+    """Rename the keys of all tables in plain data."""
     if isinstance(data, dict):
         return {name(key): renamed(value, name) for key, value in data.items()}
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
@@ -23,17 +23,17 @@ def renamed(data: Any, name: Callable[[str], str]) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class FileNames:
-    """The keys of a file in one quantity, and the code's fields for them.
+    """Conversion of keys for files in one quantity.
 
     Parameters
     ----------
     quantity : Quantity
     fields : frozenset of str
-        The fields that contain levels.
+        Fields that contain levels.
     tables : frozenset of str
-        Tables that may contain them, in addition to the top level; other tables are unchanged.
+        Tables in which keys are converted, in addition to the top level.
     other : Mapping
-        Tables with levels in another quantity -> that quantity.
+        Tables with levels in another quantity -> quantity.
     """
 
     quantity: Quantity
@@ -42,7 +42,7 @@ class FileNames:
     other: Mapping[str, Quantity] = field(default_factory=dict)
 
     def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        """Convert a place in the model to a place in the file, with the file's keys."""
+        """Convert a position in the model to a position in the file."""
         top = place[0] if place else ""
         keys = len(place) if top in self.tables else 1
         quantity = self.quantity_in(top)
@@ -55,10 +55,10 @@ class FileNames:
         )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Return a file's content with field names as keys."""
+        """Convert the content of a file to field names."""
 
         def naming(quantity: Quantity) -> Callable[[str], str]:
-            # A field's own name is not a valid key: the file uses the name with the unit.
+            # In files, only names with a unit are valid keys, not names of fields.
             field_of = {field: field + UNKNOWN for field in self.fields}
             field_of |= {self._key(field, quantity): field for field in self.fields}
             return lambda key: field_of.get(key, key)
@@ -66,7 +66,7 @@ class FileNames:
         return self._renamed(table, naming)
 
     def to_file(self, table: dict[str, object]) -> dict[str, object]:
-        """Return a file's content, given one with field names as keys."""
+        """Convert content with field names to the keys of the file."""
         return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
     def _renamed(
@@ -81,7 +81,7 @@ class FileNames:
         }
 
     def quantity_in(self, table: int | str) -> Quantity:
-        """Return the quantity of the levels in a table, or of a key at the top level."""
+        """Return the quantity of the levels in a table, or of a top-level key."""
         return self.other.get(str(table), self.quantity)
 
     def _key(self, field: str, quantity: Quantity) -> str:

@@ -1,9 +1,10 @@
-"""Friction maps: surfaces whose amplitude is the grey value of an image at the finger's position.
+"""Define friction maps: surfaces whose amplitude depends on the grey value of an image.
 
-A one-row image is a profile along the stroke; without a sensor it is played for a finger of the
-assumed speed, from its left end. An image with several rows needs the finger's position in both
-directions. The middle of the image is at the sensor's zero, and its top is at positive y. Between
-pixels, the amplitude is interpolated; beyond the image, the nearest pixel's amplitude is used.
+An image with one row is a profile along the stroke. Without a sensor, the profile is played from
+the left for a finger with the assumed speed. An image with several rows requires the position of
+the finger in both directions. The middle of the image is at the sensor's zero, and the top of the
+image is at positive y. The amplitude is interpolated between pixels; beyond the image, the nearest
+pixel is used.
 """
 
 from __future__ import annotations
@@ -22,19 +23,19 @@ from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
 from slipscale.stimuli.surface import Sensor
 
 WHITE = 255
-# Journals contain the image with each presentation, and a finger does not feel more.
+# Limits on the size of images, which journals contain for each presentation.
 MOST_PIXELS = 16_384
 Greys = tuple[bytes, ...]  # rows, from the top; 0 is black
 
 
 def packed(rows: Greys) -> str:
-    """Return the rows of an image as text, for study files and journals."""
+    """Encode the rows of an image as text, for study files and journals."""
     return base64.b64encode(zlib.compress(b"".join(rows), 9)).decode()
 
 
 @cache
 def _unpacked(pixels: str, columns: int) -> Greys:
-    """Return the rows of an image. Raises `ValueError` if the text is not an image."""
+    """Decode the rows of an image. Raises `ValueError` if the text is not an image."""
     decoder = zlib.decompressobj()
     greys = decoder.decompress(base64.b64decode(pixels, validate=True), MOST_PIXELS + 1)
     if not 0 < len(greys) <= MOST_PIXELS or not columns > 0 or len(greys) % columns:
@@ -44,26 +45,26 @@ def _unpacked(pixels: str, columns: int) -> Greys:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionMap(Parametric):
-    """A surface whose amplitude is given by an image's grey values.
+    """Surface whose amplitude is given by the grey values of an image.
 
     Parameters
     ----------
     pixels : str
         The image, as returned by `packed`.
     columns : int
-        Pixels per row.
+        Number of pixels per row.
     image : str
-        Name of the image's file.
+        Name of the image file.
     label, name : str
         See `slipscale.stimuli.texture.Grating`.
 
     Raises
     ------
     UserError
-        If a parameter is out of range, or there is no image.
+        If a parameter is out of range or the image is invalid.
     """
 
-    #: The entry by which a record of a map is recognised.
+    #: Entry that identifies records of friction maps.
     MARK: ClassVar = "pixels"
 
     black_level: Annotated[
@@ -116,23 +117,23 @@ class FrictionMap(Parametric):
 
     @property
     def needs_sensor(self) -> bool:
-        """Whether the finger's position must be measured: the image has several rows."""
+        """Whether the position of the finger must be measured, because there are several rows."""
         return self._changes and len(self._rows) > 1
 
     @property
     def sensor(self) -> Sensor | None:
-        """The sensor that the map follows: the position, unless all amplitudes are the same."""
+        """Sensor that the map follows; None if all amplitudes are the same."""
         return "position" if self._changes else None
 
     @property
     def level(self) -> float:
-        """The largest amplitude."""
+        """Largest amplitude."""
         greys = b"".join(self._rows)
         return max(self._level(min(greys)), self._level(max(greys)))
 
     @property
     def settled_level(self) -> float:
-        """The level at which the plate settles: the map's mean."""
+        """Level at which the plate settles, the mean of the map."""
         greys = b"".join(self._rows)
         return self._level(sum(greys) / len(greys))
 
@@ -142,12 +143,12 @@ class FrictionMap(Parametric):
 
     @property
     def caption(self) -> str:
-        """The image's file."""
+        """Name of the image file."""
         return self.image
 
     @property
     def summary(self) -> str:
-        """Amplitudes, image and size in words."""
+        """Description of amplitudes, image and size."""
         return (
             f"{self.black_level:g} (black) to {self.white_level:g} (white), {self.image}, "
             f"{self._width_mm:g} x {len(self._rows) * self.pixel_mm:g} mm"
@@ -167,7 +168,7 @@ class FrictionMap(Parametric):
         return self._level(grey(row) + (across - row) * (grey(below) - grey(row)))
 
     def shown(self, share: float) -> float:
-        """Return the amplitude along the middle of the map, for a picture."""
+        """Return the amplitude on the centre line of the map, for a picture."""
         return self.level_at((share - 0.5) * self._width_mm)
 
     def change(
@@ -178,12 +179,12 @@ class FrictionMap(Parametric):
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the profile for a finger of the assumed speed; None if it cannot be played.
+        """Return the profile for a finger with the assumed speed, or None.
 
         Raises
         ------
         UserError
-            If the finger crosses the map faster than plate or line can follow.
+            If the plate or the line is too slow for the profile.
         """
         if not self._changes or self.needs_sensor:
             return None
@@ -205,7 +206,7 @@ class FrictionMap(Parametric):
         )
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how much of the map's range plate and friction follow at the assumed speed."""
+        """Return how well plate and friction follow the map at the assumed speed."""
         if not self._changes:
             return None
         return Followed(
@@ -218,7 +219,7 @@ class FrictionMap(Parametric):
         )
 
     def _range_after(self, *time_constants_s: float) -> float:
-        """Return the fraction of the grey range that remains after first-order lags."""
+        """Return the fraction of the range of grey values that remains after first-order lags."""
         found: list[float] = []
         for row in self._rows:
             greys = [float(each) for each in row]
@@ -235,5 +236,5 @@ class FrictionMap(Parametric):
 
 
 def _between(place: float, count: int) -> float:
-    """Return the fractional pixel index for a position in pixels from the middle."""
+    """Convert a position in pixels from the middle to a fractional pixel index."""
     return min(max(place + (count - 1) / 2, 0.0), float(count - 1))

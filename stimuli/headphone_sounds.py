@@ -1,9 +1,9 @@
-"""Sounds that test whether headphones are worn and play in both ears.
+"""Generate sounds that test whether headphones are worn and play in both ears.
 
-One of three tones is quieter, and one of the two loud tones has opposite phase in the two ears. In
-headphones the phase makes little difference. From loudspeakers, the two channels cancel in the
-air, so that the tone in antiphase seems the quietest: Woods, Siegel, Traer and McDermott (2017),
-Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
+One of three tones is quieter, and one of the two loud tones has opposite phase in the two ears.
+With headphones, the phase makes little difference. With loudspeakers, the two channels cancel in
+the air, so the tone in antiphase seems the quietest. Source: Woods, Siegel, Traer and McDermott
+(2017), Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
 Psychophysics 79, 2064-2072, doi:10.3758/s13414-017-1361-2, "Method".
 """
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 Ears = Literal["left", "right", "both"]
 EARS: tuple[Ears, ...] = ("left", "right", "both")
-# Woods et al. (2017): 200 Hz cancels over a wide area in front of two loudspeakers.
+# In front of two loudspeakers, 200 Hz cancels over a wide area (Woods et al., 2017).
 TONE_HZ, TONE_S, RAMP_S, GAP_S = 200.0, 1.0, 0.1, 0.5
 QUIETER_DB = 6.0
 TONES = 3
@@ -32,12 +32,12 @@ NOISE_S = 2.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tones:
-    """Three tones in sequence.
+    """Sequence of three tones.
 
     Parameters
     ----------
     quiet, antiphase : int
-        Number (1, 2 or 3) of the quieter tone, and of the loud tone in antiphase.
+        Number (1, 2 or 3) of the quieter tone and of the loud tone in antiphase.
     level_db : float
         Level of the loud tones, re a full-scale sine.
     """
@@ -76,7 +76,7 @@ class Tones:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NoiseInEar:
-    """Masking noise of limited duration, in one ear or both.
+    """Masking noise of limited duration in one ear or both ears.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""Pink noise for the headphones, so that the plate is felt but not heard.
+"""Generate pink noise for headphones, so that participants do not hear the plate.
 
 Pink noise has equal power in every octave: its power spectral density falls as 1/f, by 3.01 dB per
-octave. It is generated in the frequency domain, so that its end joins its beginning and it can be
-repeated seamlessly for a whole session.
+octave. The noise is generated in the frequency domain, so that it can be repeated seamlessly for a
+whole session.
 """
 
 from __future__ import annotations
@@ -34,33 +34,33 @@ def pink_noise(
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine, as in AES17; below 0.
+        Root mean square in dB re a full-scale sine, as in AES17; must be below 0.
     seed : int
-        The same seed gives the same noise.
+        Random seed; the same seed gives the same noise.
     duration_s : float
-        The period in s.
+        Duration of the period.
     sample_rate_hz : float
         Samples per second.
     low_hz, high_hz : float
-        The band that contains all power; ``high_hz`` is limited to half the sample rate.
+        Frequency band of the noise; ``high_hz`` is limited to half the sample rate.
 
     Returns
     -------
     ndarray of float32, shape (round(duration_s * sample_rate_hz),)
-        Full scale is -1 to 1.
+        Samples with a full scale of -1 to 1.
 
     Raises
     ------
     UserError
-        If the level is not finite, or so high that a peak would exceed full scale. Noise is never
-        clipped, because clipping would change its spectrum.
+        If the level is not finite, or so high that a peak would exceed full scale. The noise is
+        never clipped, because clipping would change its spectrum.
     """
     if not math.isfinite(level_db):
         raise UserError(f"masking noise: level_db is {level_db}, expected a finite number of dB")
     samples = round(duration_s * sample_rate_hz)
     frequency_hz = np.fft.rfftfreq(samples, 1 / sample_rate_hz)
     band = (frequency_hz >= low_hz) & (frequency_hz <= high_hz)
-    band[-1] = False  # the bin at half the sample rate has no free phase
+    band[-1] = False  # The bin at half the sample rate has no free phase.
     if not band.any():
         raise UserError(
             f"masking noise: no frequency between {low_hz} and {high_hz} Hz fits "
@@ -83,21 +83,21 @@ def pink_noise(
 
 
 def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray[np.float64]:
-    """Return gains from ``gain`` towards ``target`` at the slope of a full fade, then constant.
+    """Return gains that change from ``gain`` to ``target`` linearly and are then constant.
 
     Parameters
     ----------
     gain, target : float
-        Gains from 0 (silent) to 1 (the noise's level).
+        Gains from 0 (silent) to 1 (full level of the noise).
     samples : int
         Number of gains.
     fade_samples : int
-        Number of samples from 0 to 1; 0 switches at once.
+        Number of samples for a fade from 0 to 1; 0 changes the gain immediately.
 
     Returns
     -------
     ndarray, shape (samples,)
-        The first gain is one step after ``gain``; the next ramp starts at the last.
+        Gains. The first is one step after ``gain``; the next ramp starts at the last.
     """
     step = math.copysign(1 / max(fade_samples, 1), target - gain)
     path = gain + step * np.arange(1, samples + 1, dtype=float)

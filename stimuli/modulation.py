@@ -1,10 +1,9 @@
-"""How fast a plate can follow commands: amplitude steps, and the bandwidth that resonance allows.
+"""Compute how fast the amplitude of a plate, and friction, can follow commands.
 
-A plate at resonance rings: its amplitude follows a command as a first-order lag with the time
-constant τ = Q/(π f0), so it passes modulation up to f0/(2Q) (-3 dB). With Q = 60 at 30.5 kHz, that
-is 0.63 ms and 254 Hz; the line that transmits the commands is usually slower. A step of the drive
-would cause a click, so the drive changes from one amplitude to the next along an edge of several
-time constants.
+The amplitude of a plate at resonance follows a command as a first-order lag with the time constant
+τ = Q/(π f0), so the plate passes modulation up to f0/(2Q) (-3 dB). For Q = 60 at 30.5 kHz, these
+are 0.63 ms and 254 Hz. The line that transmits the commands is usually slower. Steps of the drive
+would cause clicks, so the drive changes between amplitudes along an edge of several time constants.
 
 Friction follows more slowly than the amplitude, because gas needs milliseconds to enter and leave
 the film (`slipscale.stimuli.film.reynolds.time_constant_s`). Film and plate are two lags in series.
@@ -18,36 +17,36 @@ from typing import NamedTuple
 
 from slipscale.faults import UserError
 
-# Our assumption: if friction keeps less of a change, a finger feels the mean instead.
+# Fraction of a change below which a finger is assumed to feel only the mean friction.
 LEAST_FOLLOWED = 0.2
-# Film under the paper's finger at 2.3 µm peak to peak, 30.5 kHz: `reynolds.time_constant_s`.
+# `reynolds.time_constant_s` for the paper's finger at 2.3 µm peak to peak and 30.5 kHz.
 FILM_TIME_CONSTANT_S = 0.006
-STEPS_MAX = 64  # per period: more are not felt, and load the line
+STEPS_MAX = 64  # steps per period, as more are not felt and load the line
 EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
-STEEP_PART = 0.59  # of a half cosine's duration passes between 10 and 90 % of its change
+STEEP_PART = 0.59  # fraction of a half cosine's duration between 10 and 90 %
 LAG_RISE = math.log(9)  # time constants of a first-order lag between 10 and 90 %
 
 
 def along_edge(start: float, end: float, part: float) -> float:
-    """Return the value at a fraction (0 to 1) of an edge, a half cosine that avoids a click."""
+    """Return the value at a fraction (0 to 1) of an edge, which is a half cosine."""
     share = 0.5 - 0.5 * math.cos(math.pi * part)
     return start + share * (end - start)
 
 
 class AmplitudeStep(NamedTuple):
-    """Hold ``level`` (µm peak to peak) from ``time_s`` on (0 is the start)."""
+    """Command to hold ``level`` (µm peak to peak) from ``time_s`` on."""
 
     time_s: float
     level: float
 
 
 class Followed(NamedTuple):
-    """How well a plate, and friction in the film model, follow a change in amplitude.
+    """Prediction of how well a plate and the friction follow a change in amplitude.
 
-    ``change`` describes it, ``plate`` and ``friction`` are the fractions that remain of the
-    ``whole``, and ``remedy`` is what makes them larger. ``rise_s`` is the time from 10 to 90 % of a
-    single change in friction.
+    ``change`` describes the change, ``plate`` and ``friction`` are the remaining fractions of the
+    ``whole``, and ``remedy`` describes how to increase them. ``rise_s`` is the time from 10 to 90 %
+    of a single change in friction.
     """
 
     change: str
@@ -59,23 +58,23 @@ class Followed(NamedTuple):
 
     @property
     def felt(self) -> bool:
-        """Whether friction follows well enough."""
+        """Whether friction follows well enough to be felt."""
         return self.friction >= LEAST_FOLLOWED
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop:
-    """One period of commands, played repeatedly.
+    """Period of commands that is played repeatedly.
 
     Parameters
     ----------
     levels : tuple of float
-        Commanded amplitudes, µm peak to peak, each held for the same time; at least two.
+        Commanded amplitudes in µm peak to peak, held for equal times; at least two.
     step_s : float
         Duration of each step.
     edge_s : float
-        The part of this duration, at its beginning, in which the drive changes from the previous
-        amplitude along a half cosine.
+        Duration of the edge at the beginning of each step, in which the drive changes along a half
+        cosine.
     mean_level : float
         Amplitude at which the plate settles before the loop is played.
 
@@ -108,19 +107,19 @@ class Loop:
         return len(self.levels) * self.step_s
 
     def step_at(self, time_s: float) -> int:
-        """Return the index of the step at a time, counted from time 0 through all periods."""
+        """Return the number of the step at a given time, counted over all periods."""
         return math.floor(time_s / self.step_s)
 
     def level(self, step: int) -> float:
-        """Return the commanded amplitude in a step."""
+        """Return the commanded amplitude of a step."""
         return self.levels[step % len(self.levels)]
 
     def before_level(self, step: int) -> float:
-        """Return the amplitude before a step; for step 0 the mean, at which the plate settled."""
+        """Return the amplitude before a step; for step 0, the settled mean."""
         return self.level(step - 1) if step else self.mean_level
 
     def at_level(self, time_s: float) -> float:
-        """Return the amplitude due at a time, including edges."""
+        """Return the commanded amplitude at a given time, including edges."""
         step = self.step_at(time_s)
         before = self.before_level(step)
         part = min((time_s - step * self.step_s) / self.edge_s, 1.0)
@@ -129,20 +128,20 @@ class Loop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Modulator:
-    """The modulation limits of a plate and its line.
+    """Modulation limits of a plate and its line.
 
     Parameters
     ----------
     resonance_hz : float
         Resonance f0 of the plate.
     quality_factor : float
-        Q of the plate, preferably measured with a finger on it; the default is the ceramic's.
+        Q of the plate, preferably with a finger on it. The default is the value of the ceramic.
     command_interval_s : float
         Shortest time between two commands on the line.
     shortest_edge_s : float
-        Shortest edge between two amplitudes that the drive can shape.
+        Shortest edge between two amplitudes that the drive supports.
     film_time_constant_s : float
-        Time in which the film under the finger covers 63 % of a step.
+        Time in which the film under the finger completes 63 % of a step.
     """
 
     resonance_hz: float = 30_500.0
@@ -159,12 +158,12 @@ class Modulator:
 
     @property
     def time_constant_s(self) -> float:
-        """Time in which the amplitude covers 63 % of a step."""
+        """Time in which the amplitude completes 63 % of a step."""
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     @property
     def edge_s(self) -> float:
-        """Time from one amplitude to the next; a shorter edge would outrun the plate and click."""
+        """Duration of an edge. A shorter edge would be too fast for the plate and cause a click."""
         return max(EDGE_TIME_CONSTANTS * self.time_constant_s, self.shortest_edge_s)
 
     @property
@@ -178,26 +177,26 @@ class Modulator:
         return self.resonance_hz / (2 * self.quality_factor)
 
     def passed(self, modulation_hz: float) -> float:
-        """Return the fraction of a sinusoidal modulation's depth that the plate renders."""
+        """Return the fraction of the depth of a sinusoidal modulation that the plate renders."""
         return 1 / math.hypot(1, modulation_hz / self.bandwidth_hz)
 
     def friction_passed(self, modulation_hz: float) -> float:
-        """Return the fraction of a sinusoidal modulation's depth that the friction follows.
+        """Return the fraction of the depth of a sinusoidal modulation that friction follows.
 
-        This follows the 2007 squeeze-film model, in which the finger does not move; for later
-        measurements see docs/explanation/squeeze-film.md.
+        In the squeeze-film model of 2007, the finger does not move. For later measurements, see
+        docs/explanation/squeeze-film.md.
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that the plate reaches within its duration, if any."""
+        """Return the fraction of a change that the plate reaches within its duration."""
         return 1.0 if duration_s is None else -math.expm1(-duration_s / self.time_constant_s)
 
     def friction_reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that friction reaches within its duration, if any.
+        """Return the fraction of a change that friction reaches within a duration, if there is one.
 
-        Plate and film respond one after the other, each as a first-order lag.
+        Plate and film are two first-order lags in series.
         """
         if duration_s is None:
             return 1.0
@@ -208,9 +207,9 @@ class Modulator:
         return 1 - left / (film - plate)
 
     def friction_rise_s(self, transition_s: float) -> float:
-        """Return the approximate time in which friction goes from 10 to 90 % of a change.
+        """Return the approximate rise time of friction, from 10 to 90 % of a change.
 
-        It is the root sum of squares of the rise times of the transition, the plate and the film.
+        The result is the root sum of squares of the rise times of transition, plate and film.
         """
         return math.hypot(
             STEEP_PART * transition_s,

@@ -1,8 +1,8 @@
-"""The parameters that a study can vary; each is declared only once, in its stimulus class.
+"""Declare the parameters of stimuli that a study can vary.
 
-A field of a texture (`slipscale.stimuli.textures`) with a `Parameter` in its annotation can be the
-level of every protocol (``vary`` in a study file). The declaration defines the key and range in
-the study file, and the column and unit in the data.
+Any field of a texture (`slipscale.stimuli.textures`) with a `Parameter` in its annotation can be
+the level of a protocol (``vary`` in a study file). The declaration defines the key and range in the
+study file, and the column and unit in the data.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from slipscale.stimuli.quantity import Quantity, made_by_plate
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
-    """A number that describes a stimulus.
+    """Declaration of a number that describes a stimulus.
 
     Parameters
     ----------
     name : str
-        A noun; ``{q.name}`` in it is replaced by the plate's quantity.
+        Noun, in which ``{q.name}`` is replaced by the plate's quantity.
     description : str
-        Description in the study file's reference.
+        Description in the reference of study files.
     unit : str or None
-        Unit as written; None for the plate's unit.
+        Unit; None for the plate's unit.
     above, least, most : float
-        Range: greater than ``above``, at least ``least``, at most ``most``.
+        Range of values: greater than ``above``, at least ``least``, and at most ``most``.
     stated : bool
-        Whether a study must state it, although the stimulus has a default.
+        Whether studies must set the value, although there is a default.
     """
 
     name: str
@@ -52,7 +52,7 @@ class Parameter:
         return ", ".join(parts)
 
     def refuse(self, where: str, field: str, value: float) -> None:
-        """Raise `UserError` if a value is out of range; ``where`` names the stimulus."""
+        """Raise `UserError` if a value is out of range; ``where`` describes the stimulus."""
         within = self.above < value <= self.most and value >= self.least
         if not (math.isfinite(value) and within):
             key = (
@@ -64,7 +64,7 @@ class Parameter:
             raise UserError(f"{where}: {key} is {value}, expected {self.range}{unit}")
 
     def quantity(self, plate: Quantity) -> Quantity:
-        """Return the quantity of levels that are values of this parameter, given the plate's."""
+        """Return the quantity of levels that are values of the parameter."""
         unit, convention = plate.unit, plate.convention
         if self.unit is not None:
             unit, convention = self.unit, ""
@@ -72,7 +72,7 @@ class Parameter:
         return made_by_plate(name, unit, convention, plate.judged, falls=plate.falls)
 
 
-#: Of every texture that is played if the finger is not measured.
+#: Parameter of all textures that can be played without a sensor.
 FINGER_SPEED = Parameter(
     name="finger speed",
     unit="mm/s",
@@ -85,7 +85,7 @@ FINGER_SPEED = Parameter(
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """A stimulus's parameter: its field's type and default, and whether studies must state it."""
+    """Declared parameter of a stimulus, with type and default of its field."""
 
     parameter: Parameter
     kind: object
@@ -94,7 +94,7 @@ class Declared:
 
 
 def declared(stimulus: type) -> Mapping[str, Declared]:
-    """Return the parameters that a stimulus's dataclass declares, by field."""
+    """Return the parameters that the dataclass of a stimulus declares, by field."""
     return _declared(stimulus)
 
 
@@ -111,7 +111,7 @@ def _declared(stimulus: type) -> Mapping[str, Declared]:
 
 
 class Parametric:
-    """Base of the dataclasses whose parameters a study can vary."""
+    """Base class of stimuli with parameters that a study can vary."""
 
     __slots__ = ()
     label: str
@@ -119,16 +119,16 @@ class Parametric:
 
     @property
     def where(self) -> str:
-        """The texture in words, for messages."""
+        """Description of the texture for messages."""
         return f"texture '{self.name or self.label}'"
 
     @property
     def made(self) -> Self:
-        """The surface that a plate is commanded to present: this one."""
+        """Surface that a plate presents, which is the texture itself."""
         return self
 
     def turned(self, level: float) -> Self:
-        """Raise ValueError: a texture has no single level that could be adjusted."""
+        """Raise ValueError, because a texture has no single level that could be adjusted."""
         raise ValueError(f"{self.where} cannot be adjusted to {level}")
 
     def refuse_parameters(self) -> None:
@@ -139,5 +139,5 @@ class Parametric:
 
 
 def field_of(key: str, plate: Quantity, known: Mapping[str, Declared]) -> str | None:
-    """Return the field of the parameter with the name ``key`` in a file in the plate's quantity."""
+    """Return the field of a parameter, given its key in files in the plate's quantity."""
     return next((field for field in known if plate.named(field) == key), None)

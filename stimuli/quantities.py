@@ -1,4 +1,4 @@
-"""Validation of physical inputs: finite and in range, with name and unit in the error message."""
+"""Check that physical values are finite and in range."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ MICRO, MILLI = 1e-6, 1e-3
 
 
 def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
-    """Return ``value`` as an array of floats, all above 0 and at most ``maximum``.
+    """Convert values to an array of floats, after checking that all are positive.
 
     Raises
     ------
     UserError
-        If a value is out of range. The message contains the quantity, the first value out of
-        range, and the allowed range.
+        If a value is not finite, not above 0 or above ``maximum``. The message contains the
+        quantity, the first invalid value and the range.
     """
     return _within(name, value, unit, (0.0, maximum), open_below=True)
 
 
 def not_negative(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
-    """Return ``value`` as an array of floats, all from 0 to ``maximum``; see `positive`."""
+    """Convert values to an array of floats, after checking that all are 0 or more."""
     return _within(name, value, unit, (0.0, maximum), open_below=False)
 
 

@@ -1,4 +1,4 @@
-"""The table ``[quantity]`` of a study file and of a plate file."""
+"""Define the table ``[quantity]`` of study files and plate files."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ Text = Annotated[str, Field(strict=True, min_length=1)]
 
 
 class QuantityTable(FrozenTable):
-    """The quantity that the plate produces, in which a study's levels are also expressed."""
+    """Quantity that the plate produces, in which levels are given."""
 
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = setting(
         PLATE_AMPLITUDE.name, "A lower-case noun, such as voltage."
@@ -29,19 +29,20 @@ class QuantityTable(FrozenTable):
 
     @classmethod
     def stating(cls, quantity: Quantity) -> QuantityTable:
-        """Return the table for a quantity."""
+        """Convert a quantity to a table."""
         return cls.model_validate({name: getattr(quantity, name) for name in cls.model_fields})
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity with its names and words."""
+        """Quantity with its names and words."""
         return made_by_plate(self.name, self.unit, self.convention, self.judged, falls=self.falls)
 
 
 def stated_quantity(table: dict[str, object]) -> Quantity:
-    """Return the quantity stated in a file's content, before the content is validated.
+    """Return the quantity in the content of a file that is not yet validated.
 
-    An invalid ``[quantity]`` is treated as the plate's amplitude; validation reports it.
+    If ``[quantity]`` is invalid, the plate's amplitude is returned, and validation reports the
+    error.
     """
     try:
         return QuantityTable.model_validate(table.get("quantity", {})).quantity

@@ -1,7 +1,7 @@
-"""Virtual surfaces, and the only place in which amplitudes change convention.
+"""Define virtual surfaces, and convert amplitudes between peak and peak to peak.
 
-Amplitudes in the experiment are peak to peak; the film's ``h_vib`` is peak (half of that). Only
-with this convention is the squeeze number 15.9 at 30.5 kHz with h_r = 0.6 µm, as printed in
+Amplitudes in experiments are peak to peak, whereas ``h_vib`` in the film models is peak (half of
+that). With this convention, the squeeze number is 15.9 at 30.5 kHz with h_r = 0.6 µm, as printed in
 Section IV-A of the paper.
 """
 
@@ -17,12 +17,12 @@ from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Followed, Loop, Modu
 if TYPE_CHECKING:
     from slipscale.stimuli.quantities import Array
 
-# A number, or a NumPy array of them.
+# Number or NumPy array.
 Amplitude = TypeVar("Amplitude", float, "Array")
-#: Label of a surface that a study does not list.
+#: Label of surfaces that are not listed in a study.
 UNLISTED = "S0"
-PERIODS_SHOWN = 8  # of the vibration, in pictures of a surface
-#: What is measured of a finger.
+PERIODS_SHOWN = 8  # number of vibration periods in pictures of a surface
+#: Measured property of the finger.
 Sensor = Literal["position", "force"]
 FilmModel = Literal["reynolds", "closed form"]
 
@@ -42,70 +42,70 @@ def pp_from_peak(amplitude_um_peak: Amplitude) -> Amplitude:
 
 
 class Stimulus(Protocol):
-    """A stimulus that a protocol can present: a plain surface, a texture, or a varied parameter."""
+    """Interface of stimuli: plain surfaces, textures, and textures with a varied parameter."""
 
     @property
     def label(self) -> str:
-        """A code that does not reveal the level."""
+        """Code that does not reveal the level."""
 
     @property
     def name(self) -> str:
-        """The name of a texture in the data; empty for others."""
+        """Name of a texture in the data; empty for other stimuli."""
 
     @property
     def level(self) -> float:
-        """The level in the study's quantity."""
+        """Level in the quantity of the study."""
 
     @property
     def settled_level(self) -> float:
-        """The level at which a plate settles to present it, in the plate's quantity."""
+        """Level at which a plate settles, in the quantity of the plate."""
 
     @property
     def made(self) -> Surface:
-        """The surface that a plate is commanded to present."""
+        """Surface that a plate presents."""
 
     def turned(self, level: float) -> Stimulus:
-        """Return the stimulus at another level, with a label that does not reveal it."""
+        """Return the stimulus at another level, with a label that does not reveal the level."""
 
 
 class Surface(Stimulus, Protocol):
-    """A surface that a plate presents: one amplitude, or a texture."""
+    """Interface of surfaces that a plate presents: a single amplitude or a texture."""
 
     @property
     def level(self) -> float:
-        """Largest amplitude in µm, peak to peak, which is checked against the plate's limits."""
+        """Largest amplitude in µm peak to peak, which is checked against the plate's limits."""
 
     @property
     def sensor(self) -> Sensor | None:
-        """The sensor by which the surface follows the finger; None if it does not."""
+        """Sensor that the surface follows, or None."""
 
     @property
     def needs_sensor(self) -> bool:
-        """Whether the surface cannot be presented without that sensor."""
+        """Whether the surface cannot be presented without the sensor."""
 
     def shown(self, share: float) -> float:
         """Return the height at a point (0 to 1) in a picture of the surface."""
 
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return what is played when the finger reaches a trigger; None without a trigger."""
+        """Return the loop that a trigger starts; None without a trigger."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the loop for a plate that does not track the finger; None if none is needed."""
+        """Return the loop to play if the finger is not measured, or None."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the surface; None if nothing changes."""
+        """Return how well plate and friction follow the surface; None for constant amplitude."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualSurface:
-    """A surface presented by vibrating the plate with one amplitude.
+    """Surface that the plate presents by vibrating with one amplitude.
 
     Parameters
     ----------
     level : float
-        Vibration amplitude in µm, peak to peak; finite, not negative.
+        Vibration amplitude in µm peak to peak; finite and not negative.
     label : str
-        A code for the operator and the data that does not reveal the amplitude ("A", "B", ...).
+        Code for the operator and the data that does not reveal the amplitude ("A", "B", ...).
 
     Raises
     ------
@@ -125,7 +125,7 @@ class VirtualSurface:
 
     @property
     def name(self) -> str:
-        """Empty: only textures have names."""
+        """Empty, because only textures have names."""
         return ""
 
     @property
@@ -140,21 +140,21 @@ class VirtualSurface:
 
     @property
     def settled_level(self) -> float:
-        """The level at which the plate settles, its only amplitude."""
+        """Level at which the plate settles, which is its only amplitude."""
         return self.level
 
     @property
     def made(self) -> VirtualSurface:
-        """The surface that a plate is commanded to present: this one."""
+        """Surface that a plate presents, which is the surface itself."""
         return self
 
     def turned(self, level: float) -> VirtualSurface:
-        """Return the surface with another amplitude and a label that does not reveal it."""
+        """Return a surface with another amplitude and a label that does not reveal this."""
         return VirtualSurface(level=level, label=UNLISTED)
 
     @property
     def amplitude_um_peak(self) -> float:
-        """The amplitude in µm, peak: h_vib in the squeeze-film model."""
+        """Amplitude in µm peak, h_vib in the squeeze-film model."""
         return peak_from_pp(self.level)
 
     def shown(self, share: float) -> float:
@@ -185,31 +185,32 @@ class VirtualSurface:
         normal_force_n: float = 0.5,
         model: FilmModel = "reynolds",
     ) -> float:
-        """Return the squeeze film's prediction of friction relative to the plate at rest.
+        """Predict friction relative to the plate at rest with a squeeze-film model.
 
         Parameters
         ----------
         roughness_um : float
-            Average roughness h_r of the plate; the default is from Section IV-A.
+            Average roughness h_r of the plate. The default is from Section IV-A.
         frequency_hz : float
-            Vibration frequency; the default is that of the paper's prototype.
+            Vibration frequency. The default is the frequency of the paper's prototype.
         normal_force_n : float
-            Force of the finger; the default is from Section II-C.
+            Force of the finger. The default is from Section II-C.
         model : {"reynolds", "closed form"}
-            Reynolds' equation (3) in full, or the closed form (13), which at the paper's working
-            point makes the film 1.3 to 1.5 times too strong (docs/explanation/squeeze-film.md).
+            Full Reynolds equation (3) or closed form (13). At the paper's working point, the closed
+            form overestimates the film by a factor of 1.3 to 1.5
+            (docs/explanation/squeeze-film.md).
 
         Returns
         -------
         float
-            µ'/µ of equation (15): 1 for no effect, below 0 if the finger levitates.
+            µ'/µ of equation (15): 1 without an effect, negative if the finger levitates.
 
         Examples
         --------
         >>> round(VirtualSurface(level=2.3).predicted_relative_friction(), 2)
         0.74
         """
-        # NumPy loads slowly, so it is imported only for the physics.
+        # Imported late, because NumPy is slow to import.
         from slipscale.stimuli.film import reynolds, squeeze_film  # noqa: PLC0415
 
         peak = self.amplitude_um_peak

@@ -1,8 +1,8 @@
-"""Textures: surfaces with an amplitude that follows the finger, as ridges and grooves of friction.
+"""Define gratings: surfaces with ridges and grooves of friction.
 
-The paper's introduction and conclusion mention such textures: slipperiness modulated in space is
-perceived as relief. A grating is a function of position. For a finger of known speed, it becomes a
-sequence of commands, within what the plate and its line can follow.
+The paper's introduction and conclusion mention such textures: slipperiness that varies in space is
+perceived as relief. The amplitude of a grating is a function of position. For a finger with known
+speed, the function is converted to a sequence of commands that the plate and its line can follow.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
 from slipscale.stimuli.surface import Sensor
 from slipscale.stimuli.waves import HALF, HARMONICS, WAVES, Harmonic, Waveform, added, ends_of
 
-# Largest displacement of a square wave's edge when played: a hundredth of a period.
+# Largest displacement of an edge of a played square wave, as a fraction of the period.
 _EDGE_SHARE = 0.01
 
 
@@ -49,35 +49,35 @@ def _harmonic_phase(order: str) -> Parameter:
     )
 
 
-# A metre is longer than any plate, so that one period exceeds the whole stroke.
+# One metre, which is longer than any plate.
 LONGEST_MM = 1000.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grating(Parametric):
-    """A wave of friction, along the stroke of the finger or in time.
+    """Wave of friction along the stroke of the finger or in time.
 
-    Either ``spatial_period_mm`` or ``modulation_hz`` is given. A wave in time does not depend on
-    the finger's speed. Each `Parameter` can be the level of a study.
+    Either ``spatial_period_mm`` or ``modulation_hz`` must be given. A wave in time does not depend
+    on the speed of the finger. Each `Parameter` can be the level of a study.
 
     Parameters
     ----------
     waveform : {"sine", "square", "triangle", "sawtooth"}
         Shape of the amplitude over a period.
     label : str
-        A code that does not reveal the texture.
+        Code that does not reveal the texture.
     name : str
-        The texture's name in the study, for the data.
+        Name of the texture in the study and in the data.
 
     Raises
     ------
     UserError
-        If a parameter is out of range, or the waveform is unknown.
+        If a parameter is out of range, or if the waveform is unknown.
     """
 
-    #: The entry by which a record of a grating is recognised.
+    #: Entry that identifies records of gratings.
     MARK: ClassVar = "waveform"
-    #: Fields that journals of earlier versions lack; records omit them if they have defaults.
+    #: Fields that older journals do not contain. Records omit them if they have default values.
     LATER: ClassVar = frozenset(
         {"modulation_hz", "duty_share", "phase_deg"}
         | {f"{order}_harmonic_{what}" for order in HARMONICS for what in ("share", "phase_deg")}
@@ -191,7 +191,7 @@ class Grating(Parametric):
 
     @property
     def _harmonics(self) -> tuple[Harmonic, ...]:
-        """The harmonics that are present."""
+        """Harmonics with a share above 0."""
         every = (
             Harmonic(
                 order,
@@ -204,27 +204,27 @@ class Grating(Parametric):
 
     @property
     def _ends(self) -> tuple[float, float]:
-        """The wave's smallest and largest value."""
+        """Smallest and largest value of the wave."""
         return ends_of(self._harmonics)
 
     @property
     def _highest_order(self) -> int:
-        """The order of the highest harmonic; 1 if there is none."""
+        """Order of the highest harmonic; 1 without harmonics."""
         return max((each.order for each in self._harmonics), default=1)
 
     @property
     def level(self) -> float:
-        """The largest amplitude, µm peak to peak."""
+        """Largest amplitude in µm peak to peak."""
         return self.mean_level + self.depth_level * self._ends[1]
 
     @property
     def lowest_level(self) -> float:
-        """The smallest amplitude, µm peak to peak."""
+        """Smallest amplitude in µm peak to peak."""
         return self.mean_level + self.depth_level * self._ends[0]
 
     @property
     def settled_level(self) -> float:
-        """The level at which the plate settles before it plays the wave: the wave's average."""
+        """Level at which the plate settles before it plays the wave, the mean of the wave."""
         return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
 
     @property
@@ -234,12 +234,12 @@ class Grating(Parametric):
 
     @property
     def sensor(self) -> Sensor | None:
-        """The sensor by which it can follow the finger; None for a wave in time."""
+        """Sensor that the grating can follow; None for a wave in time."""
         return "position" if self.spatial_period_mm and self.depth_level else None
 
     @property
     def summary(self) -> str:
-        """Waveform, amplitudes, period and speed in words."""
+        """Description of waveform, amplitudes, period and speed."""
         return (
             f"{self.waveform}, {self.lowest_level:.4g} to {self.level:.4g}, period {self.caption}, "
             f"for a finger at {self.finger_speed_mm_s:g} mm/s"
@@ -250,35 +250,35 @@ class Grating(Parametric):
         return self.level_in(3 * share)
 
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
-        """Return the amplitude at a position along the stroke, the same for all across it."""
+        """Return the amplitude at a position along the stroke."""
         if self.spatial_period_mm is None:
             raise ValueError(f"{self.where} varies only in time and has no position")
         return self.level_in(position_mm / self.spatial_period_mm)
 
     def level_in(self, periods: float) -> float:
-        """Return the amplitude a number of periods after the beginning."""
+        """Return the amplitude after a number of periods."""
         phase = (periods + self.phase_deg / 360) % 1.0
         if self.duty_share != HALF:
-            # Mapped to a half; the wave is high below it.
+            # The phase is scaled so that the wave is high below one half.
             phase = 0.0 if phase < self.duty_share else HALF
         wave = WAVES[self.waveform].value(phase) + added(phase, self._harmonics)
         return self.mean_level + self.depth_level * wave
 
     @property
     def caption(self) -> str:
-        """The period with its unit, or the frequency of a wave in time."""
+        """Period or, for a wave in time, frequency, with its unit."""
         if self.spatial_period_mm is None:
             return f"{self.modulation_hz:g} Hz"
         return f"{self.spatial_period_mm:g} mm"
 
     def rate_hz(self, finger_speed_mm_s: float) -> float:
-        """Return the number of periods per second that a finger of this speed feels."""
+        """Return the number of periods per second for a finger with the given speed."""
         if self.spatial_period_mm is None:
             return self.modulation_hz or 0.0
         return abs(finger_speed_mm_s) / self.spatial_period_mm
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the highest harmonic; None without depth."""
+        """Return how well plate and friction follow the highest harmonic; None for zero depth."""
         if self.depth_level == 0:
             return None
         rate_hz = self._highest_order * self.rate_hz(self.finger_speed_mm_s)
@@ -292,7 +292,7 @@ class Grating(Parametric):
 
     @property
     def _fewest_steps(self) -> int:
-        """The fewest equal steps per period that represent the wave, with a square's edges."""
+        """Minimum number of equal steps per period that represent the wave."""
         edges = (self.phase_deg / 360, self.duty_share)
         fewest = WAVES[self.waveform].steps_min * self._highest_order
         if self.waveform != "square":
@@ -309,12 +309,12 @@ class Grating(Parametric):
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands that present the grating to a finger with constant speed.
+        """Return the commands for a finger that moves with constant speed.
 
         Parameters
         ----------
         finger_speed_mm_s : float
-            Speed of the finger; negative is backwards. The stroke starts at position 0.
+            Speed of the finger, negative for backward movement. The stroke starts at position 0.
         duration_s : float
             Duration of the stroke.
         modulator : Modulator
@@ -323,7 +323,8 @@ class Grating(Parametric):
         Returns
         -------
         tuple of AmplitudeStep
-            In order of time, from 0; each amplitude is the wave's at the middle of its step.
+            Commands in the order of time, from 0. Each amplitude is the value of the wave in the
+            middle of the step.
 
         Raises
         ------
@@ -357,7 +358,7 @@ class Grating(Parametric):
         )
 
     def _refuse_rate(self, speed_mm_s: float, rate_hz: float, fastest_hz: float) -> NoReturn:
-        """Raise an error if the wave is too fast for the plate and the line."""
+        """Raise the error for a wave that is too fast for the plate and the line."""
         if self.spatial_period_mm is None:
             raise UserError(
                 f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its connection "
@@ -378,7 +379,7 @@ class Grating(Parametric):
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return one period for a finger of the assumed speed; None for a grating without depth.
+        """Return one period for a finger with the assumed speed; None for zero depth.
 
         Raises
         ------
@@ -393,8 +394,8 @@ class Grating(Parametric):
         return Loop(
             levels=tuple(step.level for step in steps),
             step_s=step_s,
-            edge_s=min(modulator.edge_s, step_s),  # equal apart from rounding, at the fastest
-            # As played: a square wave's edge may be displaced by a fraction of a step.
+            edge_s=min(modulator.edge_s, step_s),  # tolerance for rounding at the highest speed
+            # The mean of the played steps, in which edges of a square wave may be displaced.
             mean_level=self.mean_level
             if self.duty_share == HALF
             else sum(step.level for step in steps) / len(steps),
@@ -411,18 +412,18 @@ def bar(
     off_level: float,
     period_mm: float,
 ) -> Grating:
-    """Return a grating with one level on a bar and another elsewhere.
+    """Return a grating with one level on a bar and another level elsewhere.
 
     Parameters
     ----------
     name, label : str
         See `Grating`.
     centre_mm, width_mm : float
-        The bar's position along the stroke.
+        Centre and width of the bar along the stroke.
     on_level, off_level : float
-        The levels on the bar and elsewhere.
+        Levels on the bar and elsewhere.
     period_mm : float
-        Distance to the next bar, so long that the finger does not reach it.
+        Distance to the next bar, which the finger must not reach.
     """
     share = width_mm / period_mm
     high_mm = centre_mm + (-width_mm if on_level > off_level else width_mm) / 2

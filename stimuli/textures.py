@@ -1,7 +1,7 @@
-"""The kinds of texture; studies get every kind, and its parameters, from this table.
+"""List the kinds of texture that studies support.
 
-A kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) and the
-interface of `slipscale.stimuli.surface.Surface`.
+Each kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) and the
+interface `slipscale.stimuli.surface.Surface`.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
 
 Texture = Grating | Transient | FrictionMap
-#: The kinds of texture by their names in study files.
+#: Name in study files -> kind of texture.
 KINDS: Mapping[str, type[Texture]] = {
     "grating": Grating,
     "transient": Transient,
     "map": FrictionMap,
 }
-#: Parameters that a study can vary, by field.
+#: Field -> parameter that a study can vary.
 PARAMETERS: Mapping[str, Declared] = {
     field: each for kind in KINDS.values() for field, each in declared(kind).items()
 }
 
 
 def kind_in(record: Mapping[str, object]) -> type[Texture] | None:
-    """Return the kind of texture in a record; None if it is not a texture."""
+    """Return the kind of texture in a record, or None if it is not a texture."""
     return next((kind for kind in KINDS.values() if kind.MARK in record), None)

@@ -1,12 +1,13 @@
-"""Transients: surfaces whose amplitude changes once, when the finger triggers the change.
+"""Define transients: surfaces whose amplitude changes when the finger triggers the change.
 
-A transient begins at one amplitude. A trigger (a position, a force, or a time after contact) makes
-it change to another, within a transition time, permanently or for a duration. Without a duration,
-it changes back when the trigger no longer holds, so that a position is an edge on the plate.
+A transient begins with one amplitude. When a position, a force or a time after contact is reached,
+the amplitude changes to another within a transition time. The amplitude changes back after a
+duration or, if none is given, when the trigger condition is no longer met. A position thus acts as
+an edge on the plate.
 
-The plate plays the change itself, as a list of amplitudes on its own clock. The transition is
-therefore as long as stated, however rarely the computer samples the finger; only its beginning
-waits for the next sample.
+The plate plays the change as a list of amplitudes with its own clock. The duration of the
+transition is therefore exact even if the computer rarely samples the finger; only the beginning
+depends on the next sample.
 """
 
 from __future__ import annotations
@@ -28,37 +29,37 @@ from slipscale.stimuli.parameters import Parameter, Parametric
 from slipscale.stimuli.surface import Sensor
 
 Shape = Literal["cosine", "linear"]
-# The plate holds the last amplitude for this time before it repeats its list; by then, the
-# computer has commanded the amplitude itself.
+# Time for which the plate holds the last amplitude before it would repeat the list. Within this
+# time, the computer commands the last amplitude.
 HELD_S = 0.2
-# A straight line is played as this many half cosines or more.
+# Minimum number of half cosines that approximate a straight line.
 FEWEST_PIECES = 3
-# Largest accepted error of a duration, because a list has steps of equal duration.
+# Largest error of a duration, which is a multiple of the duration of a step.
 DURATION_ERROR_S = 0.0005
-#: The sensor that each trigger needs.
+#: Trigger -> required sensor.
 TRIGGERS: dict[str, Sensor] = {"position_mm": "position", "force_n": "force", "delay_s": "force"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transient(Parametric):
-    """A surface whose amplitude changes when a trigger is reached.
+    """Surface whose amplitude changes when a trigger is reached.
 
-    Exactly one of ``position_mm``, ``force_n`` and ``delay_s`` is given.
+    Exactly one of ``position_mm``, ``force_n`` and ``delay_s`` must be given.
 
     Parameters
     ----------
     shape : {"cosine", "linear"}
-        Course of the transition: half a period of a cosine, or a straight line.
+        Shape of the transition: half a period of a cosine, or a straight line.
     label, name : str
         See `slipscale.stimuli.texture.Grating`.
 
     Raises
     ------
     UserError
-        If a parameter is out of range, or there is not exactly one trigger.
+        If a parameter is out of range, or if there is not exactly one trigger.
     """
 
-    #: The entry by which a record of a transient is recognised.
+    #: Entry that identifies records of transients.
     MARK: ClassVar = "transition_s"
 
     from_level: Annotated[
@@ -149,27 +150,27 @@ class Transient(Parametric):
 
     @property
     def trigger(self) -> str:
-        """The parameter that starts the change."""
+        """Name of the parameter that triggers the change."""
         return next(each for each in TRIGGERS if getattr(self, each) is not None)
 
     @property
     def needs_sensor(self) -> bool:
-        """True: a trigger must be measured."""
+        """True, because a trigger must be measured."""
         return True
 
     @property
     def sensor(self) -> Sensor | None:
-        """The sensor without which the trigger is unknown."""
+        """Sensor that measures the trigger."""
         return TRIGGERS[self.trigger]
 
     @property
     def level(self) -> float:
-        """The larger amplitude."""
+        """Larger of both amplitudes."""
         return max(self.from_level, self.to_level)
 
     @property
     def settled_level(self) -> float:
-        """The level at which the plate settles: the one before the change."""
+        """Level at which the plate settles, the amplitude before the change."""
         return self.from_level
 
     @property
@@ -179,17 +180,17 @@ class Transient(Parametric):
 
     @property
     def final_level(self) -> float:
-        """The amplitude after the last transition."""
+        """Amplitude after the last transition."""
         return self.to_level if self.duration_s is None else self.from_level
 
     @property
     def caption(self) -> str:
-        """The trigger with its value."""
+        """Trigger with its value."""
         return f"{self.trigger} = {getattr(self, self.trigger):g}"
 
     @property
     def summary(self) -> str:
-        """Amplitudes, trigger and times in words."""
+        """Description of amplitudes, trigger and times."""
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
         return (
             f"{self.from_level:g} to {self.to_level:g} in {1000 * self.transition_s:g} ms{lasts}, "
@@ -197,7 +198,7 @@ class Transient(Parametric):
         )
 
     def level_after(self, time_s: float) -> float:
-        """Return the amplitude a time after the trigger; negative times are before it."""
+        """Return the amplitude at a time after (or, if negative, before) the trigger."""
         back_s = math.inf if self.duration_s is None else self.duration_s
         if time_s >= back_s:
             return self._along(self.to_level, self.from_level, time_s - back_s)
@@ -210,16 +211,16 @@ class Transient(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a point, 0 to 1, of a picture of the change."""
+        """Return the amplitude at a point (0 to 1) in a picture of the change."""
         return self.level_after((1.5 * share - 0.25) * self.active_s)
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return None: nothing is played before the trigger. Raises as `change`."""
+        """Return None, because nothing is played before the trigger, after checking the change."""
         self.change(modulator)
         return None
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the change; None if nothing changes."""
+        """Return how well plate and friction follow the change; None without a change."""
         if self.from_level == self.to_level:
             return None
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
@@ -233,15 +234,15 @@ class Transient(Parametric):
         )
 
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop:
-        """Return the list of amplitudes that a plate plays from the trigger on.
+        """Return the list of amplitudes that a plate plays after the trigger.
 
-        Its last amplitude is held for `HELD_S` or more. Then the list would be repeated, unless
-        `final_level` is commanded by then; a repetition is a fault of the plate.
+        The last amplitude is held for `HELD_S` or more. The list is repeated, which is a fault,
+        unless `final_level` is commanded within this time.
 
         Raises
         ------
         UserError
-            If the plate or its line cannot change that fast.
+            If the plate or the line is too slow for the change.
         """
         pieces, step_s = self._pieces(modulator)
         turns = pieces if self.duration_s is None else round(self.duration_s / step_s)
@@ -256,22 +257,22 @@ class Transient(Parametric):
         )
 
     def _level_of(self, step: int, pieces: int, turns: int) -> float:
-        """Return the amplitude at the end of a step's edge."""
+        """Return the amplitude at the end of the edge of a step."""
         part = min((step + 1) / pieces, 1.0)
         if self.duration_s is not None and step >= turns:
             part = 1.0 - min((step + 1 - turns) / pieces, 1.0)
         return self.from_level + part * (self.to_level - self.from_level)
 
     def _pieces(self, modulator: Modulator) -> tuple[int, float]:
-        """Return the number of steps of a transition, and their duration.
+        """Return the number of steps in a transition, and the duration of a step.
 
-        A half cosine is one step's edge. A straight line takes several, whose duration divides
-        both times.
+        A half cosine is the edge of one step. A straight line needs several steps, whose duration
+        divides both times.
         """
         shortest_s, linear = modulator.edge_s, self.shape == "linear"
         lasts_s = self.duration_s
         if linear:
-            # At most `STEPS_MAX` steps for the whole list.
+            # The whole list has at most `STEPS_MAX` steps.
             most_s = self.active_s + self.transition_s + HELD_S
             step_s = max(modulator.shortest_step_s, most_s / (STEPS_MAX - 2))
             shortest_s = FEWEST_PIECES * step_s

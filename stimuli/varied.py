@@ -1,4 +1,4 @@
-"""A stimulus with one parameter as its level, as defined by ``vary`` in a study file."""
+"""Define stimuli with a parameter as their level, for ``vary`` in study files."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from slipscale.stimuli.textures import Texture
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Varied:
-    """A stimulus at one value of the parameter that a study varies.
+    """Stimulus at one value of the varied parameter.
 
     Parameters
     ----------
     vary : str
-        Field of the parameter.
+        Field of the varied parameter.
     texture : Texture
-        The stimulus; the value of that field is the level.
+        Stimulus. The value of the field is the level.
     """
 
     vary: str
@@ -26,13 +26,13 @@ class Varied:
 
     @property
     def level(self) -> float:
-        """The parameter's value, in its own unit."""
+        """Value of the parameter, in the parameter's unit."""
         value: float = getattr(self.texture, self.vary)
         return value
 
     @property
     def label(self) -> str:
-        """A code that does not reveal the level."""
+        """Code that does not reveal the level."""
         return self.texture.label
 
     @property
@@ -42,19 +42,19 @@ class Varied:
 
     @property
     def settled_level(self) -> float:
-        """The level at which the plate settles before it plays, in the plate's quantity."""
+        """Level at which the plate settles before it plays, in the quantity of the plate."""
         return self.texture.settled_level
 
     @property
     def made(self) -> Texture:
-        """The surface that a plate is commanded to present."""
+        """Surface that a plate presents."""
         return self.texture
 
     def at(self, level: float, label: str) -> Varied:
-        """Return the stimulus at another value of the parameter, which is validated."""
+        """Return the stimulus at another value of the parameter, after validation."""
         fields: dict[str, Any] = {self.vary: level, "label": label}
         return replace(self, texture=replace(self.texture, **fields))
 
     def turned(self, level: float) -> Varied:
-        """Return the stimulus at another value, with a label that does not reveal it."""
+        """Return the stimulus at another value, with a label that does not reveal the value."""
         return self.at(level, UNLISTED)

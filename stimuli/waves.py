@@ -1,4 +1,4 @@
-"""Periodic waves: their values over a period, and the harmonics that can be added to a sine."""
+"""Compute periodic waves, and the harmonics that can be added to a sine."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from functools import cache
 from typing import Literal, NamedTuple
 
 HALF = 0.5  # of a period
-#: Orders of a sine's harmonics, by the beginning of their parameters' names. The plate sets the
-#: highest order: its list has 64 amplitudes per period, and a sine needs 8.
+#: First word of a harmonic's parameters -> order. The list of a plate limits the highest order: it
+#: has 64 amplitudes per period, and a sine requires 8.
 HARMONICS = {
     "second": 2,
     "third": 3,
@@ -19,13 +19,13 @@ HARMONICS = {
     "seventh": 7,
     "eighth": 8,
 }
-# Phases at which a wave's peak is searched, and the width to which its place is narrowed down.
+# Number of phases at which the peak of a wave is searched, and accuracy of the peak's phase.
 _LOOKED_AT, _EXACT = 720, 1e-7
 Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
 class Harmonic(NamedTuple):
-    """A harmonic of a sine: its order (from 2), fraction of the depth, and phase (0 to 1)."""
+    """Harmonic of a sine, with order (from 2), fraction of the depth and phase (0 to 1)."""
 
     order: int
     share: float
@@ -33,7 +33,7 @@ class Harmonic(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """A wave: its value (-1 to 1) at a phase (0 to 1), and the fewest steps that represent it."""
+    """Wave, with its value (-1 to 1) at a phase (0 to 1) and its minimum number of steps."""
 
     value: Callable[[float], float]
     steps_min: int
@@ -48,7 +48,7 @@ WAVES: dict[Waveform, Wave] = {
 
 
 def added(phase: float, harmonics: tuple[Harmonic, ...]) -> float:
-    """Return the sum of a sine's harmonics at a phase (0 to 1), relative to the depth."""
+    """Return the sum of harmonics at a phase (0 to 1), relative to the depth."""
     return sum(
         each.share * math.sin(2 * math.pi * (each.order * phase + each.phase)) for each in harmonics
     )
@@ -56,7 +56,7 @@ def added(phase: float, harmonics: tuple[Harmonic, ...]) -> float:
 
 @cache
 def ends_of(harmonics: tuple[Harmonic, ...]) -> tuple[float, float]:
-    """Return the smallest and the largest value of a wave with a sine's harmonics."""
+    """Return the smallest and the largest value of a sine with harmonics."""
     if not harmonics:
         return -1.0, 1.0
 

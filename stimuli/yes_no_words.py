@@ -1,4 +1,4 @@
-"""Words for yes/no tasks: steps down for a plate, single stimuli for other data."""
+"""Define words for yes/no tasks with a plate and with other stimuli."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoWords:
-    """Words for a yes/no task: for a plate, steps down; otherwise, single stimuli.
+    """Words for a yes/no task with steps down (for a plate) or with single stimuli.
 
-    ``trials``, ``down`` (with a change) and ``catch`` (without) are singular and plural. "Yes"
-    depends on ``size`` and is listed for ``each``; its sensitivity is listed by ``kind``, ``at`` a
-    value.
+    ``trials``, ``down`` (trials with a change) and ``catch`` (trials without) are given in singular
+    and plural. The probability of "yes" depends on ``size`` and is listed for ``each``. Sensitivity
+    is listed by ``kind``, ``at`` a value.
     """
 
     size: str

@@ -1,1 +1,1 @@
-"""Backends of the plate driver, registered as entry points."""
+"""Provide the backends of the plate driver, which are registered as entry points."""

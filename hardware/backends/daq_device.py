@@ -1,7 +1,8 @@
-"""An in-memory data acquisition device that implements the part of ``nidaqmx`` used by the output.
+"""Emulate a data acquisition device in memory, with the interface of ``nidaqmx``.
 
-Its input reads what its output generates. As a real device does, it rejects voltages outside its
-range and a second task on a channel, and its terminals keep their state after a task ends.
+The input reads what the output generates. Like a real device, the emulated one rejects voltages
+outside its range and a second task on a channel, and its output keeps the last voltage after a task
+ends.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ RANGE_V = 10.0
 
 
 class Error(Exception):
-    """The library's exception."""
+    """Error that the emulated library raises."""
 
 
 class AcquisitionType(Enum):
@@ -31,7 +32,7 @@ constants = SimpleNamespace(AcquisitionType=AcquisitionType)
 
 
 class Terminals:
-    """The device's current output, whether it is reachable, and whether its input is wired."""
+    """State of the emulated device: output, connection, and wiring of the input."""
 
     def __init__(self) -> None:
         self.output_v: list[float] = [0.0]
@@ -49,7 +50,7 @@ TERMINALS = Terminals()
 
 
 class Task:
-    """A task on the in-memory device; see the library's documentation."""
+    """Task on the emulated device; see the documentation of ``nidaqmx``."""
 
     def __init__(self) -> None:
         TERMINALS.ask()
@@ -90,7 +91,7 @@ class Task:
         return list(islice(cycle(volts), number_of_samples_per_channel))
 
     def close(self) -> None:
-        """Release the output; its voltage is kept."""
+        """Release the output, which keeps its voltage."""
         if self._reserves:
             TERMINALS.reserved = self._reserves = False
         TERMINALS.ask()

@@ -1,4 +1,4 @@
-"""The library for National Instruments devices, used by an output and a force sensor."""
+"""Load the library for National Instruments devices."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from slipscale.faults import UserError
 
 
 def load_library() -> Any:
-    """Return the module ``nidaqmx``. Raises `UserError` if it is not installed."""
+    """Import the module ``nidaqmx``. Raises `UserError` if it is not installed."""
     try:
         import nidaqmx  # noqa: PLC0415 - an extra, and it loads NI's driver
     except ImportError:

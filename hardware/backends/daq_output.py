@@ -1,4 +1,4 @@
-"""A sine wave from a National Instruments analogue output, in the plate's own quantity.
+"""Drive an actuator with a sine wave from a National Instruments analogue output.
 
 Use this backend for an electrovibration screen behind an amplifier (volts) or for a vibrotactile
 actuator (acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate=desk,...`` with
@@ -11,13 +11,13 @@ actuator (acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate
 ``rate``        samples per second (100 per period)
 ==============  ==================================================================
 
-``per_volt`` is the user's own measurement at that frequency; nothing else is known about the
-actuator. With ``readback``, the level is computed from the sine at the terminal ("applied");
-without it, there is no readback ("commanded"). ``emulated/ao0`` is an in-memory device.
+``per_volt`` must be measured by the user at the given frequency. With ``readback``, the level is
+computed from the sine at the terminal ("applied"); without it, the commanded level is reported
+("commanded"). The channel ``emulated/ao0`` is an emulated device.
 
-The library (``nidaqmx``) is installed by the extra ``slipscale[daq]``. **This backend has not been
-tested on a real device.** The device continues to play if the computer fails; only an interlock at
-the amplifier then switches it off.
+The library ``nidaqmx`` is installed by the extra ``slipscale[daq]``. **This backend has not been
+tested on a real device.** If the computer fails, the device continues to play until an interlock at
+the amplifier switches it off.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from slipscale.hardware.errors import ConnectionLost, OverLimit, StillVibrating
 from slipscale.hardware.records import EMULATED, PlateIdentity, Presentation, Readback
 from slipscale.stimuli.modulation import along_edge
 
-TERMINAL_V = 10.0  # largest output of the device, peak
+TERMINAL_V = 10.0  # largest output voltage, peak
 RAMP_S, RAMP_STEPS = 0.05, 16  # raised cosine
-PERIODS = 10  # length of the repeated buffer
+PERIODS = 10  # periods in the repeated buffer
 SAMPLES_PER_PERIOD = 100
 EMULATED_DEVICE = "emulated/"
 
@@ -60,21 +60,21 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
 
 
 class DaqOutput(PlateDriver):
-    """An actuator driven with a sine of one frequency.
+    """Actuator that is driven with a sine of one frequency.
 
     Parameters
     ----------
     channel : str
-        The analogue output.
+        Name of the analogue output.
     options : dict
-        See the module.
+        See the module's documentation.
     clock, plate
         See `slipscale.hardware.driver.PlateDriver`.
 
     Raises
     ------
     UserError
-        If the frequency is outside the plate's band, or the rate is too low for it.
+        If the frequency is outside the plate's band or too high for the sampling rate.
     """
 
     name = "daq"
@@ -177,7 +177,7 @@ class DaqOutput(PlateDriver):
         return task
 
     def _write(self, level: float) -> None:
-        self._level = max(self._level, level)  # until confirmed, assume the larger one
+        self._level = max(self._level, level)  # larger one until confirmed
         samples = level / self._level_per_v * self._sine
         self._asked(lambda: self._task.write(samples.tolist(), auto_start=True))
         self._level = level
@@ -210,7 +210,7 @@ class DaqOutput(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa: ARG001
-    """Return the output that an address names (entry point ``daq``). Raises `UserError`."""
+    """Return the driver for an analogue output (entry point ``daq``). Raises `UserError`."""
     channel, options, plate = addresses.opened(address, DaqOutput.name, OPTIONS)
     missing = [name for name in ("plate", "frequency", "per_volt") if name not in options]
     if missing or "/" not in channel:

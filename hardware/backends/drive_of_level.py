@@ -1,6 +1,6 @@
-"""Determine the sine wave at the plate that produces a level, from the calibration or the SPEC.
+"""Compute the drive that produces a level, from the calibration or from the SPEC.
 
-A plate in µm needs a calibration. For a plate file in another quantity, the SPEC has
+A plate in µm requires a calibration. For a plate file in another quantity, the SPEC contains
 
 =============  ====================================================================
 ``frequency``  sine frequency, Hz
@@ -36,19 +36,19 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveOfLevel:
-    """The frequency, the level per V peak at the plate, and the time to settle."""
+    """Relation between the drive voltage at one frequency and the level of the plate."""
 
     frequency_hz: float
     level_per_v: float
     settling_s: float
 
     def voltage_v_peak(self, level: float) -> float:
-        """Return the drive voltage for a level, V peak at the plate."""
+        """Return the drive voltage for a level, in V peak at the plate."""
         return level / self.level_per_v
 
 
 def calibrated(calibration: Calibration | None) -> DriveOfLevel | None:
-    """Return the drive at the calibrated resonance; None without a calibration."""
+    """Return the drive at the calibrated resonance, or None without a calibration."""
     if calibration is None:
         return None
     resonance = calibration.resonance
@@ -61,12 +61,12 @@ def calibrated(calibration: Calibration | None) -> DriveOfLevel | None:
 
 
 def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> DriveOfLevel | None:
-    """Return the drive that a SPEC states; None if it states none.
+    """Return the drive defined in a SPEC, or None if the SPEC does not define one.
 
     Raises
     ------
     UserError
-        If the plate is in µm, has a calibration, or the options do not fit its quantity.
+        If the plate is in µm or has a calibration, or if the options do not fit its quantity.
     """
     if not OPTIONS.keys() & options.keys():
         return None
@@ -94,7 +94,7 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
 
 
 def largest_v_peak(limits: PlateLimits) -> float:
-    """Return the largest drive voltage in V peak; for a plate in volts, its largest level."""
+    """Return the largest drive voltage in V peak."""
     if limits.quantity.unit == VOLTS:
         return limits.level / PER_V_PEAK[limits.quantity.convention]
     return limits.voltage_v

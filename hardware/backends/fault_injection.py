@@ -1,7 +1,8 @@
-"""Fault injection for tests and rehearsals: which fault, at which command of which phase.
+"""Inject faults at chosen commands, for tests and rehearsals.
 
-An order has the form ``NAME@PHASE/N`` (at the N-th command of that phase), ``NAME@N`` (at the N-th
-command of all phases), ``NAME@PHASE`` or ``NAME`` (at the first command). Join several with ``+``.
+A fault is written as ``NAME@PHASE/N`` (at the N-th command of a phase), ``NAME@N`` (at the N-th
+command of all phases), ``NAME@PHASE`` or ``NAME`` (at the first command). Several faults are joined
+with ``+``.
 """
 
 from __future__ import annotations
@@ -10,12 +11,12 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-EVERY = ""  # the phase that counts all commands
+EVERY = ""  # phase that counts all commands
 
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """A fault at the ``n``-th command of a phase."""
+    """Fault that occurs at the ``n``-th command of a phase."""
 
     fault: str
     phase: str = EVERY
@@ -30,7 +31,7 @@ def parse_injections(
     Raises
     ------
     ValueError
-        With the expected format.
+        If the text is invalid. The message contains the expected format.
 
     Examples
     --------
@@ -57,7 +58,7 @@ def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injec
 
 
 class Schedule:
-    """Counts commands and returns the faults that are due.
+    """Count commands, and return the faults that are due.
 
     >>> schedule = Schedule([Injection("lost", "present", 2)])
     >>> [schedule.due(phase) for phase in ("present", "read_back", "present")]
@@ -69,7 +70,7 @@ class Schedule:
         self._counts: Counter[str] = Counter()
 
     def add(self, injection: Injection) -> None:
-        """Add an injection; its count starts now."""
+        """Add an injection, whose commands are counted from now on."""
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 
@@ -78,7 +79,7 @@ class Schedule:
         self._injections.clear()
 
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
-        """Count a command of a phase (``everywhere``: also of all phases); return its faults."""
+        """Count a command of a phase, and return the faults that are due."""
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)
         return [

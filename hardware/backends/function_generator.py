@@ -1,4 +1,4 @@
-"""A function generator and an amplifier: carrier at resonance, amplitude from the calibration.
+"""Drive a plate with a function generator and an amplifier, based on a calibration.
 
 SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 (``USB0::0x0957::...::INSTR``) or a serial port (``/dev/ttyUSB0``), with
@@ -17,11 +17,11 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
                   frequency; not for a plate in volts
 ================  ===============================================================
 
-**All volts in this file are V peak at the plate**, after the amplifier, except for values sent to
-the generator, which are V peak to peak at its own output.
+**All voltages in this file are V peak at the plate**, after the amplifier, except the values sent
+to the generator, which are V peak to peak at the generator's output.
 
-The generator has **no watchdog**: if this computer fails, the plate continues to vibrate. Use a
-hardware interlock (docs/how-to/function-generator.md). It cannot measure the vibration either, so
+The generator has **no watchdog**: if the computer fails, the plate continues to vibrate. Use a
+hardware interlock (docs/how-to/function-generator.md). The generator does not measure vibration, so
 the readback is computed from the active drive.
 """
 
@@ -62,33 +62,33 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class FunctionGenerator(PlateDriver):
-    """A plate driven by a function generator.
+    """Plate that is driven by a function generator.
 
     Parameters
     ----------
     line : GeneratorLine
-        The line to the generator, not opened.
+        Connection to the generator, not yet opened.
     clock : Clock
-        Provides the readbacks' times; waits use the machine's clock.
+        Clock for the times of readbacks. Waiting times use the computer's clock.
     limits : PlateLimits
         Limits at the plate.
     calibration : Calibration
-        Required to present surfaces, but not for `excite`.
+        Calibration of the plate; required for surfaces, but not for `excite`.
     plate_file : PlateFile
-        Stored with the data; also defines the gain.
+        Plate file, which is stored with the data and may define the gain.
     amplifier_gain : float
-        Volts at the plate per volt of the generator; default: the calibration's.
+        Volts at the plate per volt of the generator; by default, as in the calibration.
     channel : int
         The generator's channel, 1 or 2.
     dialect : Dialect
-        The generator's make; default: identified with ``*IDN?``.
+        Commands of the generator's make; by default, the make is identified with ``*IDN?``.
     drive : DriveOfLevel
-        The drive for a plate in a quantity other than µm; default: the calibration's.
+        Drive of a plate in a quantity other than µm; by default, as in the calibration.
 
     Raises
     ------
     UserError
-        If the gain is unknown, or two sources disagree.
+        If the gain is unknown, or if two sources disagree about the gain.
     """
 
     name = "scpi"
@@ -126,7 +126,7 @@ class FunctionGenerator(PlateDriver):
 
     @property
     def resource(self) -> str:
-        """The VISA resource."""
+        """Name of the VISA resource."""
         return self._output.line.resource
 
     def _connect(self) -> PlateIdentity:
@@ -139,7 +139,7 @@ class FunctionGenerator(PlateDriver):
             self._check_range(self._level_drive.voltage_v_peak(level))
 
     def _check_range(self, voltage_v: float) -> None:
-        """Raise `OverLimit` if the generator cannot output the given voltage; 0 turns it off."""
+        """Raise `OverLimit` if the generator cannot produce the voltage; 0 switches it off."""
         made, vpp = self._output.range, voltage_v * self._vpp_per_v
         if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
             return
@@ -175,10 +175,10 @@ class FunctionGenerator(PlateDriver):
         return self._read_back()
 
     def _ramp(self, voltage_v: float, *, frequency_hz: float) -> None:
-        """Ramp to a voltage in small steps; 0 V switches the output off.
+        """Ramp to a voltage in small steps. For 0 V, the output is then switched off.
 
-        A ramp starts and ends at the generator's smallest voltage. Each step is read back, so that
-        a slow generator does not receive the next command too early.
+        Ramps start and end at the generator's smallest voltage. Each step is read back, so that
+        slow generators do not receive the next command too early.
         """
         output, from_v = self._output, self._voltage_v
         output.verify()
@@ -235,7 +235,8 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     Raises
     ------
     UserError
-        If the resource or gain is missing, an option is unknown, or the calibration cannot be used.
+        If the resource or the gain is missing, an option is unknown, or the calibration is
+        unusable.
     """
     resource, options, plate = addresses.opened(address, FunctionGenerator.name, OPTIONS)
     if not resource:

@@ -1,4 +1,4 @@
-"""The gain between a backend's output and the plate; all sources that define it must agree."""
+"""Determine the gain between the output of a backend and the plate."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ if TYPE_CHECKING:
 def agreed_gain(
     given: float | None, wired: float | None, calibration: Calibration | None, *, unknown: str
 ) -> float:
-    """Return the gain. The gain is never guessed, because it multiplies the volts at the plate.
+    """Return the gain on which all given sources agree.
 
     Parameters
     ----------
     given, wired : float
-        The values in the SPEC and in the plate file.
+        Gains in the SPEC and in the plate file.
     calibration : Calibration
-        The calibration, which records the gain with which it was made.
+        Calibration, which contains the gain with which it was made.
     unknown : str
-        Error message for an unknown gain; starts with the backend, up to the first colon.
+        Error message if the gain is unknown. It starts with the name of the backend and a colon.
 
     Raises
     ------

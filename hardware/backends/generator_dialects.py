@@ -1,12 +1,12 @@
-"""The command dialects of function generators, one entry per make.
+"""Define the commands of function generators, with one dialect per make.
 
-A dialect is data: how to write a setting, how to query it, and where its value is in the answer.
-`slipscale.hardware.backends.generator_output` determines the order of settings and is independent
-of any make. To support another make, add an entry.
+A dialect defines how to write a setting, how to query it, and how to find its value in the answer.
+The order of commands is the same for all makes and is defined in
+`slipscale.hardware.backends.generator_output`. To support another make, add a dialect.
 
-Each entry names its source. Entries marked "not verified" follow the manufacturer's manual from
-memory. Each dialect is tested with a simulated instrument
-(`slipscale.hardware.emulator.generators`); **none has been tested on real hardware yet**.
+Each dialect gives the source of its values. Sources marked "not verified" are manuals cited from
+memory. Dialects are tested with simulated instruments (`slipscale.hardware.emulator.generators`);
+**none has been tested on a real generator yet**.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from dataclasses import dataclass
 
 from slipscale.faults import UserError
 
-WHOLE_ANSWER = r"^\"?([^,\"]+)"  # up to a comma; some makes quote words
+WHOLE_ANSWER = r"^\"?([^,\"]+)"  # up to a comma; some makes use quotes
 INFINITE_OHM = 9e37  # SCPI's infinity is 9.9E+37
 HIGHEST_ZERO_V = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Item:
-    """A setting of a generator that can be written and queried.
+    """Setting of a generator that can be written and queried.
 
     Parameters
     ----------
     write, ask : str
-        Commands; ``{source}`` and ``{channel}`` are replaced by the channel's prefix and suffix,
-        ``{value}`` by the value.
+        Commands. ``{source}`` and ``{channel}`` are replaced by the prefix and suffix of the
+        channel, and ``{value}`` by the value.
     value : str
-        Regular expression; its first group is the value in the answer.
+        Regular expression for the answer. Its first group is the value.
     """
 
     write: str
@@ -41,14 +41,14 @@ class Item:
     value: str = WHOLE_ANSWER
 
     def read(self, answer: str) -> str | None:
-        """Return the value in an answer, or None if it does not match."""
+        """Return the value in an answer, or None if the answer does not match."""
         found = re.search(self.value, answer)
         return found[1].strip() if found else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedSetting:
-    """A setting that is written once on connecting, and the value it must keep."""
+    """Setting that is written when connecting and must not change."""
 
     item: Item
     value: str
@@ -57,7 +57,7 @@ class FixedSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoltageRange:
-    """A model's sine voltages, V peak to peak into an open circuit, and their source."""
+    """Range of a model's sine voltages, in V peak to peak into an open circuit."""
 
     model: str  # a regular expression
     smallest_vpp: float
@@ -68,7 +68,7 @@ class VoltageRange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Dialect:
-    """The command dialect of one make of generator.
+    """Commands and properties of one make of function generator.
 
     Parameters
     ----------
@@ -77,24 +77,23 @@ class Dialect:
     identity : str
         Regular expression for ``MANUFACTURER,MODEL`` in the answer to ``*IDN?``.
     channels : tuple of (str, str)
-        For each channel, the prefix of its source's commands and the suffix of its output's.
+        Prefix of source commands and suffix of output commands, for each channel.
     fixed : tuple of FixedSetting
-        Sine, a load of infinite resistance, volts peak to peak, no offset; modulation, sweep and
-        burst off. The load matters: a generator configured for 50 Ω delivers twice the set voltage
-        to an open circuit. These settings are verified before and after each presentation, because
-        a reset or the front panel can change them.
+        Settings that never change: sine, infinite load, volts peak to peak, no offset; modulation,
+        sweep and burst off. The load matters, because a generator that is configured for 50 Ω
+        delivers twice the set voltage to an open circuit. These settings are verified before and
+        after each presentation, because a reset or a key on the front panel can change them.
     frequency_hz, voltage_vpp, output : Item
-        Settings made for each presentation. `voltage_vpp` is at the generator's own output.
+        Settings of a presentation. `voltage_vpp` is the voltage at the generator's output.
     ranges : tuple of VoltageRange
-        The range of each model; the first one with a matching pattern applies.
+        Voltage ranges of the models. The first range with a matching pattern applies.
     attenuator : FixedSetting or None
-        Holds the output's attenuator in the position for the largest voltage, because its relays
-        interrupt a ramp. None: the make cannot hold it.
+        Setting that holds the attenuator in the position for the largest voltage, because its
+        relays would interrupt a ramp. None if the make has no such setting.
     on, off : str
-        The values of `output`.
+        Values of `output`.
     error : str or None
-        Query for the oldest error. None if the manual describes no such query; errors are then
-        detected only by reading back.
+        Query for the oldest error. If None, errors are detected only by reading settings back.
     """
 
     name: str
@@ -111,53 +110,53 @@ class Dialect:
     error: str | None = "SYST:ERR?"
 
     def range_of(self, model: str) -> VoltageRange:
-        """Return a model's voltage range; for a model that is not listed, the make's last entry."""
+        """Return the voltage range of a model; unknown models have the make's last range."""
         return next((each for each in self.ranges if re.search(each.model, model)), self.ranges[-1])
 
 
 def is_sine(text: str) -> bool:
-    """Whether a text is a name of the sine waveform."""
+    """Return whether an answer means a sine."""
     return text.upper().startswith("SIN")
 
 
 def is_infinite(text: str) -> bool:
-    """Whether a load is infinite, given as a word or as SCPI's number for infinity."""
+    """Return whether an answer means an infinite load, as a word or as SCPI's infinity."""
     return text.upper().startswith(("INF", "HZ")) or number(text) >= INFINITE_OHM
 
 
 def is_peak_to_peak(text: str) -> bool:
-    """Whether a unit is volts peak to peak."""
+    """Return whether an answer means volts peak to peak."""
     return text.upper() == "VPP"
 
 
 def is_zero(text: str) -> bool:
-    """Whether a voltage is zero, with or without a sign."""
+    """Return whether an answer means zero, with or without a sign."""
     return abs(number(text)) < HIGHEST_ZERO_V
 
 
 def is_on(text: str) -> bool | None:
-    """Return whether an output is on; some makes answer 1 and 0, others ON and OFF."""
+    """Return whether an answer means that an output is on, in digits or words."""
     return {"1": True, "ON": True, "0": False, "OFF": False}.get(text.upper().lstrip("+"))
 
 
 def is_off(text: str) -> bool:
-    """Whether a function is off."""
+    """Return whether an answer means that a function is off."""
     return is_on(text) is False
 
 
 def is_continuous(text: str) -> bool:
-    """Whether a frequency mode is a single frequency without a sweep."""
+    """Return whether an answer means a single frequency without a sweep."""
     return text.upper().startswith(("CW", "FIX"))
 
 
 def number(text: str) -> float:
-    """Parse a number that may have a unit (``30500HZ``, ``1.5V``); return NaN if there is none."""
+    """Parse a number with or without a unit (``30500HZ``, ``1.5V``); return NaN if this fails."""
     found = re.match(r"[+-]?(\d+\.?\d*|\.\d+)(E[+-]?\d+)?(?=[A-Z]*$)", text, re.IGNORECASE)
     return float(found[0]) if found else math.nan
 
 
 def _bswv(parameter: str) -> Item:
-    """Return an item of Siglent's basic wave; the answer contains all of the wave's parameters."""
+    """Return a setting of Siglent's basic wave; answers contain all of the wave's parameters."""
     return Item(
         write=f"C{{channel}}:BSWV {parameter},{{value}}",
         ask="C{channel}:BSWV?",
@@ -175,7 +174,7 @@ def _off(*headers: str, word: str = "0") -> tuple[FixedSetting, ...]:
 
 
 def _siglent_off(header: str) -> FixedSetting:
-    """Return the setting that switches a Siglent function off; the answer lists its parameters."""
+    """Return the setting that switches a Siglent function off."""
     item = Item(
         write=f"C{{channel}}:{header} STATE,{{value}}",
         ask=f"C{{channel}}:{header}?",
@@ -197,11 +196,11 @@ def _sine(function: str, load: str, offset: str) -> tuple[FixedSetting, ...]:
 KEYSIGHT = Dialect(
     name="keysight",
     identity=r"(?i)^(agilent|keysight)",
-    # The 33220A has one channel and supports no suffix.
+    # The 33220A has one channel and does not accept a suffix.
     channels=(("", ""), ("SOUR2:", "2")),
     fixed=(
         *_sine("{source}FUNC", "OUTP{channel}:LOAD", "{source}VOLT:OFFS"),
-        # Functions of both the 33220A and the 33500, so without the 33500's BPSK and SUM.
+        # Functions of both the 33220A and the 33500; BPSK and SUM exist only in the 33500.
         *_off(
             *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS"))
         ),
@@ -340,27 +339,27 @@ DIALECTS = {each.name: each for each in (KEYSIGHT, RIGOL, SIGLENT, TEKTRONIX)}
 
 
 def dialect_named(name: str) -> Dialect:
-    """Return a dialect by name; raise ValueError with the expected names if there is none."""
+    """Return a dialect by name. Raises ValueError with the expected names."""
     if name not in DIALECTS:
         raise ValueError(f"expected one of {', '.join(DIALECTS)}")
     return DIALECTS[name]
 
 
 def dialect_of(manufacturer: str, model: str) -> Dialect | None:
-    """Return the dialect for an answer to ``*IDN?``; None for a make that is not in the table."""
+    """Return the dialect for an answer to ``*IDN?``, or None for an unknown make."""
     device = f"{manufacturer},{model}"
     return next((each for each in DIALECTS.values() if re.search(each.identity, device)), None)
 
 
 def channel_number(text: str) -> int:
-    """Return a channel's number; raise ValueError with the expected ones if it is invalid."""
+    """Parse the number of a channel. Raises ValueError with the expected numbers."""
     if text not in {"1", "2"}:
         raise ValueError("expected 1 or 2")
     return int(text)
 
 
 def words_of(dialect: Dialect, channel: int) -> dict[str, str]:
-    """Return the replacements for a channel in the dialect's commands. Raises UserError."""
+    """Return the texts that select a channel in a dialect's commands. Raises UserError."""
     if channel > len(dialect.channels):
         raise UserError(f"plate 'scpi': {dialect.name} generators have no channel {channel}")
     source, suffix = dialect.channels[channel - 1]

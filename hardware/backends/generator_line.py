@@ -1,4 +1,4 @@
-"""The line to a function generator through PyVISA; every failure is a `PlateFault`."""
+"""Communicate with a function generator through PyVISA; all failures raise `PlateFault`."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ BAUD = 115_200  # if the resource is a serial port
 
 
 class GeneratorLine:
-    """A VISA resource that accepts commands and answers queries.
+    """Connection to a generator that accepts commands and answers queries.
 
     Parameters
     ----------
     resource : str
         VISA resource or serial port.
     visa_library : str
-        PyVISA's backend; ``@py`` requires no vendor library.
+        Backend of PyVISA. ``@py`` does not require a vendor's library.
     """
 
     def __init__(self, resource: str, visa_library: str = "@py") -> None:
@@ -30,12 +30,12 @@ class GeneratorLine:
 
     @property
     def opened(self) -> bool:
-        """Whether the line is open."""
+        """Whether the connection is open."""
         return self._instrument is not None
 
     def open(self) -> None:
         """Open the resource. Raises `PlateNotFound`."""
-        # PyVISA takes a third of a second to import.
+        # Importing PyVISA takes a third of a second.
         from pyvisa import ResourceManager  # noqa: PLC0415
 
         on_port = self.resource.upper().startswith("ASRL")
@@ -63,7 +63,7 @@ class GeneratorLine:
             self._require().write(command)
 
     def ask(self, query: str) -> str:
-        """Return the answer to a query. Raises `PlateFault`."""
+        """Send a query and return the answer. Raises `PlateFault`."""
         with self._told_as_faults():
             return str(self._require().query(query)).strip()
 

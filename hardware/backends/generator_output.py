@@ -1,11 +1,11 @@
-"""One output of a function generator: set, read back, and switched off even if the line drops.
+"""Control one output of a function generator, with readback of all settings.
 
-A generator has no watchdog. Once an output has been reached, it is assumed to be on until it has
-confirmed that it is off. If the line drops, it is reopened for that purpose, a limited number of
-times.
+Generators have no watchdog. After the first contact, the output is assumed to be on until the
+generator confirms that it is off. If the connection is lost, it is reopened several times to switch
+the output off.
 
-A reset, a preset or a key on the front panel can change settings made on connecting: a load of 50
-Ω doubles the voltage, a modulation halves it. `verify` compares all of them.
+A reset, a preset or a key on the front panel can change fixed settings: a load of 50 Ω doubles the
+voltage, and a modulation halves it. `verify` checks all fixed settings.
 """
 
 from __future__ import annotations
@@ -35,12 +35,12 @@ from slipscale.hardware.errors import (
 )
 from slipscale.hardware.records import PlateIdentity
 
-AGREEMENT = 1e-3  # relative tolerance of a setting that is read back
-REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # after a drop, to switch the output off
+AGREEMENT = 1e-3  # relative tolerance of settings that are read back
+REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # attempts to switch the output off after a lost connection
 
 
 class GeneratorOutput:
-    """A channel of a generator, in the generator's own volts.
+    """Output channel of a generator, in V peak to peak at the generator.
 
     Parameters
     ----------
@@ -48,30 +48,31 @@ class GeneratorOutput:
     channel : int
         1 or 2.
     chosen : Dialect or None
-        The generator's make; if None, it is identified with ``*IDN?``.
+        Commands of the generator's make. If None, the make is identified with ``*IDN?``.
     """
 
     def __init__(self, line: GeneratorLine, channel: int, chosen: Dialect | None) -> None:
         self.line = line
         self.channel = channel
-        self.dialect = chosen or KEYSIGHT  # until the generator is identified
+        self.dialect = chosen or KEYSIGHT  # Set when the generator is identified.
         self._chosen = chosen
         self.range: VoltageRange | None = None  # of the identified model
-        self._may_be_on = False  # a generator was reached, and its output not confirmed off since
-        self._out_of_reach = False  # it could not be switched off, which was reported
+        self._may_be_on = False  # reached, and not confirmed off since then
+        self._out_of_reach = False  # It was reported that the output could not be switched off.
 
     def prepare(self, largest_vpp: float) -> PlateIdentity:
-        """Identify the generator, switch it off, and make the fixed settings.
+        """Identify the generator, switch its output off, and write the fixed settings.
 
         Parameters
         ----------
         largest_vpp : float
-            The largest voltage that will be set; the attenuator is held in the position for it.
+            Largest voltage that will be set. The attenuator is held in the position for this
+            voltage.
 
         Raises
         ------
         WrongDevice
-            If no generator answers, or its make is unknown.
+            If no generator answers, or if its make is unknown.
         PlateRefused
             If the generator does not keep a setting.
         """
@@ -108,7 +109,7 @@ class GeneratorOutput:
         return (self.range or self.dialect.range_of("")).smallest_vpp
 
     def verify(self) -> None:
-        """Check that every setting is still as `prepare` made it. Raises `PlateRefused`."""
+        """Check that all fixed settings are unchanged. Raises `PlateRefused`."""
         dialect = self.dialect
         for each in (*dialect.fixed, *([dialect.attenuator] if dialect.attenuator else [])):
             self._require(each)
@@ -128,7 +129,7 @@ class GeneratorOutput:
         self.write(self.dialect.output, self.dialect.on)
 
     def switch_off(self) -> None:
-        """Switch the output off and confirm it. Raises `PlateFault`."""
+        """Switch the output off, and check that it is off. Raises `PlateFault`."""
         self.write(self.dialect.output, self.dialect.off)
         if self.is_on():
             raise PlateRefused(
@@ -137,12 +138,12 @@ class GeneratorOutput:
         self._may_be_on = self._out_of_reach = False
 
     def end(self, machine: Clock) -> None:
-        """Switch off a generator that may be on, over a line that may have dropped.
+        """Switch the output off if it may be on, and reopen the connection if necessary.
 
         Raises
         ------
         StillVibrating
-            If the generator could not be switched off, although the line was reopened several
+            If the output could not be switched off, although the connection was reopened several
             times.
         """
         if not self.line.opened and not self._may_be_on:
@@ -155,7 +156,7 @@ class GeneratorOutput:
             self._reopen_and_switch_off(fault, machine)
 
     def _reopen_and_switch_off(self, fault: PlateFault, machine: Clock) -> None:
-        """Reopen the line, up to `REOPENINGS` times, until the output is off."""
+        """Reopen the connection, up to `REOPENINGS` times, until the output is off."""
         reopenings = 1 if self._out_of_reach else REOPENINGS
         for attempt in range(reopenings):
             if attempt:
@@ -174,13 +175,13 @@ class GeneratorOutput:
         ) from fault
 
     def set(self, item: Item, value: float) -> None:
-        """Set a value, read it back, and raise any error that the generator reports."""
+        """Write a setting, read it back, and raise any error that the generator reports."""
         self.write(item, f"{value:.6f}")
         self._no_errors()
         self.expect(item, value)
 
     def expect(self, item: Item, value: float) -> None:
-        """Raise `PlateRefused` unless the generator has a value."""
+        """Raise `PlateRefused` unless a setting has the expected value."""
         answer = self.number(item)
         step = self.range.resolution_vpp if self.range and item is self.dialect.voltage_vpp else 0.0
         if not math.isclose(answer, value, rel_tol=AGREEMENT, abs_tol=step):
@@ -201,7 +202,7 @@ class GeneratorOutput:
         return on
 
     def number(self, item: Item) -> float:
-        """Query a value from the generator."""
+        """Query a numeric setting."""
         text = self._ask(item)
         value = number(text)
         if math.isnan(value):
@@ -212,7 +213,7 @@ class GeneratorOutput:
         return value
 
     def write(self, item: Item, value: str) -> None:
-        """Set a value without checking the result."""
+        """Write a setting without checking the result."""
         self.line.write(self._command(item.write, value))
 
     def _ask(self, item: Item) -> str:

@@ -1,4 +1,4 @@
-"""The mock plate: the physical twin behind the driver interface, for pilots and tests.
+"""Provide the mock plate, a simulated plate for pilots and tests.
 
 SPEC: ``mock`` or ``mock:option=value,...`` with
 
@@ -14,11 +14,11 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
                 all phases except check (called every frame)
 ==============  ==================================================================
 
-In a quantity other than µm peak to peak, the twin provides only its dynamics: its largest
-amplitude represents the plate's largest level, and no drive voltage is reported.
+In a quantity other than µm peak to peak, only the dynamics are simulated: the largest amplitude of
+the simulation represents the plate's largest level, and no drive voltage is reported.
 
-A fault ``lost`` lasts until the next connect, any other fault for one command. As on a real board,
-the plate is silenced when the line is lost.
+A fault ``lost`` lasts until the next connect; all other faults last for one command. As on a real
+board, the plate is silenced when the connection is lost.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """One command that the mock received, for inspection by tests."""
+    """Record of a command that the mock plate received, for tests."""
 
     time_s: float
     name: str
@@ -68,20 +68,20 @@ class Command:
 
 
 class MockPlate(PlateDriver):
-    """A plate that exists only as its physics.
+    """Plate that is simulated by its dynamics.
 
     Parameters
     ----------
     clock : Clock
-        Ramps and settling advance it; a virtual clock does not wait.
+        Clock that ramps and settling advance. A virtual clock does not wait.
     twin : Twin
-        The plate.
+        Simulated dynamics of the plate.
     limits : PlateLimits
-        Enforced by the driver interface.
+        Limits of the plate.
     calibration : Calibration
-        Narrows the limits.
+        Calibration, which narrows the limits.
     plate_file : PlateFile
-        Stored with the data.
+        Plate file, which is stored with the data.
     injections : iterable of Injection
         Faults to inject.
     """
@@ -105,21 +105,21 @@ class MockPlate(PlateDriver):
         self.modulator = Modulator(
             resonance_hz=resonator.resonance_hz, quality_factor=resonator.quality_factor
         )
-        # With an ideal drive, only the plate's ring-up remains.
+        # The drive is ideal, so only the plate's ring-up time limits modulation.
         self.follow_lag_s = resonator.quality_factor / (math.pi * resonator.resonance_hz)
         self.log: list[Command] = []
         self._schedule = Schedule(injections)
         self._connected = False
-        self._lost = False  # line lost; the board has silenced the plate
+        self._lost = False  # The connection is lost, and the board has silenced the plate.
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
-        """Inject a fault at the ``n``-th command of a phase from now ("" counts all but check)."""
+        """Inject a fault at the ``n``-th command of a phase, or of all phases."""
         if fault not in FAULTS or phase not in ("", *PHASES):
             raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
-        """Use the study's quantity and largest level, if no plate file defines a quantity."""
+        """Use the study's quantity and largest level, unless a plate file defines them."""
         if quantity.makes != self.limits.quantity.makes:
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(
@@ -135,7 +135,7 @@ class MockPlate(PlateDriver):
         return 1.0 if limits.quantity.of_plate else PlateLimits().level / limits.level
 
     def vibration_level(self) -> float:
-        """Return the twin's true level, which a finger feels even if the line is lost."""
+        """Return the true simulated level, even if the connection is lost."""
         return self.twin.amplitude_um_pp(self.clock.now()) / self._um_per_level
 
     def _connect(self) -> PlateIdentity:
@@ -246,7 +246,7 @@ class MockPlate(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
-    """Return a mock plate (entry point ``mock``).
+    """Return the driver of a mock plate (entry point ``mock``).
 
     Raises
     ------

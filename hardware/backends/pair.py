@@ -1,11 +1,12 @@
-"""Two actuators on one plate, such as ultrasonic vibration and electrovibration.
+"""Drive two actuators on one plate, such as ultrasonic vibration and electrovibration.
 
-SPEC: ``pair:FIRST+SECOND``, the SPECs of two backends. Sessions treat the first as the plate:
-surfaces, readback and limits are the first's. The second holds `PlateDriver.second_level` with
-every surface, in its own quantity and within its own limits. Two rules:
+SPEC: ``pair:FIRST+SECOND``, the SPECs of two backends. For sessions, the first actuator is the
+plate: surfaces, readback and limits refer to it. The second actuator holds
+`PlateDriver.second_level` during every surface, in its own quantity and within its own limits. Two
+rules apply:
 
 - each actuator keeps its own limits, watchdog and guard, because both are complete drivers;
-- a fault of either switches off both, and *confirmed off* requires both confirmations.
+- a fault of either actuator switches off both, and *confirmed off* requires both to confirm.
 """
 
 from __future__ import annotations
@@ -25,12 +26,12 @@ from slipscale.stimuli.surface import Sensor, Surface, VirtualSurface
 
 
 class PlatePair(PlateDriver):
-    """Two drivers that are commanded, checked and switched off together.
+    """Pair of drivers that are commanded, checked and switched off together.
 
     Parameters
     ----------
     first, second : PlateDriver
-        Not yet connected, with the same clock.
+        Drivers that are not connected and have the same clock.
     """
 
     name = "pair"
@@ -48,24 +49,24 @@ class PlatePair(PlateDriver):
 
     @property
     def unfelt(self) -> bool:
-        """Whether a finger would not feel one of the actuators."""
+        """Whether a finger would feel nothing from at least one of the actuators."""
         return self.first.unfelt or self.second.unfelt
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
-        """Check the level of the second actuator, then the surface as for a single plate."""
+        """Check the level of the second actuator, and the surface for the first actuator."""
         self.second.check_supported(VirtualSurface(level=self.second_level))
         return super().check_supported(surface, sensors=sensors)
 
     def confirm(self, commanded_level: float, readback: Readback) -> None:
-        """Raise `NotReached` or `OffCalibration` by the first actuator's rules."""
+        """Raise `NotReached` or `OffCalibration` as for the first actuator."""
         self.first.confirm(commanded_level, readback)
 
     def vibration_level(self) -> float:
-        """Return the level of the first actuator that a finger on the plate feels now."""
+        """Return the current level of the first actuator."""
         return self.first.vibration_level()
 
     def describe(self) -> dict[str, object]:
-        """Return the first actuator's entry in the session's record, with the second's in it."""
+        """Return the session record of the first actuator, which contains that of the second."""
         second = self.second.describe()
         named = self.second.limits.quantity.named
         limits = {named(name): value for name, value in second["limits"].items()}
@@ -97,7 +98,7 @@ class PlatePair(PlateDriver):
         self.second.check()
 
     def _play(self, loop: Loop) -> None:
-        # `_drive` has settled the first; to present again would drive the second again.
+        # The first actuator has settled; presenting again would also drive the second again.
         self.first._play(loop)  # noqa: SLF001
         self.first._played = loop  # noqa: SLF001
 
@@ -109,7 +110,7 @@ class PlatePair(PlateDriver):
 
     def _silence(self) -> None:
         self._both(lambda plate: plate.silence())
-        # A driver that reported a fault before does not report it again.
+        # Drivers do not report a fault twice.
         for plate in (self.first, self.second):
             if self._opened and plate.output is not Output.OFF:
                 raise ConnectionLost(f"plate '{plate.name}': did not confirm that it is off")
@@ -118,7 +119,7 @@ class PlatePair(PlateDriver):
         self._both(lambda plate: plate.close())
 
     def _both(self, action: Callable[[PlateDriver], None]) -> None:
-        """Perform an action on both actuators, whatever the first raises; then raise the worst."""
+        """Perform an action on both actuators, then raise the most serious fault."""
         raised: list[BaseException] = []
         for plate in (self.first, self.second):
             try:
@@ -134,12 +135,12 @@ def _severity(error: BaseException) -> int:
 
 
 def pair_of(spec: str) -> tuple[str, str]:
-    """Return the SPECs of both actuators.
+    """Split the SPEC of a pair into the SPECs of both actuators.
 
     Raises
     ------
     UserError
-        If the SPEC does not contain exactly two.
+        If the SPEC does not contain exactly two SPECs.
     """
     specs = parts(spec)
     if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair
@@ -151,7 +152,7 @@ def pair_of(spec: str) -> tuple[str, str]:
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
-    """Return two actuators (entry point ``pair``). Raises `UserError`."""
+    """Return the driver of two actuators (entry point ``pair``). Raises `UserError`."""
     specs = pair_of(f"{PlatePair.name}:{address}")
     first, second = (registry.open_plate(spec, clock=clock, seed=seed) for spec in specs)
     return PlatePair(first, second)

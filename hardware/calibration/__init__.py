@@ -1,1 +1,1 @@
-"""Calibration of a plate: sweep, fit, record and plot."""
+"""Calibrate a plate: measure sweeps, fit resonance and gain, store and plot the results."""

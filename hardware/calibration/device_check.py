@@ -1,4 +1,4 @@
-"""Check that the connected device is the one in the plate file and the calibration."""
+"""Check that the connected device matches the plate file and the calibration."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Checked(Protocol):
-    """The part of a plate's driver that the check uses."""
+    """Interface of a driver for the device check."""
 
     name: ClassVar[str]
     simulated: ClassVar[bool]
@@ -21,21 +21,21 @@ class Checked(Protocol):
 
 
 def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tuple[str, ...]:
-    """Check a plate that has just answered; return notes on its calibration for the operator.
+    """Check a plate's identity; return notes on its calibration for the operator.
 
-    For a simulated plate, the calibration of another plate is harmless and is only noted.
+    If a simulated plate has the calibration of another plate, only a note is returned.
 
     Parameters
     ----------
     wanted : str
-        Serial number of the device in the plate file; empty if it has none.
+        Serial number in the plate file; empty if there is none.
 
     Raises
     ------
     WrongDevice
         If the plate file or the calibration is for another device, plate or backend.
     UserError
-        If the calibration is too old, or dated after today.
+        If the calibration is too old or dated in the future.
     """
     if wanted and identity.serial != wanted and not plate.simulated:
         raise WrongDevice(

@@ -1,4 +1,4 @@
-"""Estimate resonance, Q and gain, and their uncertainties, from vibrometer readings.
+"""Estimate resonance, Q and gain, with their uncertainties, from vibrometer readings.
 
 All functions are pure.
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 FEWEST_POINTS = 6
 CONFIDENCE = 0.95
-EXPLAINED_MIN = 0.5  # fraction of a frequency sweep's variance; pure noise gives about 0.1
+EXPLAINED_MIN = 0.5  # explained share of the variance; about 0.1 for noise
 NO_RESONANCE = (
     "frequency sweep: no resonance; the plate responds equally at all frequencies. Check that "
     "the vibrometer measures the plate, and sweep around its resonance"
@@ -32,7 +32,7 @@ LARGEST_WEIGHT_RATIO = 1e4
 
 @dataclass(frozen=True, slots=True)
 class Peak:
-    """A fitted resonance and its height in µm p-p per volt."""
+    """Fitted resonance, with its height in µm p-p per volt."""
 
     resonance: Resonance
     height_um_pp_per_v: float
@@ -41,18 +41,18 @@ class Peak:
 def response(
     frequency_hz: NDArray[np.float64], resonance_hz: float, quality_factor: float, height: float
 ) -> NDArray[np.float64]:
-    """Return the magnitude of the resonance's response (as the twin's `Conditions`)."""
+    """Return the magnitude of the response at a frequency, as in the simulated plate."""
     detuning = (frequency_hz - resonance_hz) / resonance_hz
     return height / np.sqrt(1 + (2 * quality_factor * detuning) ** 2)
 
 
 def fit_resonance(points: Sequence[Point]) -> Peak:
-    """Fit a resonance to a frequency sweep (weighted least squares on µm per volt, see `_weights`).
+    """Fit a resonance to a frequency sweep by weighted least squares.
 
     Raises
     ------
     UserError
-        If there are too few points, no voltage, no resonance, or no peak within the sweep.
+        If there are too few points, or no voltage, no resonance or no peak within the sweep.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
@@ -64,7 +64,8 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     if np.ptp(per_volt) == 0:
         raise UserError(NO_RESONANCE)
     top = int(np.argmax(per_volt))
-    # At the edges of the band, the squared height is halved: an initial estimate of Q.
+    # The initial estimate of Q is based on the band within which the squared height is at least
+    # half.
     band = frequency_hz[per_volt > per_volt[top] / np.sqrt(2)]
     width_hz = max(float(np.ptp(band)), float(np.ptp(frequency_hz)) / len(points))
     guess = (frequency_hz[top], frequency_hz[top] / width_hz, per_volt[top])
@@ -102,7 +103,7 @@ def fit_gain(points: Sequence[Point]) -> Gain:
     Raises
     ------
     UserError
-        If there are too few points, or the plate does not respond.
+        If there are too few points, or if the plate does not respond.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"voltage sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
@@ -124,7 +125,7 @@ def fit_gain(points: Sequence[Point]) -> Gain:
         um_pp_per_v_ci95=half_width,
         residual_um=_rms(left_um, len(points) - 1),
         voltage_max_v=highest_v,
-        # The largest reading if it is below the line, because the plate may saturate.
+        # Use the largest reading if it is below the line, because the plate may saturate.
         amplitude_max_um_pp=min(slope * highest_v, float(amplitude_um.max())),
     )
 
@@ -134,11 +135,11 @@ def _fitted(
     per_volt: NDArray[np.float64],
     guess: tuple[float, float, float],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return a resonance's best-fit parameters and their covariance. Raises RuntimeError."""
+    """Return the best-fit parameters of a resonance, and their covariance. Raises RuntimeError."""
     weights = np.ones_like(frequency_hz)
     best = np.array(guess)
     with warnings.catch_warnings():
-        # A covariance that cannot be estimated is infinite; the caller checks for that.
+        # If the covariance cannot be estimated, it is infinite, which the caller checks.
         warnings.simplefilter("ignore", optimize.OptimizeWarning)
         for _ in range(WEIGHTING_ROUNDS):
             best, covariance = optimize.curve_fit(
@@ -152,19 +153,19 @@ def _fitted(
 def _weights(
     fitted: NDArray[np.float64], left: NDArray[np.float64], before: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return the weights of the readings, estimated from a fit's residuals.
+    """Estimate the weights of readings from the residuals of a fit.
 
-    A vibrometer's noise has a constant part and a part proportional to the reading: variance = a +
-    b·reading², fitted to the squared residuals with a and b not negative. If the noise (2 % of the
-    reading) were treated as constant, a 95 % interval for the gain would have a coverage of
-    only 86 %.
+    The noise of a vibrometer has a constant part and a part that is proportional to the reading:
+    variance = a + b·reading², fitted to the squared residuals with non-negative a and b. If noise
+    of 2 % of the reading were treated as constant, the coverage of a 95 % interval for the gain
+    would be only 86 %.
 
     Parameters
     ----------
     fitted, left : ndarray
-        The fit's predictions, and the residuals (reading minus prediction).
+        Predictions of the fit, and residuals (reading minus prediction).
     before : ndarray
-        The weights of that fit, because the scatter of the squares is as large as the variances.
+        Weights of the previous fit, which are also used for the squared residuals.
 
     Returns
     -------

@@ -1,8 +1,8 @@
-"""Questions at the terminal while a plate vibrates; the plate is kept alive while a person types.
+"""Ask questions at the terminal while keeping a vibrating plate alive.
 
-A board silences itself if it receives nothing for its watchdog time, so `typed` repeatedly calls a
-function while it waits. `typed` waits in short steps: otherwise a signal that arrives just as a
-piped question appears would be noticed only after the next line.
+A board silences the plate if it receives nothing for its watchdog time. `typed` therefore calls a
+function repeatedly while it waits for an answer. It waits in short steps, so that signals are
+handled without delay.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ ALIVE_S = 0.1
 
 
 def typed(question: str, alive: Callable[[], object]) -> str:
-    """Return the line that a person types; call ``alive`` every 0.1 s until then.
+    """Ask a question and return the answer; call ``alive`` every 0.1 s while waiting.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     print(question, end="", flush=True)
     try:
         descriptor = sys.stdin.fileno()
-    except (io.UnsupportedOperation, ValueError):  # not a file, so it does not block
+    except (io.UnsupportedOperation, ValueError):  # A file would block; a queue does not.
         return _whole(sys.stdin.readline().encode())
     read = bytearray()
     reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)
@@ -41,7 +41,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
 
 
 def _read_line(descriptor: int, read: bytearray) -> None:
-    """Read up to a line feed and no further, because the next question's answer may follow."""
+    """Read exactly one line, because the answer to the next question may follow."""
     while not read.endswith(b"\n"):
         byte = os.read(descriptor, 1)
         if not byte:

@@ -20,7 +20,7 @@ MEASURED, FITTED = BLUE, VERMILION
 
 @styled
 def draw(calibration: Calibration) -> Figure:
-    """Draw the figure of a calibration."""
+    """Plot both sweeps of a calibration with their fits."""
     figure, axes = canvas(2, 2, (9, 5), sharex="col", height_ratios=[3, 1])
     resonance, gain = calibration.resonance, calibration.gain
     sweep = [each for each in calibration.points if each.sweep != "voltage"]
@@ -61,7 +61,7 @@ def draw(calibration: Calibration) -> Figure:
 
 
 def _panel(pair: np.ndarray, x: np.ndarray, points: list[Point], fitted: np.ndarray) -> None:
-    """Draw readings above, and the residuals of the fit below."""
+    """Plot readings with the fit, and the residuals below."""
     above: Axes = pair[0]
     below: Axes = pair[1]
     measured_um = np.array([each.amplitude_um_pp for each in points])

@@ -1,7 +1,7 @@
-"""Read vibrometer readings from files: amplitudes, velocities, or oscilloscope traces.
+"""Read vibrometer readings from files: amplitudes, velocities or oscilloscope traces.
 
-The file is a CSV with one row per reading: ``sweep``, ``frequency_hz``, ``voltage_v``, and one
-column for the measured quantity (`QUANTITIES`).
+Files are CSV with one row per reading and the columns ``sweep``, ``frequency_hz``, ``voltage_v``,
+and one of `QUANTITIES` for the measured quantity.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ DRIVE_COLUMNS = ("sweep", "frequency_hz", "voltage_v")
 UM_PER_MM = 1000.0
 PERIODS_MIN = 5.0
 SAMPLES_PER_PERIOD_MIN = 4.0
-UNEVEN = 0.01  # fraction of the sample interval: instruments print times with few digits
+UNEVEN = 0.01  # tolerance of sample times, as instruments print few digits
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
-    """An oscilloscope's recording, evenly sampled.
+    """Recording of an oscilloscope, evenly sampled.
 
     Parameters
     ----------
@@ -45,9 +45,9 @@ class Trace:
     volts_v: NDArray[np.float64]
 
     def amplitude_v_peak(self, frequency_hz: float) -> float:
-        """Return the amplitude of the sine at one frequency, by least squares.
+        """Estimate the amplitude of the sine at one frequency by least squares.
 
-        An offset and components at other frequencies (noise, hum) are ignored.
+        Offset, noise and components at other frequencies do not affect the result.
 
         Raises
         ------
@@ -86,14 +86,14 @@ def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float
 def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
-    Oscilloscope makes differ in the header and in the columns before the samples. The reader
-    relies on what they share: each sample's line ends in time and voltage, and all lines before
-    the first such line are a header.
+    Files from different makes differ in their headers and first columns. In all of them, each line
+    with a sample ends with time and voltage. All lines before the first such line are treated as
+    the header.
 
     Raises
     ------
     ValueError
-        If the file cannot be read or contains no samples, or a line between samples is invalid.
+        If the file cannot be read, contains no samples, or has an invalid line between samples.
     """
     try:
         lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
@@ -123,7 +123,7 @@ def _sample(line: str) -> tuple[float, float] | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Reading:
-    """A cell, and the information needed to convert it to an amplitude."""
+    """Cell of a file, with the information for converting it to an amplitude."""
 
     text: str
     frequency_hz: float
@@ -157,7 +157,7 @@ def _of_a_trace(reading: _Reading) -> float:
     return um_pp_from_velocity(volts_v * reading.mm_s_per_v, reading.frequency_hz)
 
 
-# Column of the measured quantity -> conversion to µm peak to peak.
+# Column of the measured quantity -> function that converts a reading to µm peak to peak.
 QUANTITIES: dict[str, Callable[[_Reading], float]] = {
     "amplitude_um_pp": _number,
     "velocity_mm_s_peak": _of_a_velocity,
@@ -171,15 +171,15 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
     Parameters
     ----------
     path : Path
-        The file. Traces that it names are expected in the same folder.
+        Path of the CSV file. Traces must be in the same folder.
     mm_s_per_v : float
-        Velocity per volt of the vibrometer's output; required for traces.
+        Velocity in mm/s per volt of the vibrometer's output; required for traces.
 
     Raises
     ------
     UserError
         If the file does not exist, does not have exactly one column of `QUANTITIES`, or contains an
-        impossible value (reported with its line).
+        invalid value.
     """
     try:
         with path.open(encoding="utf-8-sig", newline="") as file:
@@ -204,7 +204,7 @@ def _point(
 ) -> Point:
     values: dict[str, object] = {key: row.get(key) for key in DRIVE_COLUMNS}
     try:
-        # Frequency and voltage first: the amplitude's conversion requires the frequency.
+        # Frequency comes first, because it is needed to convert the amplitude.
         drive = Point.model_validate({**values, "amplitude_um_pp": 0})
         reading = _Reading(
             text=row[column] or "",

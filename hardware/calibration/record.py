@@ -1,7 +1,6 @@
-"""A plate's calibration: the record, its file, and the limits that follow from it.
+"""Represent the calibration of a plate, and derive limits and drive voltages from it.
 
-The file is human-readable TOML, written by ``slipscale plate calibrate``. It is validated as a
-whole, and all errors are reported together with their positions.
+Calibrations are stored in TOML files, which ``slipscale plate calibrate`` writes.
 """
 
 from __future__ import annotations
@@ -23,9 +22,9 @@ if TYPE_CHECKING:
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.records import PlateIdentity
 
-OLD_DAYS = 180  # older ones are noted
-EXPIRED_DAYS = 365  # older ones are rejected
-MISFIT = 0.05  # fraction of the largest reading: allowed deviation from resonance and gain
+OLD_DAYS = 180  # Older calibrations cause a note.
+EXPIRED_DAYS = 365  # Older calibrations are rejected.
+MISFIT = 0.05  # allowed deviation from the fit, relative to the largest reading
 CHECKSUM = "sha256"  # the file's key
 PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
@@ -36,10 +35,10 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
 class Device(FrozenTable):
-    """The plate's device: the backend, its answer to ``*IDN?``, and any number of the plate.
+    """Calibrated device: backend, answer to ``*IDN?``, and number of the plate.
 
-    A board and its plate are one unit. Plates behind a generator can be exchanged, and only
-    `plate` distinguishes them.
+    A board and its plate are one unit. Plates that are driven by a generator can be exchanged, and
+    only the number `plate` distinguishes them.
     """
 
     backend: str
@@ -51,7 +50,7 @@ class Device(FrozenTable):
 
 
 class Provenance(FrozenTable):
-    """The date, person, instrument and conditions of the calibration."""
+    """Date, person, instrument and conditions of the calibration."""
 
     date: date
     by: str
@@ -62,35 +61,36 @@ class Provenance(FrozenTable):
 
 
 class DriveChain(FrozenTable):
-    """The voltage convention, and what follows the generator.
+    """Voltage convention and amplifier gain of the calibration.
 
-    All volts in the file are volts at the plate, after the amplifier.
+    All voltages in the file are voltages at the plate, after the amplifier.
     """
 
     voltage_convention: VoltageConvention = "V peak"
     amplifier_gain: Positive = 1.0
-    # The largest voltage before the amplifier; it reveals a gain that was changed later.
+    # Largest voltage before the amplifier, from which a later change of the gain is detected.
     source_max_v: Positive | None = None
 
     @property
     def v_peak_per_volt(self) -> float:
-        """V peak per volt in the file's convention; both at the plate."""
+        """V peak per volt in the convention of the file."""
         return PEAK_OF[self.voltage_convention]
 
 
 class Resonance(FrozenTable):
-    """The fitted resonance; ``_ci95`` are half-widths of 95 % confidence intervals."""
+    """Fitted resonance; ``_ci95`` are half-widths of 95 % confidence intervals."""
 
     frequency_hz: Positive
     frequency_ci95_hz: NotNegative
-    # With 5,000 at 30.5 kHz, a plate takes 0.4 s to settle; tactile plates are far below.
+    # With a Q of 5,000, a plate at 30.5 kHz takes 0.4 s to settle; tactile plates have a much lower
+    # Q.
     quality_factor: Annotated[float, Field(gt=1, le=5_000)]
     quality_factor_ci95: NotNegative
     residual_um: NotNegative
 
 
 class Gain(FrozenTable):
-    """The fitted line through the origin at resonance: µm p-p per volt."""
+    """Fitted line through the origin at resonance, in µm p-p per volt."""
 
     um_pp_per_v: Positive
     um_pp_per_v_ci95: NotNegative
@@ -100,7 +100,7 @@ class Gain(FrozenTable):
 
 
 class Point(FrozenTable):
-    """One reading of the vibrometer."""
+    """One vibrometer reading."""
 
     sweep: Literal["coarse", "fine", "voltage"]
     frequency_hz: Positive
@@ -109,13 +109,13 @@ class Point(FrozenTable):
 
 
 class Calibration(FrozenTable):
-    """The relation between volts and micrometres for one plate.
+    """Calibration of one plate: the relation between voltage and amplitude.
 
     Raises
     ------
     ValidationError
-        If values are impossible, or the readings do not match resonance and gain: a file with
-        edited numbers is rejected even if its checksum was updated.
+        If values are impossible, or if the readings do not match resonance and gain. Edited files
+        are thus rejected even if the checksum was updated.
     """
 
     device: Device
@@ -159,7 +159,7 @@ class Calibration(FrozenTable):
         linear = [each for each in self.points if each.sweep == "voltage"]
         for readings in (fine or coarse, linear):
             misfit = self._misfit(readings)
-            # For extremely large numbers, the distance is nan.
+            # For extremely large numbers, the distance is NaN.
             if misfit > MISFIT or math.isnan(misfit):
                 raise ValueError(
                     f"the readings of the {readings[0].sweep} sweep differ by {misfit:.0%} "
@@ -168,23 +168,23 @@ class Calibration(FrozenTable):
         return self
 
     def _misfit(self, readings: list[Point]) -> float:
-        """Return the RMS distance between readings and fit, relative to the largest reading."""
+        """Return the RMS difference between readings and fit, relative to the largest reading."""
         largest_um_pp = max((each.amplitude_um_pp for each in readings), default=0.0)
         if largest_um_pp == 0:
             return math.inf if readings else 0.0
-        # hypot does not overflow, unlike squaring.
+        # Unlike squaring, hypot does not overflow.
         apart = math.hypot(*(each.amplitude_um_pp - self.expected_um_pp(each) for each in readings))
         return apart / math.sqrt(len(readings)) / largest_um_pp
 
     def expected_um_pp(self, point: Point) -> float:
-        """Return the amplitude that resonance and gain predict for a reading's drive, µm p-p."""
+        """Return the amplitude in µm p-p that resonance and gain predict for a point."""
         resonance = self.resonance
         detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
         lost = math.hypot(1, 2 * resonance.quality_factor * detuning)
         return self.gain.um_pp_per_v * point.voltage_v / lost
 
     def characteristics(self) -> dict[str, float]:
-        """Return the plate's characteristic values, under their names in a plate file."""
+        """Return characteristic values, under the names used in a plate file."""
         return {
             "resonance_hz": self.resonance.frequency_hz,
             "quality_factor": self.resonance.quality_factor,
@@ -193,20 +193,20 @@ class Calibration(FrozenTable):
 
     @property
     def um_pp_per_v_peak(self) -> float:
-        """Amplitude at resonance per volt peak at the plate."""
+        """Amplitude at resonance in µm p-p per V peak at the plate."""
         return self.gain.um_pp_per_v / self.drive.v_peak_per_volt
 
     def voltage_v_peak(self, amplitude_um_pp: float) -> float:
-        """Return the drive voltage for an amplitude in µm p-p, V peak at the plate."""
+        """Return the drive voltage in V peak at the plate for an amplitude in µm p-p."""
         return amplitude_um_pp / self.um_pp_per_v_peak
 
     def narrow(self, limits: PlateLimits) -> PlateLimits:
-        """Return the limits narrowed to the calibrated range; nothing is extrapolated.
+        """Narrow limits to the calibrated range, so that nothing is extrapolated.
 
         Raises
         ------
         UserError
-            If the resonance is outside the band in which the plate may be driven.
+            If the resonance is outside the allowed frequency band.
         """
         frequency_hz = self.resonance.frequency_hz
         if not limits.frequency_min_hz <= frequency_hz <= limits.frequency_max_hz:
@@ -222,7 +222,7 @@ class Calibration(FrozenTable):
         )
 
     def mismatches(self, identity: PlateIdentity, *, backend: str) -> tuple[str, ...]:
-        """Return the differences between the calibrated device and the connected one."""
+        """Describe differences between the calibrated device and the connected device."""
         compared = (
             ("backend", self.device.backend, backend),
             ("device", self.device.serial, identity.serial),
@@ -234,9 +234,9 @@ class Calibration(FrozenTable):
         )
 
     def check_date(self, today: date) -> None:
-        """Raise `UserError` if the calibration is too old, or dated after today."""
+        """Raise `UserError` if the calibration is too old or dated in the future."""
         made = self.made.date
-        if made > today + timedelta(days=1):  # it may already be tomorrow in another time zone
+        if made > today + timedelta(days=1):  # In another time zone, it may already be tomorrow.
             raise UserError(
                 f"calibration: its date, {made}, is after today ({today}); set this "
                 "computer's clock, or recalibrate"
@@ -248,14 +248,14 @@ class Calibration(FrozenTable):
             )
 
     def notes(self, today: date) -> tuple[str, ...]:
-        """Return notes for the operator, for example that the calibration is old."""
+        """Return notes for the operator, such as a warning about an old calibration."""
         age_days = (today - self.made.date).days
         if age_days > OLD_DAYS:
             return (f"the calibration is {age_days} days old; recalibrate",)
         return ()
 
     def summary(self) -> dict[str, object]:
-        """Return everything except the points, and the checksum of everything, ready for JSON."""
+        """Return the calibration without its points, and a checksum, as JSON data."""
         return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
 
 
@@ -265,13 +265,13 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def checksum(calibration: Calibration) -> str:
-    """Return the SHA-256 of a calibration's content, independent of the file's layout."""
+    """Return the SHA-256 of a calibration's content, regardless of the layout of the file."""
     content = json.dumps(calibration.model_dump(mode="json", exclude_none=True), sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
 
 def to_toml(calibration: Calibration) -> str:
-    """Return the file's text with its checksum; reading it gives an equal calibration."""
+    """Format a calibration as TOML text with a checksum."""
     import tomlkit  # noqa: PLC0415 - not needed without a calibration
 
     document = tomlkit.document()

@@ -1,9 +1,8 @@
-"""Check that a calibration's readings come from a sound plate and its values are plausible.
+"""Check that the readings and values of a calibration are plausible.
 
-A line through the origin can be fitted to any readings. These rules, which are pure
-functions, detect problems that such a fit hides: a plate that saturates, an instrument with an
-offset, a plate that changed between the upward and the downward sweep, two resonances instead of
-one, or a wrong unit.
+A fit alone does not reveal a plate that saturates, an instrument with an offset, a plate that
+changed between the upward and the downward sweep, two resonances instead of one, or a wrong unit.
+The functions in this module detect these problems. All functions are pure.
 """
 
 from __future__ import annotations
@@ -24,17 +23,17 @@ OFFSET = 0.05  # of the largest reading
 FALLS = 0.02  # of the largest reading, from one voltage to the next
 DRIFT = 0.03  # of the readings on the way up
 LOWEST = 0.2  # of the largest voltage: below it, noise hides a drift
-CURVED = 0.08  # allowed relative difference between the slopes of the upper and the lower half
-SECOND_PEAK = 0.1  # of the peak's height: a bump not explained by one resonance
+CURVED = 0.08  # allowed relative difference between the slopes of both halves
+SECOND_PEAK = 0.1  # largest deviation from one resonance, as a fraction of the peak
 FEWEST = 4
 
-# Plausible values if the plate file does not define any: (name, lowest, highest, unit).
+# Default plausible ranges: (name, lowest, highest, unit).
 BOUNDS: Mapping[str, tuple[float, float]] = {
     "resonance_hz": (15_000.0, 100_000.0),
     "quality_factor": (5.0, 2_000.0),
     "um_pp_per_v_peak": (0.005, 2.0),
 }
-# Ratios of a wrong gain to the right one that result from mistaken units.
+# Ratios of a wrong gain to the correct gain that result from mistaken units.
 MISTAKES: tuple[tuple[float, str], ...] = (
     (1000.0, "nanometres taken for micrometres, or millivolts for volts"),
     (0.001, "micrometres per second taken for millimetres per second"),
@@ -43,19 +42,19 @@ MISTAKES: tuple[tuple[float, str], ...] = (
     (math.sqrt(2), "peak taken for RMS"),
     (1 / math.sqrt(2), "RMS taken for peak"),
 )
-MISTAKEN = 0.08  # relative tolerance of such a factor
+MISTAKEN = 0.08  # relative tolerance of these ratios
 CHANGED = 0.2  # relative change of the gain between two calibrations of one plate
 
 
 class Sweep(NamedTuple):
-    """A voltage sweep: voltages in V and readings in µm p-p, in measured order."""
+    """Voltage sweep with voltages in V and readings in µm p-p, in measured order."""
 
     voltage_v: NDArray[np.float64]
     reading_um: NDArray[np.float64]
 
 
 def unsound(calibration: Calibration) -> list[str]:
-    """Return what is wrong with a calibration's readings, one sentence per problem."""
+    """Describe the problems in a calibration's readings, one sentence per problem."""
     linear = [each for each in calibration.points if each.sweep == "voltage"]
     sweep = Sweep(
         np.array([each.voltage_v for each in linear]),
@@ -116,7 +115,7 @@ RULES: tuple[Callable[[Sweep], Iterator[str]], ...] = (_saturates, _falls, _offs
 
 
 def _second_peak(calibration: Calibration) -> Iterator[str]:
-    """Yield a bump in the frequency sweep that the fitted resonance does not explain."""
+    """Yield a message if the frequency sweep does not follow the fitted resonance."""
     fine = [each for each in calibration.points if each.sweep == "fine"]
     swept: Sequence[Point] = fine or [each for each in calibration.points if each.sweep == "coarse"]
     if len(swept) < FEWEST:
@@ -144,13 +143,13 @@ def _second_peak(calibration: Calibration) -> Iterator[str]:
 def implausible(
     calibration: Calibration, expected: Mapping[str, tuple[float, float] | None]
 ) -> list[str]:
-    """Return the values outside the range expected for the plate, one sentence per value.
+    """Describe values outside the range expected for the plate, one sentence per value.
 
     Parameters
     ----------
     calibration : Calibration
     expected : mapping
-        Bounds by name, as in a plate file's ``[expected]``; missing ones default to `BOUNDS`.
+        Bounds by name, as in ``[expected]`` of a plate file. The default is `BOUNDS`.
     """
     found = []
     for name, value in calibration.characteristics().items():
@@ -162,7 +161,7 @@ def implausible(
 
 
 def mistake(ratio: float, amplifier_gain: float) -> str:
-    """Return the unit error that explains a ratio of two gains; "" if there is none.
+    """Return the mistake in units that explains a ratio of two gains, or "".
 
     >>> mistake(0.5, 1.0)
     'peak taken for peak to peak'
@@ -177,7 +176,7 @@ def mistake(ratio: float, amplifier_gain: float) -> str:
 
 
 def changed(calibration: Calibration, before: Calibration) -> str:
-    """Describe how a calibration differs from the plate's previous one; "" if it agrees."""
+    """Describe how the gain differs from the plate's previous calibration, or return ""."""
     ratio: float = calibration.um_pp_per_v_peak / before.um_pp_per_v_peak
     if 1 / (1 + CHANGED) <= ratio <= 1 + CHANGED:
         return ""

@@ -1,4 +1,4 @@
-"""Read calibration files, which must be complete, unchanged, and consistent with their readings."""
+"""Read calibration files, and check that they are complete, unchanged and consistent."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from slipscale.hardware.calibration import record
 from slipscale.hardware.calibration.record import CHECKSUM, Calibration
 from slipscale.hardware.calibration.sweep import fitted
 
-REFITTED = 1e-6  # allowed relative deviation of stored from refitted results
+REFITTED = 1e-6  # allowed relative difference between stored and refitted results
 
 
 class _Signed(Calibration):
@@ -24,8 +24,8 @@ def read_calibration(path: Path) -> Calibration:
     Raises
     ------
     UserError
-        If the file does not exist, is not valid TOML, was changed after it was written, or values
-        are missing or impossible (all are listed).
+        If the file does not exist, is not valid TOML or was changed after it was written, or if
+        values are missing or impossible.
     """
     signed = read_toml(path, _Signed)
     calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
@@ -40,7 +40,7 @@ def read_calibration(path: Path) -> Calibration:
 
 
 def _require_refit(calibration: Calibration, path: Path) -> None:
-    """Raise `UserError` unless a new fit of the stored readings gives the stored results."""
+    """Raise `UserError` if a new fit of the stored readings gives different results."""
     resonance, gain = fitted(calibration.points)
     for table, stored, found in (
         ("resonance", calibration.resonance, resonance),

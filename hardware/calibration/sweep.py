@@ -1,8 +1,7 @@
-"""The calibration measurement: a coarse and a fine frequency sweep, then a voltage sweep.
+"""Measure the sweeps of a calibration: coarse and fine frequency sweeps, and a voltage sweep.
 
-Each sweep goes up and down again, starting at low voltage, so that warming and hysteresis appear
-in the residuals instead of being hidden in the fit. The sweep does not depend on a driver; it
-calls ``measure``.
+Each sweep goes up and down again, so that warming and hysteresis appear in the residuals instead of
+being hidden in the fit.
 """
 
 from __future__ import annotations
@@ -32,14 +31,14 @@ if TYPE_CHECKING:
     Measure = Callable[[float, float], float | None]  # Hz, V -> µm p-p
 
 COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS = 41, 21, 12
-FINE_WIDTHS = 1.5  # half-power widths on either side of the resonance
+FINE_WIDTHS = 1.5  # width of the fine sweep to either side, in half-power widths
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPlan:
-    """Range of the sweeps: centre and half span in Hz, frequency-sweep voltage and largest voltage.
+    """Ranges of frequency and voltage for the sweeps of a calibration.
 
-    Volts are in the calibration's convention, at the plate.
+    Voltages are at the plate, in the convention of the calibration.
     """
 
     centre_hz: float = 30_500.0
@@ -54,10 +53,10 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
     Parameters
     ----------
     plan : SweepPlan
-        Range of the sweeps.
+        Ranges of the sweeps.
     measure : callable
-        Drives the plate at a frequency in Hz and a voltage in V; returns the reading in µm p-p, or
-        None to repeat the previous point of the same sweep.
+        Function that drives the plate at a frequency in Hz and a voltage in V, and returns the
+        reading in µm p-p, or None to repeat the previous point of the same sweep.
     """
 
     def measured(kind: str, drives: Sequence[tuple[float, float]]) -> list[Point]:
@@ -88,7 +87,7 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
 
 
 def there_and_back(steps: Iterable[float]) -> list[float]:
-    """Return the steps up and down again.
+    """Return the steps in ascending and then in descending order.
 
     >>> there_and_back([1, 2])
     [1.0, 2.0, 2.0, 1.0]
@@ -98,7 +97,7 @@ def there_and_back(steps: Iterable[float]) -> list[float]:
 
 
 def fitted(points: Sequence[Point]) -> tuple[Resonance, Gain]:
-    """Return resonance and gain from a calibration's points.
+    """Fit resonance and gain to the points of a calibration.
 
     Raises
     ------
@@ -114,13 +113,13 @@ def fitted(points: Sequence[Point]) -> tuple[Resonance, Gain]:
 def calibration_from(
     points: Sequence[Point], *, device: Device, made: Provenance, drive: DriveChain
 ) -> Calibration:
-    """Fit all points of a calibration.
+    """Fit all points, and return the calibration.
 
     Raises
     ------
     UserError
-        If the points do not contain a resonance or a voltage sweep, the plate changed between them,
-        or the readings indicate a faulty plate.
+        If the points do not contain a resonance or a voltage sweep, or if the readings indicate
+        that the plate changed or is faulty.
     """
     resonance, gain = fitted(points)
     source_max_v = gain.voltage_max_v / drive.amplifier_gain

@@ -1,1 +1,1 @@
-"""The commands `slipscale plate ...`, one module each, loaded on demand."""
+"""Implement the commands `slipscale plate ...`, with one module per command."""

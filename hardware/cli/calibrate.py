@@ -1,4 +1,4 @@
-"""The command `slipscale plate calibrate`."""
+"""Implement `slipscale plate calibrate`."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback
 
-# What --steps reports in place of a reading, and what a person types to repeat the point before.
+# Text that --steps prints instead of a reading, and input that repeats the previous point.
 ASKED, BACK = "?", "b"
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of the command to the parser."""
+    """Add the arguments of `slipscale plate calibrate`."""
     parser.add_argument(
         "--plate",
         metavar="SPEC",
@@ -149,7 +149,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def without_calibration(spec: str) -> str:
-    """Return a plate's SPEC without its calibration, which is about to be replaced.
+    """Remove the calibration from a SPEC, because a new calibration will replace it.
 
     >>> without_calibration("serial:/dev/ttyACM0,calibration=plate.toml,limit=2")
     'serial:/dev/ttyACM0,limit=2'
@@ -158,8 +158,8 @@ def without_calibration(spec: str) -> str:
 
 
 def run(arguments: Namespace) -> int:
-    """Measure or read a sweep, fit it, and write the calibration and its plot."""
-    # SciPy, pydantic and matplotlib are imported here to keep `slipscale plate --help` fast.
+    """Measure or read sweeps, fit them, and write the calibration with a plot."""
+    # Imported late, to keep `slipscale plate --help` fast.
     from slipscale.figure_style import save  # noqa: PLC0415
     from slipscale.hardware.calibration.plot import draw  # noqa: PLC0415
     from slipscale.hardware.calibration.readings import read_points  # noqa: PLC0415
@@ -222,7 +222,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_plate: bool) -> None:
-    """Raise `UserError` if the calibration does not fit this plate, usually due to a wrong unit."""
+    """Raise `UserError` if the values are implausible for this plate, often due to a wrong unit."""
     from slipscale.hardware.calibration.soundness import changed, implausible  # noqa: PLC0415
 
     expected = plate.plate_file.expected.model_dump() if plate.plate_file else {}
@@ -239,7 +239,7 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
 
 
 def _check_out(path: Path) -> None:
-    """Raise `UserError` if the file cannot be written, before anybody reads an instrument."""
+    """Raise `UserError` if the calibration file cannot be written."""
     if path.exists():
         raise UserError(
             f"--out {path}: this file already exists, and data may depend on it; expected "
@@ -250,7 +250,7 @@ def _check_out(path: Path) -> None:
 
 
 def _open(arguments: Namespace) -> PlateDriver:
-    """Return the plate's driver, not connected."""
+    """Return the driver of the plate, which is not connected."""
     from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
     from slipscale.hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415
@@ -261,7 +261,7 @@ def _open(arguments: Namespace) -> PlateDriver:
 
 
 def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
-    """Return the driver's gain; an additional value must not differ from it."""
+    """Return the driver's gain; raise `UserError` if the given gain differs."""
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
             f"--amplifier-gain {given:g}: plate '{plate.name}' has a gain of "
@@ -272,7 +272,7 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
 
 
 def _plate_serial(plate: PlateDriver, given: str) -> str:
-    """Return the plate's own number; a value from the plate file must agree."""
+    """Return the number of the plate; raise `UserError` if it differs from the plate file."""
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
         raise UserError(
@@ -283,7 +283,7 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
 
 
 def _device(plate: PlateDriver, arguments: Namespace) -> Device:
-    """Return the device on which readings from a file were taken."""
+    """Return the device on which the readings in a file were taken."""
     from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
 
     if not arguments.serial and not plate.simulated:
@@ -333,7 +333,7 @@ def _measure(
 
 
 def measured(plate: PlateDriver, readback: Readback) -> float:
-    """Return the plate's own measurement in µm p-p."""
+    """Return the amplitude in µm p-p that the plate itself measured."""
     if readback.kind != "measured" or readback.level is None:
         raise UserError(
             f"plate '{plate.name}' does not measure its vibration; use --prompt or --csv"
@@ -342,16 +342,16 @@ def measured(plate: PlateDriver, readback: Readback) -> float:
 
 
 def prompted(plate: PlateDriver, drive: str) -> float | None:
-    """Ask the operator for the vibrometer's reading in µm p-p, keeping the plate alive meanwhile.
+    """Ask the operator for a vibrometer reading in µm p-p, and keep the plate alive meanwhile.
 
-    Return None if the operator wants to repeat the previous point.
+    Returns None if the operator wants to repeat the previous point.
 
     Raises
     ------
     UserError
         If standard input has ended.
     PlateFault
-        If, for example, the plate has silenced itself.
+        If the plate fails meanwhile, for example because it was silenced.
     """
 
     def alive() -> None:

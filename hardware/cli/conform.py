@@ -1,4 +1,4 @@
-"""The command `slipscale plate conform SPEC`."""
+"""Implement `slipscale plate conform`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of the command to the parser."""
+    """Add the arguments of `slipscale plate conform`."""
     parser.add_argument(
         "plate",
         metavar="SPEC",
@@ -41,13 +41,13 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Check a board against its protocol, or another backend against the driver's contract."""
+    """Check a driver board against the protocol, or another backend against the contract."""
     spec = arguments.plate or ""
     backend, _, address = spec.partition(":")
     if not backend:
         raise UserError("plate conform: expected a SPEC; slipscale plate list shows the ports")
     if backend == "serial":
-        port = address.partition(",")[0]  # calibration and limits are not part of the protocol
+        port = address.partition(",")[0]  # Calibration and limits are not part of the protocol.
         if not port:
             raise UserError(
                 "plate conform: expected serial:PORT; slipscale plate list shows the ports"
@@ -101,7 +101,7 @@ def _backend(spec: str) -> Iterator[Verdict]:
 
 
 def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
-    """Print the result of each rule; return the exit status."""
+    """Print the verdict on each rule, and return the exit status."""
     lines = []
     for verdict in verdicts:
         lines.append(verdict)

@@ -1,4 +1,4 @@
-"""`slipscale plate design`: from a TOML brief to half waves, plate sizes and figures."""
+"""Implement `slipscale plate design`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from slipscale.faults import ANSWER_IS_NO, DONE
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of ``slipscale plate design`` to the parser."""
+    """Add the arguments of ``slipscale plate design``."""
     parser.add_argument(
         "brief",
         nargs="?",
@@ -44,10 +44,10 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Run the command; return 0, or 1 if no plate meets the brief."""
-    # Before NumPy is imported: on matrices of this size a second thread only waits.
+    """Compute designs for a brief; return 1 if no plate meets the requirements."""
+    # Set before NumPy is imported: more threads are not faster for matrices of this size.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Imported here so that `slipscale plate --help` does not load pydantic and NumPy.
+    # Imported late, to keep `slipscale plate --help` fast.
     from slipscale.hardware.plate.design import requirements as briefs  # noqa: PLC0415
     from slipscale.hardware.plate.design.sizing import design  # noqa: PLC0415
     from slipscale.hardware.plate.design.verdict import judge, judge_drawn, placed  # noqa: PLC0415
@@ -56,7 +56,7 @@ def run(arguments: Namespace) -> int:
         raise UserError("--fine refines the mesh of --fe: name a plate with --fe, e.g. --fe 11x7")
     brief = briefs.read(arguments.brief) if arguments.brief else briefs.Brief()
     for each in brief.plate:
-        placed(brief, each)  # before anything is solved, which takes seconds
+        placed(brief, each)  # Checked before the finite-element solution, which takes seconds.
     found = design(brief)
     chosen = _chosen(brief, found, arguments.fe) if arguments.fe else None
     plates = [judge(brief, each, found.frequency_min_hz) for each in found.candidates]

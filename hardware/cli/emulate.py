@@ -1,4 +1,4 @@
-"""The command `slipscale plate emulate`."""
+"""Implement `slipscale plate emulate`."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SHOWN_S = 0.05
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of the command to the parser."""
+    """Add the arguments of `slipscale plate emulate`."""
     parser.add_argument(
         "--fault",
         action="append",
@@ -181,7 +181,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _serve_generator(make: str) -> int:
-    """Serve a simulated generator; print the voltages that its outputs apply to a plate."""
+    """Serve a simulated generator, and print its output voltages."""
     from slipscale.hardware.emulator.generator_server import GeneratorServer  # noqa: PLC0415 - PyVISA
     from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
@@ -202,7 +202,7 @@ def _serve_generator(make: str) -> int:
 
 
 def _made_by(arguments: Namespace) -> tuple[BoardLimits, str]:
-    """Return the limits and the unit of the emulated board. Raises UserError."""
+    """Return the limits and unit of the emulated board. Raises UserError."""
     from slipscale.hardware.backends.serial_board.protocol import UNIT, BoardLimits  # noqa: PLC0415
     from slipscale.hardware.plate_file import read_plate  # noqa: PLC0415
 
@@ -217,7 +217,7 @@ def _made_by(arguments: Namespace) -> tuple[BoardLimits, str]:
 
 
 def _check_numbers(arguments: Namespace) -> None:
-    """Raise `UserError` for an impossible noise or watchdog time."""
+    """Raise `UserError` if the noise, sensor factor or watchdog time is invalid."""
     from slipscale.hardware.backends.serial_board.protocol import WATCHDOG_MS  # noqa: PLC0415
 
     if not (isfinite(arguments.noise) and arguments.noise >= 0):

@@ -1,4 +1,4 @@
-"""The commands `slipscale plate ...` as a table; each is loaded only when called."""
+"""Implement `slipscale plate`; subcommands are imported only when called."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 
 from slipscale.faults.parser import Parser
 
-# name -> (module, what it does)
+# name -> (module, description)
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": (
         "slipscale.hardware.cli.ports",
@@ -54,7 +54,7 @@ EXAMPLES = {
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of ``slipscale plate`` to the parser."""
+    """Add the arguments of ``slipscale plate``."""
     subcommands = parser.add_subparsers(
         dest="what", metavar="SUBCOMMAND", required=True, parser_class=Parser
     )

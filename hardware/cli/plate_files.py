@@ -1,4 +1,4 @@
-"""The commands `slipscale plate new` and `slipscale plate sign`."""
+"""Implement `slipscale plate new` and `slipscale plate sign`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from slipscale.faults.validation import in_words
 
 
 def add_new(parser: ArgumentParser) -> None:
-    """Add the arguments of ``slipscale plate new`` to the parser."""
+    """Add the arguments of ``slipscale plate new``."""
     parser.add_argument(
         "file", type=Path, metavar="FILE", help="new TOML file to write, such as plates/NAME.toml"
     )
@@ -31,7 +31,7 @@ def add_new(parser: ArgumentParser) -> None:
 
 
 def new(arguments: Namespace) -> int:
-    """Write a plate file with the shipped limits."""
+    """Write a new plate file with the default limits."""
     from pydantic import ValidationError  # noqa: PLC0415 - `--help` stays instant
 
     from slipscale.hardware.plate_file import SUFFIX, Identity, Wiring, new_plate  # noqa: PLC0415
@@ -57,7 +57,7 @@ def new(arguments: Namespace) -> int:
 
 
 def add_sign(parser: ArgumentParser) -> None:
-    """Add the arguments of ``slipscale plate sign`` to the parser."""
+    """Add the arguments of ``slipscale plate sign``."""
     parser.add_argument("file", type=Path, metavar="FILE", help="plate file to sign")
     parser.add_argument(
         "--beyond-shipped-limits",
@@ -70,7 +70,7 @@ def add_sign(parser: ArgumentParser) -> None:
 
 
 def sign(arguments: Namespace) -> int:
-    """Sign a plate file."""
+    """Update the checksum of a plate file after a change."""
     from slipscale.hardware import plate_file  # noqa: PLC0415 - pydantic
 
     if arguments.beyond_shipped_limits != bool(arguments.by):

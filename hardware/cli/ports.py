@@ -1,4 +1,4 @@
-"""The command `slipscale plate list`."""
+"""Implement `slipscale plate list`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of the command to the parser."""
+    """Add the arguments of `slipscale plate list`."""
     parser.add_argument("--json", action="store_true", help="print JSON")
 
 
@@ -32,7 +32,7 @@ def run(arguments: Namespace) -> int:
 def listing(
     backends: Iterable[str], ports: Callable[[], Iterable[ListPortInfo]]
 ) -> dict[str, list[dict[str, str]]]:
-    """Return the backends by name, and the serial ports with the SPEC that opens each."""
+    """Return the names of all backends, and all serial ports with their SPECs."""
     return {
         "backends": [{"name": name} for name in backends],
         "ports": [

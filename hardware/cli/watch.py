@@ -1,4 +1,4 @@
-"""The command `slipscale plate watch SPEC`."""
+"""Implement `slipscale plate watch`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ COLUMNS = 60  # width of the plot
 
 
 def add_arguments(parser: ArgumentParser) -> None:
-    """Add the arguments of the command to the parser."""
+    """Add the arguments of `slipscale plate watch`."""
     parser.add_argument(
         "plate",
         metavar="SPEC",
@@ -51,7 +51,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Present an amplitude and print one line of the plot per readback, until stopped."""
+    """Present an amplitude, and print one line per readback until stopped."""
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415
     from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
@@ -83,7 +83,7 @@ def run(arguments: Namespace) -> int:
 def readbacks(
     plate: PlateDriver, clock: Clock, every_s: float, duration_s: float | None
 ) -> Iterator[Readback]:
-    """Yield readbacks at intervals; in between, check the plate as a session does."""
+    """Yield readbacks at intervals, and check the plate in between as in a session."""
     begun_s = due_s = clock.now()
     while duration_s is None or clock.now() - begun_s < duration_s:
         plate.check()
@@ -94,7 +94,7 @@ def readbacks(
 
 
 def line(readback: Readback, time_s: float, commanded_level: float, scale_level: float) -> str:
-    """Return one line of the plot.
+    """Format a readback as one line of the plot.
 
     >>> from slipscale.hardware.records import Readback
     >>> half = Readback(level=1.25, kind="measured", time_s=0.0)

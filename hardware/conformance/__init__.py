@@ -1,1 +1,1 @@
-"""Check that a driver board follows docs/reference/board-protocol.md: `slipscale plate conform`."""
+"""Check that driver boards and backends follow their specifications."""

@@ -1,7 +1,7 @@
-"""A test bench for a board: sends bytes and checks the answers against the protocol.
+"""Send bytes to a driver board, and check the answers against the protocol.
 
-It depends neither on a port nor on the machine's clock: tests run the same checks on emulated
-boards in virtual time.
+This module depends neither on a port nor on the computer's clock, so tests can run the same checks
+on emulated boards in virtual time.
 """
 
 from __future__ import annotations
@@ -24,22 +24,22 @@ SHOWN = 60  # characters of an unexpected answer
 
 
 class Departure(Exception):
-    """The board departs from the protocol; contains what was expected and what was received."""
+    """Reports a violation of the protocol, with the expected and the received answer."""
 
 
 class NotApplicable(Exception):
-    """The rule concerns a feature that the board does not have."""
+    """Reports that a rule concerns a feature that the board does not have."""
 
 
 class Bench:
-    """Sends lines to a board and checks its answers.
+    """Test bench that sends lines to a board and checks the answers.
 
     Parameters
     ----------
     line : Line
         An open line.
     clock : Clock
-        Time base of the line.
+        Clock for time-outs.
     long : bool
         Whether to include rules that take minutes.
     """
@@ -75,14 +75,14 @@ class Bench:
             raise Departure(f"LIM?: {error}") from error
 
     def frame(self, body: str, sequence: int | None = None) -> bytes:
-        """Return a command's frame with the given or the next sequence number."""
+        """Encode a command with the given or the next sequence number."""
         if sequence is None:
             self._sequence = self._sequence % wire.LAST_SEQUENCE + 1
             sequence = self._sequence
         return wire.command_frame(sequence, body)
 
     def answers_to(self, data: bytes, *, at_most: int | None = None) -> list[bytes]:
-        """Send bytes; return all lines received within an answer's time, or `at_most` lines."""
+        """Send bytes; return the lines received within the time limit, at most `at_most`."""
         self._line.write(data)
         lines: list[bytes] = []
         end_s = self._clock.now() + (ANSWER_S if at_most is None else LATEST_S)
@@ -93,13 +93,13 @@ class Bench:
                 return lines
 
     def drain(self) -> None:
-        """Discard late lines, so that they are not taken for answers to another rule."""
+        """Discard late lines, so that they do not affect other rules."""
         end_s = self._clock.now() + SETTLING_S
         while self.answers_to(b"") and self._clock.now() < end_s:
             pass
 
     def silence(self) -> None:
-        """Switch the plate off between two rules."""
+        """Switch the plate off between rules."""
         self.answers_to(wire.STOP + b"\n" + self.frame("OUTP OFF"), at_most=1)
         self.drain()
 
@@ -108,12 +108,12 @@ class Bench:
         self._line.write(data)
 
     def expect_silence(self, data: bytes, why: str) -> None:
-        """Send bytes that must not be answered."""
+        """Send bytes, and check that the board does not answer."""
         if lines := self.answers_to(data):
             differs(f"no answer to {why}, {_shown(data)}", _shown(lines[0]))
 
     def reply_to(self, data: bytes, what: str | None = None) -> wire.BoardReply:
-        """Send bytes with one correct frame; return the only answer."""
+        """Send bytes that contain one correct frame, and return the only answer."""
         what = what or _shown(data)
         lines = self.answers_to(data, at_most=1)
         reply = wire.parse_reply(lines[0]) if lines else None
@@ -122,7 +122,7 @@ class Bench:
         return reply
 
     def run(self, body: str) -> wire.BoardReply:
-        """Send a command; return its answer, whatever its code."""
+        """Send a command, and return the answer with any code."""
         frame = self.frame(body)
         reply = self.reply_to(frame, f"'{body}'")
         if reply.sequence != self._sequence:
@@ -130,12 +130,12 @@ class Bench:
         return reply
 
     def ask(self, body: str) -> str:
-        """Send a command that the board must accept; return the value of its answer."""
+        """Send a command that the board must accept, and return the value in the answer."""
         self.expect_code(body, wire.OK)
         return self._value
 
     def expect_code(self, body: str, code: int) -> None:
-        """Send a command that must be answered with a given code and its text."""
+        """Send a command, and check that the answer has the given code and its text."""
         reply = self.run(body)
         if reply.code != code:
             differs(f"code {code} for '{body}'", str(reply.code))
@@ -152,26 +152,26 @@ class Bench:
             differs("six values in the answer to STAT?", f"'{value}'")
 
     def expect_state(self, *states: str) -> wire.BoardStatus:
-        """Return the status; its state must be one of ``states``."""
+        """Return the status, after checking that its state is one of ``states``."""
         status = self.status()
         if status.state not in states:
             differs(f"state {' or '.join(states)}", status.state)
         return status
 
     def wait(self, duration_s: float, meanwhile: Callable[[], object] | None = None) -> None:
-        """Wait; every 0.1 s call ``meanwhile``, or query the status as a host does."""
+        """Wait; every 0.1 s, call ``meanwhile`` or query the status as a host would."""
         end_s = self._clock.now() + duration_s
         while self._clock.now() < end_s:
             (meanwhile or self.status)()
             self._clock.sleep(min(ALIVE_S, max(end_s - self._clock.now(), 0.0)))
 
     def settle(self, level: float) -> wire.BoardStatus:
-        """Command an amplitude; return the first status that reports it as held."""
+        """Command an amplitude; return the first status with the state HOLD."""
         self.ask(f"AMPL {level:.4f}")
         return self.wait_for("HOLD" if level else "OFF")
 
     def wait_for(self, state: str) -> wire.BoardStatus:
-        """Return the first status with a state that ends a ramp."""
+        """Wait for the end of a ramp; return the first status with the given state."""
         end_s = self._clock.now() + SETTLING_S
         while (status := self.status()).state == "RAMP":
             if self._clock.now() > end_s:
@@ -183,11 +183,11 @@ class Bench:
 
     @property
     def some_level(self) -> float:
-        """Amplitude for checks: 40 % of the limit, so 1 µm peak to peak of 2.5."""
+        """Amplitude for checks: 40 % of the limit, such as 1 µm peak to peak of 2.5."""
         return round(0.4 * self.limits.level, 4)
 
     def lists(self) -> wire.ListLimits:
-        """Return the limits of lists; raise NotApplicable if the board does not support lists."""
+        """Return the limits of lists. Raises NotApplicable if the board does not support lists."""
         reply = self.run("LIST:LIM?")
         if reply.code == wire.UNDEFINED_HEADER:
             raise NotApplicable("the board does not support lists")
@@ -197,7 +197,7 @@ class Bench:
             raise Departure(f"LIST:LIM?: {error}") from error
 
     def expect_unchanged(self, body: str, status: wire.BoardStatus) -> None:
-        """Check that the plate is still in the state of an earlier status."""
+        """Check that a command did not change the status of the plate."""
         now = self.status()
         unchanged = replace(
             now, level=status.level, temperature_c=status.temperature_c,
@@ -208,7 +208,7 @@ class Bench:
 
 
 def differs(expected: str, got: str) -> NoReturn:
-    """Raise a `Departure` with a uniform message."""
+    """Raise a `Departure` with the expected and the received answer."""
     raise Departure(f"expected {expected}; got {got}")
 
 

@@ -1,4 +1,4 @@
-"""Rules for commands, their arguments, and errors."""
+"""Check the rules for commands, arguments and errors."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Test whether a backend fulfils the driver's contract, defined in `slipscale.hardware.driver`.
+"""Test whether a backend fulfils the contract in `slipscale.hardware.driver`.
 
-Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates. Readbacks
-of the kind "commanded" or "none" are not evidence; for such a backend, the report lists the rules
-that prove nothing.
+Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
+tests. If the readback is only "commanded" or "none", it cannot reveal a wrong amplitude, and the
+report lists the rules that could not be tested.
 """
 
 from __future__ import annotations
@@ -23,20 +23,20 @@ from slipscale.hardware.records import Output, Readback, ReadbackKind
 from slipscale.stimuli.surface import VirtualSurface
 
 CHECKS = 50
-CHEAP_S = 0.008  # half of a frame at 60 Hz
+CHEAP_S = 0.008  # half the duration of a frame at 60 Hz
 STEADY_S = 0.2
 SHARES = (0.2, 0.5, 0.35)  # of the largest amplitude
 
 
 class Rig:
-    """A plate under test.
+    """Plate under test, with its clock.
 
     Parameters
     ----------
     plate : PlateDriver
-        The driver, not connected.
+        Driver, not connected.
     clock : Clock
-        The machine's clock.
+        The computer's clock.
     """
 
     def __init__(self, plate: PlateDriver, clock: Clock) -> None:
@@ -44,7 +44,7 @@ class Rig:
         self.clock = clock
 
     def surface(self, share: float) -> VirtualSurface:
-        """Return a surface with a fraction of the largest amplitude."""
+        """Return a surface with this fraction of the largest amplitude."""
         return VirtualSurface(level=round(share * self.plate.limits.level, 4))
 
 
@@ -119,7 +119,7 @@ def _silence_repeats(rig: Rig) -> None:
 
 
 class _Ends(Exception):
-    """An exception raised by the caller."""
+    """Exception that represents an error in a caller's code."""
 
 
 def _exception_ends_off(rig: Rig) -> None:
@@ -204,7 +204,7 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
 
 
 def examine_backend(rig: Rig) -> Iterator[Verdict]:
-    """Test a backend against each rule; close the plate after each."""
+    """Test a backend against each rule, and close the plate after each test."""
     for rule, check in RULES:
         try:
             with _closed(rig):

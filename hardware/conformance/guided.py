@@ -1,8 +1,8 @@
-"""The guided tests: what a board could fake on the wire, checked with a load and instruments.
+"""Run guided tests of a driver board with a load and external instruments.
 
-A person loads the plate and reads a vibrometer and an oscilloscope; `Assistant` represents this
-person. The plate vibrates, so the load is not a finger but a soft pad that lowers the reading by
-about 10 to 20 %.
+These tests check properties that a board could report incorrectly. A person (`Assistant`) puts a
+load on the plate and reads a vibrometer and an oscilloscope. Because the plate vibrates, the load
+must not be a finger. Use a soft pad that lowers the reading by about 10 to 20 %.
 """
 
 from __future__ import annotations
@@ -17,37 +17,37 @@ from slipscale.hardware.conformance.bench import Bench, Departure, NotApplicable
 from slipscale.hardware.conformance.table import Verdict
 from slipscale.hardware.conformance.truth_rules import LIST_SHARES, expect_held, play
 
-# Agreement with a second instrument, which may have its own calibration: of the amplitude, or of
-# the largest (0.05 µm of 2.5).
+# Tolerance for a second instrument, which may be calibrated differently: fraction of the amplitude,
+# or of the largest amplitude (0.05 µm of 2.5).
 SEEN, SEEN_OF_LARGEST = 0.1, 0.02
 SWING_S = 2.0
 STEP_MS = 200.0
 
 
 class Assistant(Protocol):
-    """Handles the load and reads the second instruments; its methods may take time."""
+    """Interface of the person who places the load and reads the instruments."""
 
     def load(self, *, on: bool) -> None:
-        """Put the load on the plate, or remove it."""
+        """Put the load on the plate, or remove the load."""
 
     def level(self) -> float:
-        """Return a vibrometer's reading at the plate's antinode, in the board's unit."""
+        """Return the vibrometer's reading at an antinode, in the board's unit."""
 
     def swing(self, duration_s: float) -> tuple[float, float]:
-        """Return the smallest and the largest reading during ``duration_s``."""
+        """Return the vibrometer's smallest and largest reading during ``duration_s``."""
 
     def volts_peak(self) -> float:
-        """Return an oscilloscope's reading at the plate, V peak."""
+        """Return the oscilloscope's reading at the plate, in V peak."""
 
 
 class Terminal:
-    """An assistant at the terminal; the board is kept alive while a person acts and types."""
+    """Assistant who answers at the terminal while the board is kept alive."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
 
     def load(self, *, on: bool) -> None:
-        """Ask the person to put the load on the plate, or to remove it."""
+        """Ask the person to put the load on the plate or to remove the load."""
         act = "put the soft load on the plate" if on else "take the load off the plate"
         self._typed(f"{act}, then press Enter: ")
 
@@ -56,7 +56,7 @@ class Terminal:
         return self._number(f"the vibrometer's reading in {self._bench.unit}: ")
 
     def swing(self, duration_s: float) -> tuple[float, float]:
-        """Ask for the smallest and the largest amplitude of the vibrometer's envelope."""
+        """Ask for the vibrometer's smallest and largest amplitude."""
         watch = f"a texture plays; watch the vibrometer's envelope for {duration_s:g} s"
         return (
             self._number(f"{watch}. Its smallest amplitude in {self._bench.unit}: "),
@@ -117,7 +117,7 @@ def _loaded(bench: Bench, assistant: Assistant) -> None:
 
 
 def _saturates(bench: Bench, assistant: Assistant) -> None:
-    """Check that at the largest amplitude a loaded plate is held or reports SAT."""
+    """Check that a loaded plate reports HOLD or SAT at the largest amplitude."""
     largest_level = bench.limits.level
     assistant.load(on=True)
     try:
@@ -160,12 +160,12 @@ STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
 
 
 def guide(bench: Bench, assistant: Assistant) -> Iterator[Verdict]:
-    """Perform the guided tests with an assistant; begin and end with the plate off.
+    """Perform the guided tests with an assistant. The plate is off before and after them.
 
     Raises
     ------
     PlateFault
-        If the line failed.
+        If communication fails.
     """
     bench.greet()
     for rule, step in STEPS:

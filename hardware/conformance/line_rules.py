@@ -1,4 +1,4 @@
-"""Rules for lines, frames, repetitions and the stop byte."""
+"""Check the rules for lines, frames, repetitions and the stop byte."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Rules for the plate: settling, stopping, watchdog, open loop and lists. The plate vibrates."""
+"""Check the rules for settling, stopping, watchdog, open loop and lists. The plate vibrates."""
 
 from __future__ import annotations
 
@@ -193,7 +193,7 @@ def _stop_ends_a_list(bench: Bench) -> None:
 
 
 def _list_command(bench: Bench) -> str:
-    """Fill a list around the test amplitude; return the command that plays it."""
+    """Fill a list around the test amplitude, and return the command that plays the list."""
     lists = bench.lists()
     bench.ask("*RST")
     bench.ask(f"LIST:AMPL 1,{1.2 * bench.some_level:.4f},{0.8 * bench.some_level:.4f}")

@@ -1,4 +1,4 @@
-"""The table of all rules, and a board's verdict on each."""
+"""List all rules for a driver board, and check a board against them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ Outcome = Literal["conforms", "departs", "not applicable"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """A board's result for a rule; ``detail`` explains a departure, or why it does not apply."""
+    """Verdict on one rule; ``detail`` explains a violation, or why the rule does not apply."""
 
     rule: str
     outcome: Outcome
@@ -24,12 +24,12 @@ class Verdict:
 
 
 def examine(bench: Bench) -> Iterator[Verdict]:
-    """Check a board against each rule; begin and end each with the plate off.
+    """Check a board against each rule. The plate is off before and after each check.
 
     Raises
     ------
     PlateFault
-        If the line failed.
+        If communication fails.
     """
     try:
         bench.greet()

@@ -1,9 +1,8 @@
-"""Rules for truthful reports: ramps, silence, drive and lists are as reported. The plate vibrates.
+"""Check that the board's reports are true. The plate vibrates.
 
-These rules compare two of the board's own reports with each other: the sensor's amplitude with the
-drive voltage, and both with the command. For a board without a vibration sensor, only rules that
-need the voltage apply. What a board can fake in all of its reports at once is left to the guided
-part (`slipscale.hardware.conformance.guided`).
+The sensor's amplitude and the drive voltage are compared with each other and with the command. If a
+board has no vibration sensor, only rules on the voltage apply. Errors that affect all of the
+board's reports are detected by the guided tests (`slipscale.hardware.conformance.guided`).
 """
 
 from __future__ import annotations
@@ -14,23 +13,23 @@ from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.conformance.bench import Bench, NotApplicable, differs
 
 READINGS = 12
-RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz
-# Allowed sensor noise: of the commanded amplitude, or of the largest (0.05 µm of 2.5).
+RANG_DOWN_S = 0.25  # 7 time constants if Q = 3,400 at 30.5 kHz
+# Allowed sensor noise, as a fraction of the commanded or of the largest amplitude (0.05 µm of 2.5).
 SILENT_SHARE, SILENT_OF_LARGEST = 0.05, 0.02
-AGREES = 0.1  # relative tolerance of two drives that should give the same amplitude
-# Of the mean of many readings in HOLD, as in docs/reference/board-protocol.md: of the commanded
-# amplitude, or of the largest.
+AGREES = 0.1  # relative tolerance of drives for the same amplitude
+# Tolerance of the mean of many readings in HOLD (docs/reference/board-protocol.md), as a fraction
+# of the commanded or of the largest amplitude.
 BAND, BAND_OF_LARGEST = 0.025, 0.01
 RAMP_SHARE = 0.8  # of the settled voltage; it is lower at the start of a ramp
 STEP_MS = 200.0
 PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middles of a list's points
-LIST_SHARES = (1.6, 0.4, 1.0, 1.0)  # of the mean: not the same if inverted, cut or flat
+LIST_SHARES = (1.6, 0.4, 1.0, 1.0)  # relative to the mean; unequal if inverted, cut or flat
 PROBE_AGREES = 0.25
 LONG_LATE_S = 2.0
 
 
 def mean_level(bench: Bench) -> float:
-    """Return the mean of several readings; raise NotApplicable without a sensor."""
+    """Return the mean of several readings. Raises NotApplicable without a sensor."""
     readings = [bench.status().level for _ in range(READINGS)]
     known = [each for each in readings if each is not None]
     if len(known) < len(readings):
@@ -39,7 +38,7 @@ def mean_level(bench: Bench) -> float:
 
 
 def expect_silent(bench: Bench, after: str) -> None:
-    """Check that voltage and amplitude are zero once the plate has rung down."""
+    """Check that voltage and amplitude are zero after the plate has rung down."""
     bench.wait(RANG_DOWN_S)
     status = bench.status()
     if status.voltage_v:
@@ -52,7 +51,7 @@ def expect_silent(bench: Bench, after: str) -> None:
 
 
 def expect_held(bench: Bench, level: float) -> None:
-    """Check that the mean of many readings in HOLD is within the settling band."""
+    """Check that the mean of many readings in HOLD is within the tolerance."""
     held_level = mean_level(bench)
     if abs(held_level - level) > max(BAND * level, BAND_OF_LARGEST * bench.limits.level):
         differs(f"a mean of {level:g} {bench.unit} in HOLD, within 2.5 %", f"{held_level:.3f}")
@@ -106,7 +105,7 @@ def _watchdog_in_a_list(bench: Bench) -> None:
 
 
 def _watchdog_on_a_ramp(bench: Bench) -> None:
-    """Stop sending directly after AMPL: the ramp must end, and then the watchdog must act."""
+    """Check that the watchdog acts if the host stops sending during a ramp."""
     bench.ask(f"AMPL {bench.some_level:.4f}")
     _unheard(bench)
 
@@ -153,7 +152,7 @@ def _open_loop_is_true(bench: Bench) -> None:
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
-    """Check each point at its position in a list that is longer than one command can hold."""
+    """Check the largest amplitude of a list that is too long for one command."""
     for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
         held = bench.settle(bench.some_level)
         play(bench, shares)
@@ -165,7 +164,7 @@ def _list_reaches_its_largest(bench: Bench) -> None:
 
 
 def _list_keeps_time(bench: Bench) -> None:
-    """End a list in the middle of each point: the ramp must begin at the amplitude due then."""
+    """Check that a list that is ended within a point had reached this point's amplitude."""
     for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
         held = bench.settle(bench.some_level)
         due_level = share * bench.some_level
@@ -190,7 +189,7 @@ def _on_time(bench: Bench) -> None:
 
 
 def _unheard(bench: Bench) -> None:
-    """Wait for the watchdog's time without sending a correct frame."""
+    """Wait for the watchdog time without sending a correct frame."""
     bench.wait(bench.limits.watchdog_ms / 1000 + 0.15, lambda: bench.answers_to(b"*IDN?\n"))
     bench.expect_state("WDOG")
 
@@ -209,7 +208,7 @@ def _open_loop(bench: Bench) -> None:
 def play(
     bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
 ) -> None:
-    """Settle at a list's mean and play it; ``shares`` are fractions of the test amplitude."""
+    """Settle at the mean of a list and play the list."""
     lists = bench.lists()
     mean_level = bench.some_level * sum(shares) / len(shares)
     points = [f"{share * bench.some_level:.4f}" for share in shares]

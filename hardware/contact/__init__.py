@@ -1,1 +1,1 @@
-"""The finger on the plate: its position and the contact forces."""
+"""Measure the position and the forces of the finger on the plate."""

@@ -1,4 +1,4 @@
-"""Forces from a National Instruments data acquisition device, through the manufacturer's library.
+"""Read forces from a National Instruments data acquisition device.
 
 SPEC: ``daq:normal=Dev1/ai0,lateral=Dev1/ai1,normal_scale=10,lateral_scale=5`` with
 
@@ -9,9 +9,8 @@ SPEC: ``daq:normal=Dev1/ai0,lateral=Dev1/ai1,normal_scale=10,lateral_scale=5`` w
 ``rate``                           samples per second (1000)
 =================================  ============================================================
 
-The library (``nidaqmx``) is an extra: ``pip install slipscale[daq]``; it requires NI's driver.
-**This source has not been tested on a real device**; the tests replace the library with a
-stand-in.
+The library ``nidaqmx`` is installed by ``pip install slipscale[daq]`` and requires NI's driver.
+**This source has not been tested on a real device.**
 """
 
 from __future__ import annotations
@@ -52,13 +51,13 @@ for _name in NAMES:
 
 
 class DaqForces(ContactSource):
-    """Two voltage channels, converted to forces.
+    """Forces from two voltage channels.
 
     Parameters
     ----------
     surroundings : Surroundings
     options : dict
-        See the module.
+        See the module's documentation.
     """
 
     name: ClassVar[str] = "daq"
@@ -73,7 +72,7 @@ class DaqForces(ContactSource):
         self._lost = False
 
     def connect(self) -> None:
-        """Open the channels and wait for the first reading."""
+        """Open the channels, and wait for the first reading."""
         self.close()
         self._lost = False
         try:
@@ -101,7 +100,7 @@ class DaqForces(ContactSource):
         self.take()
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; the last one was taken now."""
+        """Return the samples since the last call; the time of the last sample is now."""
         if self._task is None:
             raise SensorFault("daq: not connected")
         try:
@@ -140,7 +139,7 @@ def _first_line(error: Exception) -> str:
 
 
 def open_force(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the device's forces (entry point ``daq``). Raises `UserError`."""
+    """Return a source of forces (entry point ``daq``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--force daq")
     needed = [key for name in NAMES for key in (name, f"{name}_scale")]
     if missing := [key for key in needed if key not in options]:

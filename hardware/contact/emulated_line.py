@@ -1,10 +1,10 @@
-"""An emulated sensor that sends lines of numbers on a pseudo-terminal: two lasers, or load cells.
+"""Emulate a sensor that sends lines of numbers: two lasers, or load cells.
 
     python -m slipscale.hardware.contact.emulated_line [--rate 100]
 
-prints the port's name and then, until it is ended, sends the position and forces of a finger that
-strokes back and forth: ``x,y,normal,lateral`` in mm and N. A single port thus serves
-``--position lasers:PORT`` and ``--force load_cells:PORT,normal=3,lateral=4``.
+prints the name of a pseudo-terminal, and sends the position and forces of a finger that strokes
+back and forth: ``x,y,normal,lateral`` in mm and N. The same port can be used for ``--position
+lasers:PORT`` and for ``--force load_cells:PORT,normal=3,lateral=4``.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ NORMAL_N, FRICTION = 0.5, 0.6
 
 
 def stroking(time_s: float) -> bytes:
-    """Return the line sent at a time for a finger that strokes back and forth."""
+    """Return the line for a finger that strokes back and forth, at a given time."""
     turn = 2 * math.pi * STROKES_HZ * time_s
     lateral = math.copysign(FRICTION * NORMAL_N, math.sin(turn))
     along = -STROKE_MM / 2 * math.cos(turn)
@@ -32,21 +32,21 @@ def stroking(time_s: float) -> bytes:
 
 
 class EmulatedLine:
-    """A pseudo-terminal that sends lines; a context manager, Unix only.
+    """Context manager for a pseudo-terminal that sends lines (Unix only).
 
     Parameters
     ----------
     line : callable
-        Returns the line for a time, in seconds since the start.
+        Function that returns the line for a time in seconds since the start.
     rate_hz : float
         Lines per second.
 
     Attributes
     ----------
     port : str
-        The port to open.
+        Name of the port.
     sends : bool
-        Set to False to stop sending.
+        Whether to send lines.
     """
 
     def __init__(
@@ -62,7 +62,7 @@ class EmulatedLine:
     def __enter__(self) -> Self:
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
-        os.set_blocking(self._ours, False)  # there may be no reader
+        os.set_blocking(self._ours, False)  # if there is no reader
         self.port = os.ttyname(self._theirs)
         self._thread.start()
         return self
@@ -76,7 +76,7 @@ class EmulatedLine:
                     os.write(self._ours, self._line(number / self._rate_hz))
 
     def unplug(self) -> None:
-        """Close the port, as if the cable had been pulled."""
+        """Close the port, as if the device were unplugged."""
         self._stop.set()
         self._thread.join()
         for end in (self._ours, self._theirs):
@@ -88,7 +88,7 @@ class EmulatedLine:
 
 
 def main() -> int:
-    """Send until the end of standard input, or Ctrl-C."""
+    """Send lines until standard input ends or Ctrl-C is pressed."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--rate", type=float, default=100.0, help="lines a second (default: 100)")
     wanted = parser.parse_args()

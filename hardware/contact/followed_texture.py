@@ -1,9 +1,8 @@
-"""Textures under a measured finger: compute the command that the plate needs now.
+"""Compute the commands with which textures follow a measured finger.
 
-A command takes some time to reach the plate and holds until the next one. The amplitude of
-a grating or map is therefore that of the predicted finger position at that time, from its speed
-along the stroke over the last samples.
-A transient starts at the sample of the finger that is nearest to its predicted trigger.
+A command reaches the plate after a delay and holds until the next command. The amplitude of a
+grating or map is therefore computed for the predicted position of the finger, based on its speed in
+the last samples. A transient starts at the sample that is nearest to the predicted trigger.
 """
 
 from __future__ import annotations
@@ -23,29 +22,29 @@ if TYPE_CHECKING:
     from slipscale.stimuli.modulation import Loop, Modulator
     from slipscale.stimuli.surface import Surface
 
-SPEED_OVER_S = 0.04  # a shorter time mistakes noise for speed; a longer one detects turns late
+SPEED_OVER_S = 0.04  # if shorter, noise dominates; if longer, turns are detected late
 LONGEST_HELD_S = 0.05  # between frames
-LOST_S = 0.2  # after this, the finger's state is unknown
-LEAST_CHANGE_UM = 0.005  # smaller changes cannot be felt and would only load the line
-# After a change back, the plate settles for this time before it can play another change.
+LOST_S = 0.2  # age from which a sample is out of date
+LEAST_CHANGE_UM = 0.005  # smallest change that is sent; smaller ones cannot be felt
+# Settling time after a change back, before the next change can be played.
 SETTLES_S = 0.15
-#: How far behind a trigger's value it no longer holds; otherwise noise would trigger again and
-#: again.
+#: Distance behind the trigger's value at which the trigger is reset, so that noise does not trigger
+#: repeatedly.
 BEHIND = {"position_mm": 0.5, "force_n": 0.05, "delay_s": 0.0}
 
 
 class Follower(Protocol):
-    """A texture that follows the finger."""
+    """Interface of a texture that follows the finger."""
 
     def see(self, samples: Iterable[Sample]) -> None:
-        """Process samples of the surface's sensor."""
+        """Process new samples of the sensor."""
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command now, or the change to play; None if nothing is due."""
+        """Return the amplitude to command or the change to play now, or None."""
 
 
 class Track:
-    """The last samples of a sensor's first quantity, and a prediction from them."""
+    """Prediction of a sensor's first quantity from its last samples."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[float, float]] = deque()
@@ -59,9 +58,9 @@ class Track:
             self._last.popleft()
 
     def predicted(self, now_s: float, lag_s: float) -> float | None:
-        """Return the value after a lag, in the middle of the time until the next call.
+        """Predict the value after a delay, in the middle of the time until the next call.
 
-        None if the last sample is too old.
+        Returns None if the last sample is too old.
         """
         asked_s, self._asked_s = self._asked_s, now_s
         held_s = min(now_s - asked_s, LONGEST_HELD_S) if asked_s is not None else 0.0
@@ -75,7 +74,7 @@ class Track:
 
 
 class FollowedTexture:
-    """Follows a finger over a grating or a friction map.
+    """Grating or friction map that follows the finger.
 
     Parameters
     ----------
@@ -92,21 +91,21 @@ class FollowedTexture:
         self._told_level = texture.settled_level
 
     def see(self, samples: Iterable[Sample]) -> None:
-        """Update the finger's position from samples."""
+        """Update the position of the finger."""
         samples = list(samples)
         self._track.see(samples)
         if samples:
             self._across_mm = samples[-1].values[1]
 
     def level(self, now_s: float) -> float:
-        """Return the amplitude to command now; the mean if the finger's position is unknown."""
+        """Return the amplitude at the finger, or the mean if the position is unknown."""
         place_mm = self._track.predicted(now_s, self._lag_s)
         if place_mm is None:
             return self._texture.settled_level
         return self._texture.level_at(place_mm, self._across_mm)
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command now; None if it has barely changed."""
+        """Return the amplitude to command now, or None if it has barely changed."""
         level = self.level(now_s)
         if abs(level - self._told_level) < LEAST_CHANGE_UM:
             return None
@@ -115,7 +114,7 @@ class FollowedTexture:
 
 
 class FollowedTransient:
-    """Waits for a transient's trigger, plays its change, and changes back.
+    """Transient that the finger triggers, with a change and a change back.
 
     Parameters
     ----------
@@ -133,12 +132,12 @@ class FollowedTransient:
         self._track = Track()
         self._touched_s: float | None = None
         self._holds = False
-        self._played_s: float | None = None  # when the change began, until its end is commanded
+        self._played_s: float | None = None  # start of the current change
         self._changed = False
         self._ready_s = 0.0
 
     def see(self, samples: Iterable[Sample]) -> None:
-        """Update the finger's position or force from samples."""
+        """Update the position or force of the finger."""
         samples = list(samples)
         self._track.see(samples)
         for each in samples:
@@ -148,7 +147,7 @@ class FollowedTransient:
                 self._touched_s = each.time_s
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the change when it is triggered, and the amplitude that follows it."""
+        """Return the change when it is triggered, and later the amplitude after the change."""
         self._holds = self._reached(now_s)
         if self._played_s is not None:
             if now_s - self._played_s < self._transient.active_s:
@@ -165,12 +164,12 @@ class FollowedTransient:
         return None
 
     def _reached(self, now_s: float) -> bool:
-        """Return whether the trigger holds."""
+        """Return whether the trigger condition is met."""
         value = self._track.predicted(now_s, 0.0)
         if self._trigger == "delay_s":
             value = None if self._touched_s is None else now_s - self._touched_s
         elif value is None:
-            return self._holds and self._trigger == "position_mm"  # a finger that is lifted
+            return self._holds and self._trigger == "position_mm"  # The finger was lifted.
         if value is None:
             return False
         return value >= self._at - (self._behind if self._holds else 0.0)
@@ -179,7 +178,7 @@ class FollowedTransient:
 def followed_texture(
     surface: Surface, plate: PlateDriver, sensors: frozenset[Kind]
 ) -> Follower | None:
-    """Return an object that follows the finger; None if surface, plate or sensors cannot."""
+    """Return an object that follows the finger, or None if this is impossible."""
     if surface.sensor not in sensors or plate.follow_lag_s is None:
         return None
     if isinstance(surface, Grating | FrictionMap):

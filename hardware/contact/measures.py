@@ -1,7 +1,7 @@
-"""Measures of an exploration from its samples: speed, number of strokes, friction (pure functions).
+"""Compute speed, strokes and friction from the samples of an exploration.
 
-Speed and strokes are computed from positions about 50 ms apart; between neighbouring samples,
-sensor noise would be mistaken for movement.
+Speed and strokes are computed from positions about 50 ms apart, because sensor noise between
+neighbouring samples would look like movement.
 """
 
 from __future__ import annotations
@@ -16,26 +16,26 @@ from statistics import fmean, median
 from slipscale.hardware.contact.source import Sample
 
 APART_S = 0.05
-LONGEST_GAP_S = 0.5  # a longer gap means that the finger was lifted
-STROKE_MM = 5.0  # shortest stroke; shorter movements are tremor
-MOVES_MM_S = 10.0  # a slower finger may stick
-PRESSES_N = 0.05  # with less force, the finger may be off the plate
+LONGEST_GAP_S = 0.5  # gap from which the finger was lifted
+STROKE_MM = 5.0  # shortest stroke
+MOVES_MM_S = 10.0  # lowest speed of a sliding finger
+PRESSES_N = 0.05  # smallest force of a finger on the plate
 SLIP_SHARE = 0.1
-FEWEST = 10  # minimum number of sliding samples for a coefficient
+FEWEST = 10  # minimum number of samples for a coefficient
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Movement:
-    """A finger's movement.
+    """Movement of the finger in an exploration.
 
     Parameters
     ----------
     speed_mm_s : float or None
-        Path length divided by contact time; None if there are fewer than two samples.
+        Path length divided by contact time; None for fewer than two samples.
     strokes : int
-        Number of movements of 5 mm or more in one direction along x.
+        Number of movements of at least 5 mm in one direction along x.
     forward_share : float or None
-        Proportion of the path along x that leads to larger x; None without movement along x.
+        Proportion of the path along x with increasing x; None without movement along x.
     """
 
     speed_mm_s: float | None
@@ -45,7 +45,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction:
-    """Forces measured while the finger slid.
+    """Friction while the finger slides.
 
     Parameters
     ----------
@@ -54,10 +54,10 @@ class Friction:
     normal_n : float or None
         Mean normal force.
     slip_rate_hz : float or None
-        Number of slips per second; see `slips`.
+        Number of slips per second, see `slips`.
     slip_depth_share : float or None
-        Median drop in friction during a slip, as a fraction of the value before it; None without a
-        slip.
+        Median decrease in friction during a slip, as a fraction of the friction before the slip;
+        None without slips.
     """
 
     coefficient: float | None
@@ -67,7 +67,7 @@ class Friction:
 
 
 def movement(samples: Sequence[Sample]) -> Movement:
-    """Return a finger's movement from samples of x and y in mm."""
+    """Compute the finger's movement from samples of x and y in mm."""
     kept = apart(samples)
     way_mm = time_s = forward_mm = along_mm = 0.0
     for before, after in pairwise(kept):
@@ -86,15 +86,15 @@ def movement(samples: Sequence[Sample]) -> Movement:
 
 
 def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Friction:
-    """Return the friction while the finger slid.
+    """Compute the friction while the finger slides.
 
     Parameters
     ----------
     forces : sequence of Sample
         Normal and lateral force, N.
     places : sequence of Sample
-        The finger's positions, if known: only forces during movement along x are used. Otherwise,
-        all forces during contact are used.
+        Positions of the finger, if known. Only forces during movement along x are then used;
+        otherwise, all forces during contact are used.
     """
     pressed = [each for each in forces if each.values[0] >= PRESSES_N]
     slid = [each for each in pressed if _moves(places, each.time_s)] if places else pressed
@@ -103,7 +103,7 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
     ratios = [abs(each.values[1]) / each.values[0] for each in slid]
     slid_s = sum(gap for a, b in pairwise(slid) if (gap := b.time_s - a.time_s) <= LONGEST_GAP_S)
     normal_n = fmean(each.values[0] for each in slid)
-    # Without the touch-down and the lift-off, where small forces make ratios unreliable.
+    # Touch-down and lift-off are excluded, because ratios of small forces are unreliable.
     firm = (each.values[0] >= normal_n / 2 for each in slid)
     falls = slips(list(compress(ratios, firm)))
     return Friction(
@@ -115,12 +115,12 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
 
 
 def slips(ratios: Sequence[float]) -> list[float]:
-    """Return the slips in a series of friction ratios, as fractions of the value before each.
+    """Detect slips in a series of friction ratios; return their relative decreases.
 
-    In stick-slip motion, friction rises while the skin sticks and falls when it slips (Derler and
-    Rotaru 2013, Wear 301, 324-329). A slip is a fall by more than `SLIP_SHARE` from a maximum to
-    the next minimum; a minimum is over when the ratio has risen by the same share. This definition
-    is ours.
+    In stick-slip motion, friction rises while the skin sticks and falls when the skin slips (Derler
+    and Rotaru 2013, Wear 301, 324-329). We define a slip as a decrease by more than `SLIP_SHARE`
+    from a maximum to the next minimum. A minimum ends when the ratio has risen by the same
+    fraction.
 
     >>> slips([0.5, 1.0, 0.6, 0.8, 0.78, 0.4, 0.41])
     [0.4, 0.5]
@@ -142,7 +142,7 @@ def slips(ratios: Sequence[float]) -> list[float]:
 
 
 def apart(samples: Sequence[Sample]) -> list[Sample]:
-    """Return the first sample, and each that is 50 ms or more after the previous one returned."""
+    """Return samples that are at least 50 ms apart."""
     kept: list[Sample] = []
     for each in samples:
         if not kept or each.time_s - kept[-1].time_s >= APART_S - 1e-9:
@@ -151,11 +151,11 @@ def apart(samples: Sequence[Sample]) -> list[Sample]:
 
 
 def _strokes(along_mm: Sequence[float]) -> int:
-    """Count the sufficiently long movements in one direction."""
+    """Count movements in one direction that are long enough to be strokes."""
     if not along_mm:
         return 0
     count, direction = 0, 0
-    turned = along_mm[0]  # the extreme position of the current stroke
+    turned = along_mm[0]  # extreme position of the current stroke
     for place in along_mm[1:]:
         moved = place - turned
         if direction and moved * direction > 0:
@@ -166,7 +166,7 @@ def _strokes(along_mm: Sequence[float]) -> int:
 
 
 def _moves(places: Sequence[Sample], time_s: float) -> bool:
-    """Return whether the finger moved along x around a time."""
+    """Return whether the finger moved along x around the given time."""
     after = bisect_left(places, time_s + APART_S / 2, key=lambda each: each.time_s)
     before = bisect_left(places, time_s - APART_S / 2, key=lambda each: each.time_s)
     last, first = min(after, len(places) - 1), max(before - 1, 0)

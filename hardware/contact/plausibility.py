@@ -1,7 +1,7 @@
-"""Check whether an exploration's samples can come from a finger (pure functions).
+"""Check whether the samples of an exploration can come from a finger.
 
-A wrong column, unit or wire also produces numbers. Each rule describes something that a finger
-never does. A trial that violates a rule is flagged; its samples are kept.
+Wrong columns, units or wires also produce numbers. Each rule describes something that is impossible
+for a finger. If a rule is violated, the trial is flagged, and its samples are kept.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ from slipscale.hardware.contact.measures import apart
 from slipscale.hardware.contact.source import Sample
 
 FEWEST = 20  # minimum number of samples for a check
-LONGEST_MM = 300.0  # larger than any plate; a converter's 65535 exceeds it
-FASTEST_MM_S = 1_500.0  # faster than a finger explores
-FROZEN_S = 1.0  # longest time without any change: sensors have noise
-EVEN = 0.01  # relative variation of the steps: time is even, a finger is not
+LONGEST_MM = 300.0  # larger than any plate, less than a converter's 65535
+FASTEST_MM_S = 1_500.0  # faster than any finger
+FROZEN_S = 1.0  # longest time without a change, as sensors have noise
+EVEN = 0.01  # smallest relative variation of a finger's steps
 LARGEST_N = 30.0
-NEGATIVE_N = -0.2  # a load cell under tension
-LARGEST_COEFFICIENT = 3.0  # of friction; above it, the forces are swapped
+NEGATIVE_N = -0.2  # a load cell under tension is negative
+LARGEST_COEFFICIENT = 3.0  # largest coefficient of friction
 
 
 def implausible_places(samples: Sequence[Sample]) -> list[str]:
-    """Return what is wrong with samples of x and y in mm."""
+    """Describe implausible properties of positions in mm."""
     return _found(samples, (_too_far, _too_fast, _frozen, _counts))
 
 
 def implausible_forces(samples: Sequence[Sample]) -> list[str]:
-    """Return what is wrong with samples of normal and lateral force in N."""
+    """Describe implausible properties of normal and lateral forces in N."""
     return _found(samples, (_too_strong, _swapped, _frozen))
 
 
@@ -51,7 +51,7 @@ def _too_far(samples: Sequence[Sample]) -> Iterator[str]:
 def _too_fast(samples: Sequence[Sample]) -> Iterator[str]:
     speeds = [
         math.dist(before.values, after.values) / (after.time_s - before.time_s)
-        for before, after in pairwise(apart(samples))  # a sensor's noise does not count as movement
+        for before, after in pairwise(apart(samples))  # ignores the sensor's noise
     ]
     if speeds and median(speeds) > FASTEST_MM_S:
         yield f"a median speed of {median(speeds):.0f} mm/s"
@@ -64,7 +64,7 @@ def _frozen(samples: Sequence[Sample]) -> Iterator[str]:
 
 
 def _counts(samples: Sequence[Sample]) -> Iterator[str]:
-    """Yield a message if x rises in even steps, as a time or a counter does."""
+    """Yield a message if x increases in equal steps, like a time or a counter."""
     steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
     mean = sum(steps) / len(steps)
     if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):

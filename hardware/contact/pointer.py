@@ -1,4 +1,4 @@
-"""The pointer of the participant's window: a mouse, or a touch panel that acts as one.
+"""Read the finger's position from the pointer of the participant's window.
 
 SPEC: ``mouse:mm_per_pixel=0.25`` with
 
@@ -8,8 +8,8 @@ SPEC: ``mouse:mm_per_pixel=0.25`` with
 ``angle``         direction of the stroke on the screen, degrees (0: to the right)
 ================  ===============================================================
 
-The pointer provides one sample per frame. A mouse reports only movement, so position 0 is the
-middle of the window; a touch panel is fixed to the plate.
+The pointer is a mouse, or a touch panel that acts as a mouse. It provides one sample per frame.
+Position 0 is the middle of the window.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class WindowPointer(ContactSource):
-    """The pointer's position, in mm along and across the stroke.
+    """Position of the pointer, in mm along and across the stroke.
 
     Parameters
     ----------
     surroundings : Surroundings
-        Its finger is that of a window.
+        Surroundings with the pointer of a window as the finger.
     mm_per_pixel : float
     angle_deg : float
         Direction of the stroke on the screen.
@@ -55,10 +55,10 @@ class WindowPointer(ContactSource):
         self._angle_deg = angle_deg
 
     def connect(self) -> None:
-        """Do nothing: the window belongs to the participant."""
+        """Do nothing, because the window is already open."""
 
     def take(self) -> list[Sample]:
-        """Return the pointer's current position."""
+        """Return the current position of the pointer."""
         now_s = self._clock.now()
         touch = self._finger.at(now_s)
         if touch is None:
@@ -81,7 +81,7 @@ class WindowPointer(ContactSource):
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the pointer (entry point ``mouse``). Raises `UserError`."""
+    """Return the pointer as a source of positions (entry point ``mouse``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
     if "mm_per_pixel" not in options:
         raise UserError(

@@ -1,4 +1,4 @@
-"""The installed sources of position and force; like backends, they are registered as entry points.
+"""Find installed sources of position and force, which are registered as entry points.
 
 SPEC: ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
 """
@@ -16,19 +16,19 @@ GROUPS: dict[Kind, str] = {"position": "slipscale.positions", "force": "slipscal
 
 
 class SourceFactory(Protocol):
-    """An entry point of these groups: it creates a source that is not yet connected."""
+    """Interface of an entry point that creates a source of position or force."""
 
     def __call__(self, address: str, surroundings: Surroundings) -> ContactSource:
-        """Return the source for an address, the part of the SPEC after the colon."""
+        """Return a source that is not yet connected, for the part of the SPEC after the colon."""
 
 
 def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSource:
-    """Return the source that a SPEC names, not yet connected.
+    """Return the source that a SPEC names; it is not yet connected.
 
     Raises
     ------
     UserError
-        If no source of that name is installed, or its address is invalid.
+        If no source with this name is installed, or if its address is invalid.
     """
     name, _, address = spec.partition(":")
     found = {point.name: point for point in entry_points(group=GROUPS[kind])}

@@ -1,7 +1,7 @@
-"""A finger that follows a script file, for demonstrations and for trying out textures.
+"""Read the finger's position from a script file, for demonstrations and tests of textures.
 
-SPEC: ``scripted:FILE``, a CSV with the columns ``time_s,x_mm,y_mm``, sorted by time. Time 0 is the
-beginning of each exploration; after the last row, the finger stays at its position.
+SPEC: ``scripted:FILE``, where FILE is a CSV with the columns ``time_s,x_mm,y_mm``, sorted by time.
+Time 0 is the beginning of each exploration. After the last row, the finger stays at its position.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ LAST_S = 0.01  # sample interval after the last row
 
 
 class ScriptedPosition(ContactSource):
-    """The finger position from a script.
+    """Position of the finger, given by a script.
 
     Parameters
     ----------
     surroundings : Surroundings
     way : sequence of Sample
-        Times from the beginning of an exploration, ascending.
+        Positions, with ascending times from the beginning of an exploration.
     file : str
-        The script's file, for the record.
+        Path of the script file, for the record.
     """
 
     name: ClassVar[str] = "scripted"
@@ -50,7 +50,7 @@ class ScriptedPosition(ContactSource):
         self._begun_s, self._next, self._told_s = self._clock.now(), 0, -math.inf
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; after the script's end, the last position."""
+        """Return the samples since the last call; after the script, the last position."""
         now_s = self._clock.now()
         due = []
         while self._next < len(self._way):
@@ -74,7 +74,7 @@ class ScriptedPosition(ContactSource):
 
 
 def read_way(path: Path) -> list[Sample]:
-    """Return the samples in a file. Raises `UserError` with file and line."""
+    """Read a script file. Raises `UserError` with file and line."""
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             rows = list(csv.reader(stream))
@@ -104,7 +104,7 @@ def read_way(path: Path) -> list[Sample]:
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the script's finger (entry point ``scripted``). Raises `UserError`."""
+    """Return the scripted position (entry point ``scripted``). Raises `UserError`."""
     if not address:
         raise UserError("--position scripted: expected scripted:FILE")
     return ScriptedPosition(surroundings, read_way(Path(address)), address)

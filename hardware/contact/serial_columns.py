@@ -1,7 +1,7 @@
-"""Sensors that send lines of numbers over a serial port: laser distance sensors and load cells.
+"""Read laser distance sensors and load cells that send lines of numbers over a serial port.
 
-SPEC of a position: ``lasers:PORT,option=value,...``; of a force: ``load_cells:PORT,...``. Each
-line is one reading: numbers separated by commas, semicolons, tabs or spaces, ended by a line feed.
+SPEC for positions: ``lasers:PORT,option=value,...``; for forces: ``load_cells:PORT,...``. Each line
+contains one reading: numbers separated by commas, semicolons, tabs or spaces.
 
 =================================  ============================================================
 ``x``, ``y`` (``normal``,          position of the number in the line, from 1; default 1 and 2.
@@ -13,10 +13,10 @@ line is one reading: numbers separated by commas, semicolons, tabs or spaces, en
 ``baud``                           baud rate of the port (115200)
 =================================  ============================================================
 
-Any microcontroller that prints its converters' counts is suitable. Two sensors that send separate
-lines require a device that joins them. Numbers may have decimal commas if another character
-separates them. Lines that cannot be read, or have a different number of fields, are skipped and
-counted in the journal. Half a second without a reading is a fault.
+Any microcontroller that prints the values of its converters is suitable. Both quantities must be on
+the same line. Numbers may have decimal commas if another character separates them. Lines that are
+invalid or have a different number of fields are skipped and counted in the journal. Half a second
+without a reading is a fault.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ SILENT_S = 0.5
 AMPLITUDE = ("amplitude_um_pp",)  # quantity of a vibrometer
 KEPT = 100_000  # maximum number of samples kept until they are read
 SEPARATORS = re.compile(r"[,;\t ]+")
-# If another character separates the numbers, a comma between digits is a decimal point.
+# A comma between digits is a decimal comma if another character separates the numbers.
 NUMBER = r"[+-]?\d+(,\d+)?"
 DECIMAL_COMMA = re.compile(rf"{NUMBER}([;\t ]+{NUMBER})+")
 LONGEST_LINE = 400
@@ -57,7 +57,7 @@ TARE_TRIES_S = 0.02
 
 
 def numbers_of(text: str) -> list[float]:
-    """Return the numbers in a line. Raises ValueError if one is invalid.
+    """Parse the numbers in a line. Raises ValueError if a number is invalid.
 
     >>> numbers_of("12,5;3,4"), numbers_of("12.5,3.4"), numbers_of("12,5 3,4")
     ([12.5, 3.4], [12.5, 3.4], [12.5, 3.4])
@@ -68,31 +68,31 @@ def numbers_of(text: str) -> list[float]:
 
 
 class Channel:
-    """One number of the line, converted to a quantity."""
+    """Conversion of one number in a line to a quantity."""
 
     def __init__(self, place: int, scale: float, zero: float) -> None:
         self.place, self.scale, self.zero = place, scale, zero
 
     def value(self, numbers: list[float]) -> float:
-        """Return the quantity; raise IndexError if the line is too short."""
+        """Return the quantity. Raises IndexError if the line is too short."""
         return (numbers[self.place - 1] - self.zero) * self.scale if self.place else 0.0
 
 
 class SerialColumns(ContactSource):
-    """A port that sends lines of numbers, read in a separate thread.
+    """Sensor on a serial port, which is read in a separate thread.
 
     Parameters
     ----------
     name : str
-        For records: ``lasers`` or ``load_cells``.
+        Name in records: ``lasers`` or ``load_cells``.
     port : str
     clock : Clock
-        Provides the time of each reading, when its line has arrived.
+        Clock for the time of each reading, at which its line has arrived.
     quantities : tuple of str
     channels : sequence of Channel
-        One per quantity.
+        Conversion for each quantity.
     tare_s : float
-        Duration at the start over which readings are averaged to obtain the zero.
+        Duration at the start during which readings are averaged to obtain the zero.
     baud : int
     """
 
@@ -125,10 +125,10 @@ class SerialColumns(ContactSource):
         self._fault: PlateFault | None = None
         self._heard_s = 0.0
         self._last_unreadable = ""
-        self._fields = 0  # numbers per line, once a line was read
+        self._fields = 0  # known after the first line
 
     def connect(self) -> None:
-        """Open the port, wait for the first reading, and measure the tare once."""
+        """Open the port, wait for the first reading, and measure the zero."""
         self.close()
         self._fault = None
         self._samples.clear()
@@ -164,7 +164,7 @@ class SerialColumns(ContactSource):
         self._line = self._thread = None
 
     def describe(self) -> dict[str, object]:
-        """Return the name, port and the conversion of numbers to quantities."""
+        """Return the name, the port and the conversions."""
         return {
             "name": self.kind,
             "port": self.port,
@@ -185,7 +185,7 @@ class SerialColumns(ContactSource):
             raise self._fault
 
     def _tare(self) -> None:
-        """Use the mean of readings without a finger on the plate as the zero."""
+        """Set the zero to the mean of readings without a finger on the plate."""
         self._samples.clear()
         end_s = self._clock.now() + self._tare_s
         taken: list[Sample] = []
@@ -197,7 +197,7 @@ class SerialColumns(ContactSource):
         self._tared = True
 
     def _read(self, line: SerialLine) -> None:
-        """Read lines until stopped; leave the first fault for `take`."""
+        """Read lines until stopped; store the first fault for `take`."""
         buffer = b""
         while not self._stop.is_set():
             try:
@@ -215,7 +215,7 @@ class SerialColumns(ContactSource):
                     self._heard_s = max(now_s, self._heard_s)
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
-        """Return a line's quantities; count the line and return None if it is not a reading."""
+        """Return the quantities in a line; count invalid lines and return None for them."""
         text = line.decode("ascii", "replace").strip()
         try:
             numbers = numbers_of(text)
@@ -300,7 +300,7 @@ def _source(
 
 
 def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
-    """Return the amplitude sensor for a SPEC ``vibrometer:PORT,amplitude_scale=...``.
+    """Return an amplitude sensor for the SPEC ``vibrometer:PORT,amplitude_scale=...``.
 
     Raises
     ------
@@ -317,14 +317,14 @@ def open_vibrometer(spec: str, clock: Clock) -> ContactSource:
 
 
 def open_lasers(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return two laser distance sensors (entry point ``lasers``). Raises `UserError`."""
+    """Return a source with two laser sensors (entry point ``lasers``). Raises `UserError`."""
     return _source(
         "lasers", address, surroundings, what="--position", names=("x", "y"), quantities=POSITION
     )
 
 
 def open_load_cells(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return two load cells (entry point ``load_cells``). Raises `UserError`."""
+    """Return a source with two load cells (entry point ``load_cells``). Raises `UserError`."""
     return _source(
         "load_cells", address, surroundings, what="--force", names=("normal", "lateral"),
         quantities=FORCE,

@@ -1,8 +1,7 @@
-"""The simulated participant's finger: its position, and the forces that the squeeze film leaves.
+"""Simulate sensors of the position and forces of a simulated participant's finger.
 
-SPEC of a position: ``simulated`` or ``simulated:rate=100,noise=0.02`` (samples per second;
-standard deviation of a reading, mm). SPEC of a force: ``simulated`` or
-``simulated:friction=0.8,...`` with
+SPEC for positions: ``simulated`` or ``simulated:rate=100,noise=0.02`` (samples per second; standard
+deviation of a reading in mm). SPEC for forces: ``simulated`` or ``simulated:friction=0.8,...`` with
 
 ==============  ==================================================================
 ``friction``    coefficient of friction on the plate at rest (0.8: our assumption)
@@ -13,11 +12,11 @@ standard deviation of a reading, mm). SPEC of a force: ``simulated`` or
 ``noise``       standard deviation of a reading of either force, N (0.005)
 ==============  ==================================================================
 
-The film carries part of the finger's load, and friction acts on the rest. If the model predicts
-that the finger levitates, there is no friction.
+The squeeze film carries part of the finger's load, and the rest of the load causes friction. If the
+model predicts levitation, there is no friction.
 
-A reading depends on the seed, the finger and the time, but not on the number of queries: an
-interrupted and resumed pilot measures the same values as an uninterrupted one.
+Readings depend on the seed, the finger and the time, but not on earlier readings, so an interrupted
+and resumed pilot measures the same values as an uninterrupted one.
 """
 
 from __future__ import annotations
@@ -44,8 +43,8 @@ from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005
 FRICTION, ROUGHNESS_UM = 0.8, 0.6
-AMPLITUDE_DIGITS = 1  # decimals of a µm for which the film is solved: a solution takes 50 ms
-FORCE_DIGITS = 1  # and decimals of a N, if the film's share depends on the force
+AMPLITUDE_DIGITS = 1  # decimals of amplitude in µm, as a solution takes 50 ms
+FORCE_DIGITS = 1  # decimals of force in N, if the film's share depends on it
 WORD = (1 << 64) - 1
 
 POSITION_OPTIONS: dict[str, Callable[[str], object]] = {
@@ -69,7 +68,7 @@ FORCE_OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class _Simulated(ContactSource):
-    """Readings on a regular time grid, each with its noise."""
+    """Simulated sensor with noise on a regular time grid."""
 
     name: ClassVar[str] = "simulated"
     virtual = True
@@ -92,11 +91,11 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def begin(self) -> None:
-        """Restart the time grid at the current time."""
+        """Restart the time grid now."""
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:
-        """Return the grid's readings since the last call, while the finger touches the plate."""
+        """Return the readings since the last call during which the finger touched the plate."""
         now_s = self._surroundings.clock.now()
         until = math.floor((now_s - self._begun_s) * self._rate_hz + 1e-6)
         found = []
@@ -112,11 +111,11 @@ class _Simulated(ContactSource):
         return found
 
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
-        """Return the reading of a sensor without noise."""
+        """Return a reading without noise."""
         raise NotImplementedError
 
     def _deviates(self, number: int) -> tuple[float, float]:
-        """Return the two standard normal numbers of a reading."""
+        """Return the two standard normal deviates for the noise of a reading."""
         import numpy as np  # noqa: PLC0415 - only needed for simulated fingers
 
         milliseconds = round(self._begun_s * 1000)
@@ -134,7 +133,7 @@ class _Simulated(ContactSource):
 
 
 class SimulatedPosition(_Simulated):
-    """The simulated finger's position; see the module for its options."""
+    """Position of the simulated finger; for options, see the module's documentation."""
 
     quantities: Quantities = POSITION
 
@@ -145,8 +144,8 @@ class SimulatedPosition(_Simulated):
 class SimulatedForce(_Simulated):
     """The friction left by the film; see the module for its options.
 
-    The film is computed for the amplitude at the time of the query, so query often while it
-    changes.
+    The film is computed for the amplitude at the time of the query, so forces must be queried often
+    while the amplitude changes.
     """
 
     quantities: Quantities = FORCE
@@ -169,7 +168,7 @@ class SimulatedForce(_Simulated):
         self._vibration_um_pp = surroundings.vibration_level
         self._friction = friction
         self._film = film
-        # One number: the roughness for Reynolds' film, the skin for a shared load.
+        # The value is the roughness for the Reynolds film, or the skin for a shared load.
         self._surface = roughness_um if film == "reynolds" else _place_in_band(surroundings)
 
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:
@@ -181,7 +180,7 @@ class SimulatedForce(_Simulated):
         return touch.normal_n, math.copysign(lateral, moved) if moved else 0.0
 
     def describe(self) -> dict[str, object]:
-        """Return the name, rate, noise and the film's assumptions."""
+        """Return the name, rate, noise and assumptions about the film."""
         return {
             **super().describe(),
             "friction_at_rest": self._friction,
@@ -192,7 +191,7 @@ class SimulatedForce(_Simulated):
 
 @cache
 def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
-    """Return the force with which the Reynolds film carries the finger, whatever its weight."""
+    """Return the force with which the Reynolds film carries the finger."""
     if amplitude_um_pp == 0:
         return 0.0
     relative = VirtualSurface(level=amplitude_um_pp).predicted_relative_friction(
@@ -202,7 +201,7 @@ def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
 
 
 def _shared_force_n(amplitude_um_pp: float, place: float, normal_n: float) -> float:
-    """Return the force with which the film carries a finger that asperities also carry."""
+    """Return the force with which the film carries the finger in the model of a shared load."""
     from slipscale.stimuli.film.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
 
     force_n = max(round(normal_n, FORCE_DIGITS), 10.0**-FORCE_DIGITS)
@@ -219,7 +218,7 @@ FILMS: dict[str, Callable[[float, float, float], float]] = {
 
 
 def _place_in_band(surroundings: Surroundings) -> float:
-    """Return a simulated participant's position in the band, 0 to 1."""
+    """Return the position of a simulated participant's skin within the band, from 0 to 1."""
     import numpy as np  # noqa: PLC0415 - as above
 
     person = zlib.crc32(surroundings.participant.encode())
@@ -227,7 +226,7 @@ def _place_in_band(surroundings: Surroundings) -> float:
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the simulated finger's position (entry point ``simulated``). Raises `UserError`."""
+    """Return the simulated position sensor (entry point ``simulated``). Raises `UserError`."""
     _, options = addresses.split_address(address, POSITION_OPTIONS, what="--position simulated")
     return SimulatedPosition(
         surroundings,
@@ -237,7 +236,7 @@ def open_position(address: str, surroundings: Surroundings) -> ContactSource:
 
 
 def open_force(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the simulated forces (entry point ``simulated``). Raises `UserError`."""
+    """Return the simulated force sensor (entry point ``simulated``). Raises `UserError`."""
     _, options = addresses.split_address(address, FORCE_OPTIONS, what="--force simulated")
     return SimulatedForce(
         surroundings,

@@ -1,7 +1,7 @@
-"""The interface of a source of finger position or force.
+"""Define the interface of a source of finger position or force.
 
-At every frame of a participant's step, a source is queried for the samples since the last query.
-Each sample has the session's time, so a source that samples faster than the frames loses nothing.
+In every frame of a participant's step, a source is queried for all samples since the last query.
+Samples have time stamps, so a source can be faster than the frame rate.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from slipscale.hardware.errors import PlateFault
 from slipscale.stimuli.surface import Sensor
 
 Quantities = tuple[str, ...]
-# Quantities of position and force sources. x is along the stroke, y across.
+# Quantities of position and force sources. x is along the stroke, y across it.
 POSITION: Quantities = ("x_mm", "y_mm")
 FORCE: Quantities = ("normal_n", "lateral_n")
 Kind = Sensor
@@ -24,24 +24,24 @@ QUANTITIES: dict[Kind, Quantities] = {"position": POSITION, "force": FORCE}
 
 
 class SensorFault(PlateFault):
-    """A source of position or force has disappeared, or sends nothing readable."""
+    """Reports that a source is disconnected or sends no valid data."""
 
     code = "sensor"
     remedy = "Check the sensor's cable and its SPEC; slipscale check shows its readings."
 
 
 class Sample(NamedTuple):
-    """One reading: the session's time, and the source's quantities in order."""
+    """One reading of a source: session time, and values in the order of its quantities."""
 
     time_s: float
     values: tuple[float, ...]
 
 
 class Touch(NamedTuple):
-    """A finger on the plate.
+    """State of a finger that touches the plate.
 
-    ``x`` and ``y`` are in mm or, for a window's pointer, in pixels from its middle. The force is
-    known only for a simulated finger.
+    ``x`` and ``y`` are in mm or, for a window's pointer, in pixels from the middle of the window.
+    The force is known only for a simulated finger.
     """
 
     x: float
@@ -50,35 +50,34 @@ class Touch(NamedTuple):
 
 
 class Finger(Protocol):
-    """Provides the finger's position: a window's pointer, or a simulated participant's finger."""
+    """Interface of a finger: a window's pointer or a simulated participant's finger."""
 
     unit: Literal["mm", "px"]
 
     def at(self, time_s: float) -> Touch | None:
-        """Return the finger's state at a session time; None if it does not touch.
+        """Return the finger's state at a session time; None if it does not touch the plate.
 
-        A window only has the current position. For a simulated finger, any time since the
-        beginning of its exploration is possible.
+        For a window, only the current position is known. For a simulated finger, any time since the
+        beginning of the exploration is possible.
         """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """The session's properties that a source may require.
+    """Properties of the session that a source may require.
 
     Parameters
     ----------
     clock : Clock
-        Time base of the samples.
+        Clock for the times of samples.
     seed : int
-        Random seed of a simulated source.
+        Random seed for a simulated source.
     participant : str
-        The simulated participant.
+        Label of the simulated participant.
     finger : Finger or None
-        The finger, for sources that obtain the position from the window or the simulated
-        participant.
+        Finger, for sources that read a window's pointer or a simulated participant.
     vibration_level : callable or None
-        Returns what a finger on the plate feels now, µm peak to peak; for a simulated force.
+        Function that returns the current amplitude in µm peak to peak, for a simulated force.
     """
 
     clock: Clock
@@ -89,16 +88,16 @@ class Surroundings:
 
 
 class ContactSource(ABC):
-    """A source of position or force. A context manager that always releases the device.
+    """Source of position or force, as a context manager that always releases the device.
 
     Attributes
     ----------
     quantities : tuple of str
-        Names and units of a sample's values: `POSITION` or `FORCE`.
+        Names of a sample's values with their units: `POSITION` or `FORCE`.
     unreadable : int
-        Number of unreadable readings so far; they are not samples.
+        Number of invalid readings so far.
     virtual : bool
-        Whether it works in a pilot's virtual time.
+        Whether the source works in the virtual time of a pilot.
     """
 
     name: ClassVar[str]
@@ -111,7 +110,7 @@ class ContactSource(ABC):
         """Open the device and wait for its first reading. Raises `SensorFault`."""
 
     def begin(self) -> None:
-        """Start sampling and discard earlier samples. A lost device is reconnected."""
+        """Start sampling, discard earlier samples, and reconnect a lost device."""
         self.take()
 
     @abstractmethod
@@ -120,10 +119,10 @@ class ContactSource(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Release the device; may be called at any time."""
+        """Release the device. May be called at any time."""
 
     def describe(self) -> dict[str, object]:
-        """Return the source's entry in the session's record, ready for JSON."""
+        """Return the description for the session's record, as JSON data."""
         return {"name": self.name}
 
     def __enter__(self) -> Self:

@@ -1,12 +1,12 @@
-"""Passive stages: a stage moves the plate under a resting finger, or the finger over the plate.
+"""Control stages that move the plate under a resting finger, or the finger over the plate.
 
-A stage is a source of position that can also move: its position is the finger's position on the
-plate, which textures and transients follow. Rules:
+A stage is also a source of position: its position is the position of the finger on the plate, which
+textures and transients follow. The following rules apply:
 
-- every command is one finite movement; the next stroke is commanded when a sample is taken, so a
-  computer that fails leaves a stage that rests at the end of its stroke;
-- strokes beyond the travel or the largest speed are refused before anything moves;
-- a stage that rests at another place than commanded is a fault;
+- each command is one stroke; the next stroke is commanded when samples are taken, so the stage
+  stops at the end of a stroke if the computer fails;
+- strokes beyond the travel or the largest speed are rejected;
+- if a stage rests at a wrong position, a fault is raised;
 - `close` stops the stage.
 
 Packages add stages as entry points of ``slipscale.positions`` that return a `Stage`. SPEC of the
@@ -42,13 +42,13 @@ from slipscale.hardware.contact.source import (
 )
 
 EMULATED = "emulated_stage"
-POLL_S = 0.01  # while the stage returns to its start
+POLL_S = 0.01  # speed of the return to the start
 ARRIVED_MM = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strokes:
-    """Strokes between 0 and a length: back and forth, or one stroke in one direction."""
+    """Strokes between 0 and a length, back and forth or once in one direction."""
 
     speed_mm_s: float
     length_mm: float
@@ -57,23 +57,23 @@ class Strokes:
 
     @property
     def start_mm(self) -> float:
-        """The place at which the strokes begin."""
+        """Position at which the strokes begin."""
         return self.length_mm if self.direction == "backward" else 0.0
 
 
 class Stage(ContactSource):
-    """A stage, whatever drives it.
+    """Base class of stages.
 
     Parameters
     ----------
     clock : Clock
     travel_mm, fastest_mm_s : float
-        Length of the travel from 0, and the largest speed.
+        Length of the travel from 0, and largest speed.
 
     Attributes
     ----------
     presses : bool
-        Whether the stage controls the normal force; otherwise the participant does.
+        Whether the stage controls the normal force; otherwise, the participant does.
     """
 
     quantities = POSITION
@@ -99,7 +99,7 @@ class Stage(ContactSource):
             )
 
     def home(self, strokes: Strokes, watch: Callable[[], None]) -> None:
-        """Go to the start of the strokes; call ``watch`` until the stage rests there."""
+        """Move to the start of the strokes; call ``watch`` while waiting."""
         self.check(strokes)
         self._wait(watch)
         if abs(self._place_mm() - strokes.start_mm) > ARRIVED_MM:
@@ -108,7 +108,7 @@ class Stage(ContactSource):
             self._check_arrived()
 
     def stroke(self, strokes: Strokes) -> None:
-        """Begin the strokes, from their start."""
+        """Begin the strokes."""
         self.check(strokes)
         if self.presses and strokes.normal_n is not None:
             self._press(strokes.normal_n)
@@ -116,7 +116,7 @@ class Stage(ContactSource):
         self._command(strokes.length_mm - strokes.start_mm, strokes.speed_mm_s)
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call, and command the next stroke at a turn."""
+        """Return the samples since the last call; command the next stroke when one has ended."""
         samples = self._samples()
         if self._strokes and self._rests():
             self._check_arrived()
@@ -126,7 +126,7 @@ class Stage(ContactSource):
         return samples
 
     def stop(self) -> None:
-        """Stop as fast as the stage can; may be called at any time."""
+        """Stop as fast as possible. May be called at any time."""
         self._strokes = None
         self._halt()
 
@@ -135,7 +135,7 @@ class Stage(ContactSource):
         self.stop()
 
     def describe(self) -> dict[str, object]:
-        """Return the name and the limits."""
+        """Return the name and limits."""
         limits = {"travel_mm": self.travel_mm, "fastest_mm_s": self.fastest_mm_s}
         return {"name": self.name, **limits, "presses": self.presses}
 
@@ -157,11 +157,11 @@ class Stage(ContactSource):
 
     @abstractmethod
     def _go(self, target_mm: float, speed_mm_s: float) -> None:
-        """Begin one movement from rest."""
+        """Start one movement from rest."""
 
     @abstractmethod
     def _halt(self) -> None:
-        """Begin to stop; do nothing at rest or if not connected."""
+        """Start stopping; do nothing if the stage is at rest or not connected."""
 
     @abstractmethod
     def _rests(self) -> bool:
@@ -169,25 +169,25 @@ class Stage(ContactSource):
 
     @abstractmethod
     def _place_mm(self) -> float:
-        """Return the stage's place now."""
+        """Return the current position."""
 
     @abstractmethod
     def _samples(self) -> list[Sample]:
         """Return the samples since the last call."""
 
     def _press(self, normal_n: float) -> None:
-        """Set the normal force; requires `presses`."""
+        """Set the normal force, if `presses` is True."""
         raise NotImplementedError
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """A movement with constant accelerations.
+    """Movement in parts with constant acceleration.
 
     Parameters
     ----------
     begun_s, from_mm, from_mm_s : float
-        Time, place and velocity at its beginning.
+        Time, position and velocity at the beginning.
     parts : tuple of (float, float)
         Duration in s and acceleration in mm/s² of each part.
     """
@@ -199,11 +199,11 @@ class Motion:
 
     @property
     def ends_s(self) -> float:
-        """The time from which the stage rests."""
+        """Time at which the movement ends."""
         return self.begun_s + sum(duration_s for duration_s, _ in self.parts)
 
     def state(self, time_s: float) -> tuple[float, float]:
-        """Return place in mm and velocity in mm/s at a time."""
+        """Return position in mm and velocity in mm/s at a given time."""
         left_s, place, velocity = time_s - self.begun_s, self.from_mm, self.from_mm_s
         for duration_s, acceleration in self.parts:
             within_s = min(max(left_s, 0.0), duration_s)
@@ -216,7 +216,7 @@ class Motion:
 def travelled(
     now_s: float, from_mm: float, to_mm: float, *, speed_mm_s: float, acceleration_mm_s2: float
 ) -> Motion:
-    """Return the movement from rest to rest, at most as fast as commanded.
+    """Return the movement between two positions at rest, with the given maximum speed.
 
     >>> motion = travelled(0, 0, 40, speed_mm_s=100, acceleration_mm_s2=1000)
     >>> round(motion.ends_s, 6), [round(each, 6) for each in motion.state(0.25)]
@@ -233,10 +233,11 @@ def travelled(
 
 
 class EmulatedStage(Stage):
-    """A stage with limited acceleration and end stops; see the module for its options.
+    """Emulated stage with limited acceleration and end stops.
 
-    It is also the finger (`slipscale.hardware.contact.source.Finger`) for simulated forces: it
-    moves over the plate as the stage does, and presses as the simulated participant.
+    For options, see the module's documentation. The stage is also the finger
+    (`slipscale.hardware.contact.source.Finger`) for simulated forces, with the position of the
+    stage and the normal force of the simulated participant.
     """
 
     name = EMULATED
@@ -262,22 +263,22 @@ class EmulatedStage(Stage):
         self._begun_s, self._taken = self._clock.now(), 0
 
     def connect(self) -> None:
-        """Do nothing: the stage begins at 0."""
+        """Do nothing, because the stage begins at 0."""
 
     def begin(self) -> None:
-        """Restart the time grid of the samples at the current time."""
+        """Restart the time grid of the samples now."""
         self._begun_s, self._taken = self._clock.now(), 0
         self._motions = self._motions[-1:]
 
     def place_at(self, time_s: float) -> float:
-        """Return the place at a time since the last movement before `begin`, in mm."""
+        """Return the position in mm at a time, which must be after the last call of `begin`."""
         motion = next(
             (each for each in reversed(self._motions) if each.begun_s <= time_s), self._motions[0]
         )
         return min(max(motion.state(time_s)[0], 0.0), self._end_mm)
 
     def at(self, time_s: float) -> Touch | None:
-        """Return the finger's state; None while the simulated participant does not touch."""
+        """Return the finger's state; None while the finger does not touch the plate."""
         touch = self._finger.at(time_s) if self._finger else None
         return touch and Touch(self.place_at(time_s), 0.0, touch.normal_n)
 

@@ -1,1 +1,1 @@
-"""An emulated driver board: the firmware's behaviour on a pseudo-terminal."""
+"""Emulate driver boards and function generators."""

@@ -1,4 +1,4 @@
-"""Arguments of the driver board's commands: counted, parsed and checked against limits."""
+"""Parse the arguments of the driver board's commands."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ NUMBER = re.compile(r"[+-]?\d{1,7}(\.\d{1,6})?")
 
 
 class Refusal(Exception):
-    """A command that the board answers with an error code."""
+    """Reports that the board answers a command with an error code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(wire.MEANINGS[code])
@@ -18,7 +18,7 @@ class Refusal(Exception):
 
 
 def split(text: str, fewest: int, most: int) -> list[str]:
-    """Return a command's arguments; expect at least ``fewest`` and at most ``most``."""
+    """Split arguments; raise `Refusal` unless their number is from ``fewest`` to ``most``."""
     arguments = text.split(",") if text else []
     if len(arguments) < fewest:
         raise Refusal(wire.MISSING_PARAMETER)
@@ -28,7 +28,7 @@ def split(text: str, fewest: int, most: int) -> list[str]:
 
 
 def within(text: str, lowest: float, highest: float) -> float:
-    """Return a number within bounds."""
+    """Parse a number within bounds."""
     if not NUMBER.fullmatch(text):
         raise Refusal(wire.DATA_TYPE)
     if not lowest <= float(text) <= highest:
@@ -37,7 +37,7 @@ def within(text: str, lowest: float, highest: float) -> float:
 
 
 def whole(text: str, lowest: int, highest: int) -> int:
-    """Return an integer within bounds."""
+    """Parse an integer within bounds."""
     value = within(text, lowest, highest)
     if not value.is_integer():
         raise Refusal(wire.OUT_OF_RANGE)

@@ -1,8 +1,8 @@
-"""The compiled firmware behind the interface of the emulated board.
+"""Run the compiled firmware with the interface of the emulated board.
 
-The C++ core of hardware/firmware, built as a library, runs in this process with the simulated
-plate as its electronics. The real driver can thus be tested with the real firmware (`slipscale
-plate emulate --firmware LIBRARY`).
+The C++ core in hardware/firmware is built as a library and runs in this process with a simulated
+plate. The driver can thus be tested with the real firmware (`slipscale plate emulate --firmware
+LIBRARY`).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from slipscale.hardware.plate.twin import OFF, Drive, Twin
 
 FIRMWARE = Path(__file__).parents[1] / "firmware"
 FLAGS = ("-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Werror")
-TOO_HOT_C = 75.0  # sensor reading of a board with the fault "hot"
+TOO_HOT_C = 75.0  # temperature reading with the fault "hot"
 WATCHDOG_MS = 500.0
-MILLISECONDS = 1 << 32  # a board's clock is 32 bits wide
+MILLISECONDS = 1 << 32  # The board's clock has 32 bits.
 
 Drives = ctypes.CFUNCTYPE(None, ctypes.c_float, ctypes.c_float)
 Does = ctypes.CFUNCTYPE(None)
@@ -29,7 +29,7 @@ Tells = ctypes.CFUNCTYPE(ctypes.c_float)
 
 
 class PlateCalls(ctypes.Structure):
-    """The electronics, as declared in board_library.cpp."""
+    """Callbacks for the electronics, as declared in board_library.cpp."""
 
     _fields_ = (
         ("drive", Drives),
@@ -41,7 +41,7 @@ class PlateCalls(ctypes.Structure):
 
 
 def build(folder: Path, *flags: str) -> Path:
-    """Compile the firmware into a folder and return the library.
+    """Compile the firmware into a folder, and return the path of the library.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def load(library: Path) -> ctypes.CDLL:
     Raises
     ------
     UserError
-        If the file is not such a library.
+        If the file is not a library with the firmware.
     """
     try:
         code = ctypes.CDLL(str(library.resolve()))
@@ -103,16 +103,16 @@ def load(library: Path) -> ctypes.CDLL:
 
 
 class CompiledBoard:
-    """A board that runs the compiled firmware, with the simulated plate as its electronics.
+    """Board that runs the compiled firmware with a simulated plate.
 
     Parameters
     ----------
     twin : Twin
-        The plate.
+        Simulated plate.
     boot : int
-        Boot number; differs between starts.
+        Boot number, which differs between starts.
     watchdog_ms : float
-        The board silences itself if it receives nothing for this time.
+        Time without input after which the board silences the plate.
     code : ctypes.CDLL
         The library returned by `load`.
     """
@@ -127,7 +127,7 @@ class CompiledBoard:
     ) -> None:
         self.twin = twin
         self.hot = False
-        self.busy = False  # the reference firmware never is
+        self.busy = False  # The reference firmware is never busy.
         self._code = code
         self._now_s = 0.0
         self._line = b""
@@ -149,7 +149,7 @@ class CompiledBoard:
 
     @property
     def vibrates(self) -> bool:
-        """Whether the output stage is closed, or the ramp that closes it has been commanded."""
+        """Whether the output is on, or a ramp that switches it on has been commanded."""
         return self._closed or self.state in wire.VIBRATING
 
     @property
@@ -160,11 +160,11 @@ class CompiledBoard:
 
     @property
     def target_level(self) -> float:
-        """Commanded amplitude; the mean, for a list."""
+        """Commanded amplitude or, for a list, the mean amplitude."""
         return round(float(self._code.board_target_um_pp(self._board)), 6)  # 32-bit float
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
-        """Process received bytes; return (command, reply) for each complete command."""
+        """Process received bytes; return each complete command with its reply."""
         self._now_s = now_s
         answers = []
         for byte in data:
@@ -189,11 +189,11 @@ class CompiledBoard:
         self._code.board_silence(self._board)
 
     def commanded_level(self, now_s: float) -> float:  # noqa: ARG002 - the board's own time
-        """Return the amplitude that is due now."""
+        """Return the amplitude that is commanded now."""
         return float(self._code.board_due_um_pp(self._board))
 
     def _milliseconds(self) -> int:
-        # Add a small amount so that 0.057 s does not become 56 ms.
+        # The added amount avoids that 0.057 s becomes 56 ms.
         return math.floor(self._now_s * 1000 + 1e-6) % MILLISECONDS
 
     def _drive(self, frequency_hz: float, voltage_v: float) -> None:

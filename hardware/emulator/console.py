@@ -1,6 +1,6 @@
-"""The main loop of an emulated board: it prints its port, then standard input controls it.
+"""Run an emulated board that is controlled by standard input.
 
-Each input line is answered with one line of JSON, the state after it:
+The port is printed first. Each line of input is answered with the new state as one line of JSON:
 
 ==================  ==============================================================
 ``state``           only report, see `Emulator.state`
@@ -40,7 +40,7 @@ ACTS: dict[str, Callable[[Emulator], None]] = {
 
 
 def run(emulator: Emulator) -> None:
-    """Print the port, then emulate the board until stopped."""
+    """Print the port, and emulate the board until stopped."""
     print(emulator.port, flush=True)
     control: int | None = sys.stdin.fileno()
     buffer = b""
@@ -50,7 +50,7 @@ def run(emulator: Emulator) -> None:
                 continue
             data = os.read(sys.stdin.fileno(), 4096)
             if not data:
-                control = None  # started without standard input: continue
+                control = None  # Without standard input, emulation continues.
             *lines, buffer = (buffer + data).split(b"\n")
             for line in lines:
                 if line.strip() == b"quit":
@@ -61,7 +61,7 @@ def run(emulator: Emulator) -> None:
 
 
 def _answer(emulator: Emulator, line: str) -> str:
-    """Execute a control line; return a line of JSON."""
+    """Execute a line of input, and return the answer as JSON."""
     word, _, rest = line.partition(" ")
     try:
         if word == "fault":

@@ -1,8 +1,8 @@
-"""The driver board's firmware in Python, as run by `slipscale plate emulate`.
+"""Implement the driver board's firmware in Python, for `slipscale plate emulate`.
 
-It has no side effects: bytes and the time are inputs, bytes are outputs, and the plate is the
-twin. The reference firmware (hardware/firmware) does the same in C++; both are tested against
-docs/reference/board-transcript.txt.
+The code has no side effects: inputs are bytes and the time, outputs are bytes, and the plate is
+simulated. The reference firmware (hardware/firmware) implements the same behaviour in C++. Both are
+tested against docs/reference/board-transcript.txt.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ from slipscale.hardware.plate.twin import OFF, Drive, Twin
 from slipscale.stimuli.modulation import Loop, along_edge
 
 RAMP_S = 0.025
-RAMP_DOWN_S = 0.015  # delay after a ramp to 0 before the output goes off
+RAMP_DOWN_S = 0.015  # delay from a ramp to 0 until the output is switched off
 CORRECT_S = 0.010
-FOLLOW_S = 0.005  # after a correction, wait for the plate before measuring
-LARGEST_CORRECTION = 0.05  # of the voltage per step, to avoid a click
-# Largest correction factor of the calibrated volts per µm. A finger that reduces Q from 60 to 50
-# requires 1.2. Without a limit, a dead sensor would drive the plate to the voltage limit.
+FOLLOW_S = 0.005  # waiting time after a correction
+LARGEST_CORRECTION = 0.05  # largest change of voltage per step, to avoid clicks
+# Largest factor by which the calibrated volts per µm are corrected. A finger that reduces Q from 60
+# to 50 requires 1.2. Without this limit, a broken sensor would cause the maximum voltage.
 GAIN_BAND = 1.5
-# Settled: `MEANS_SETTLED` consecutive means within the band, a fraction of the target or
-# of the largest level.
+# The plate has settled after `MEANS_SETTLED` consecutive means within this fraction of the target
+# or of the largest level.
 BAND = 0.025
 BAND_OF_LARGEST = 0.01  # 0.025 µm p-p
 MEANS_SETTLED = 2
@@ -42,11 +42,11 @@ ROUNDING_S = 1e-9  # tolerance of time differences
 HOTTEST_C = 60.0
 ERROR_QUEUE = 8
 IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.2"
-OLD_IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"  # does not support lists
+OLD_IDENTITY = f"Slipscale,{wire.PROTOCOL},EMULATED-1,1.0"  # version without lists
 
 
 class Board:
-    """A driver board that keeps a plate at resonance.
+    """Emulated driver board, which keeps a plate at resonance.
 
     Parameters
     ----------
@@ -55,13 +55,13 @@ class Board:
     boot : int
         Boot number; differs between starts.
     limits : BoardLimits
-        Checked on the board, whatever the host's limits are.
+        Limits that the board enforces, in addition to the host's limits.
     identity : str
-        The value of ``*IDN?``.
+        Answer to ``*IDN?``.
     lists : bool
-        Whether its firmware supports lists of amplitudes.
+        Whether the firmware supports lists of amplitudes.
     unit : str
-        The value of ``UNIT?``: the unit of amplitudes, as in the names of data columns.
+        Answer to ``UNIT?``, the unit of amplitudes as in the names of data columns.
     """
 
     def __init__(
@@ -79,7 +79,7 @@ class Board:
         self.limits = limits or BoardLimits()
         self.identity = identity
         self.unit = unit
-        # In another unit, the twin provides only the dynamics, as in the mock backend.
+        # In other units, only the dynamics are simulated, as in the mock backend.
         same = unit == wire.UNIT
         self.um_pp_per_level = 1.0 if same else BoardLimits().level / self.limits.level
         self.lists = ListLimits()
@@ -97,16 +97,16 @@ class Board:
         self.points: list[float] = []
         self.played: Loop | None = None
         self._from_level = 0.0
-        self._now_level = 0.0  # amplitude on the ramp now
-        self._frequency_hz: float | None = None  # None follows the resonance
+        self._now_level = 0.0  # current amplitude on the ramp
+        self._frequency_hz: float | None = None  # None: follow the resonance
         self._heard_s = 0.0
         self._commanded_s = 0.0
-        self._arrived = False  # the ramp's end has reached the plate
+        self._arrived = False  # The end of the ramp has reached the plate.
         self._nominal_volts_per_level = (
             self.um_pp_per_level / twin.resonator.gain_um_pp_per_v  # as calibrated
         )
         self._volts_per_level = self._nominal_volts_per_level  # for the current load
-        self._limited = False  # the voltage is at its limit
+        self._limited = False  # The voltage is at its limit.
         self._corrected_s = 0.0
         self._readings: list[float] = []  # since the last correction
         self._means_inside = 0
@@ -136,7 +136,7 @@ class Board:
         return answers
 
     def tick(self, now_s: float) -> None:
-        """Advance the time: ramp, settling, watchdog, longest on-time, temperature."""
+        """Advance the board to the given time."""
         if not self.vibrates:
             return
         if now_s - self._heard_s > self.limits.watchdog_ms / 1000:
@@ -165,11 +165,11 @@ class Board:
         return self._now_level
 
     def _measured(self, now_s: float) -> float:
-        """Return the vibration sensor's reading as a level."""
+        """Return the reading of the vibration sensor as a level."""
         return self.twin.measure_um_pp(now_s) / self.um_pp_per_level
 
     def temperature_c(self, now_s: float) -> float:
-        """Return the board's sensor reading."""
+        """Return the reading of the temperature sensor."""
         return HOTTEST_C + 15 if self.hot else self.twin.temperature_c(now_s)
 
     def status(self, now_s: float) -> BoardStatus:
@@ -185,14 +185,14 @@ class Board:
         )
 
     def _line(self, line: bytes, now_s: float) -> tuple[str, bytes] | None:
-        if line.rstrip(b"\r") == b"*IDN?":  # unframed, for people with a terminal
+        if line.rstrip(b"\r") == b"*IDN?":  # without a frame, for use in a terminal
             return "*IDN?", self.identity.encode("ascii") + b"\r\n"
         command = wire.parse_command(line)
         if command is None:
-            return None  # no answer: the host repeats the command after a time-out
+            return None  # No answer: the host repeats the command after a time-out.
         if self._last and self._last[0] == command:
             self._heard_s = now_s
-            return command[1], self._last[1]  # a repetition: already executed
+            return command[1], self._last[1]  # A repeated command was already executed.
         reply = wire.reply_frame(self._answer(*command, now_s))
         if not self.busy:
             self._last = (command, reply)
@@ -290,7 +290,7 @@ class Board:
             raise Refusal(wire.TOO_HOT)
 
     def _ramp(self, now_s: float) -> None:
-        """Advance the ramp; later times count from when its end actually reached the plate."""
+        """Advance the ramp, and note when its end has reached the plate."""
         part = min((now_s - self._commanded_s + ROUNDING_S) / RAMP_S, 1)
         self._now_level = along_edge(self._from_level, self.target_level, part)
         self._apply(now_s)
@@ -302,7 +302,7 @@ class Board:
         self._readings.clear()
 
     def _hold(self, now_s: float) -> None:
-        """Correct the voltage by the mean of the readings since the last correction took effect."""
+        """Correct the voltage, based on the mean reading since the last correction took effect."""
         elapsed_s = now_s - self._corrected_s + ROUNDING_S
         if self.target_level == 0:
             if elapsed_s >= RAMP_DOWN_S:
@@ -320,7 +320,7 @@ class Board:
         self.state = self._settled(measured_level, was_limited=was_limited)
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
-        """Return the state for a mean: HOLD after several means within the band, SAT or RAMP."""
+        """Return HOLD after several means within the tolerance, otherwise SAT or RAMP."""
         short_by = self.target_level - measured_level
         if abs(short_by) > max(BAND * self.target_level, BAND_OF_LARGEST * self.limits.level):
             self._means_inside = 0
@@ -329,7 +329,7 @@ class Board:
         return "HOLD" if self._means_inside >= MEANS_SETTLED else "RAMP"
 
     def _play(self, played: Loop, now_s: float) -> None:
-        """Correct the voltage by the mean of each complete period except the first."""
+        """Correct the voltage after each complete period except the first, based on its mean."""
         periods = int((now_s - self._commanded_s + ROUNDING_S) / played.period_s)
         if periods > max(self._periods, 1):
             largest_level = max(played.levels)
@@ -339,7 +339,7 @@ class Board:
         self._periods = periods
 
     def _correct(self, measured_level: float, largest_level: float) -> bool:
-        """Correct the voltage; return whether it suffices for the largest amplitude due."""
+        """Correct the voltage; return whether it is high enough for the largest amplitude."""
         if largest_level <= 0:
             return True
         factor = self.target_level / measured_level if measured_level > 0 else math.inf
@@ -365,7 +365,7 @@ class Board:
         self.twin.set_drive(drive, now_s)
 
 
-# header -> (fewest arguments, most arguments, action)
+# header -> (minimum and maximum number of arguments, action)
 COMMANDS: dict[str, tuple[int, int, Callable[[Board, list[str], float], str]]] = {
     "*IDN?": (0, 0, lambda board, _, __: board.identity),
     "*RST": (0, 0, Board._reset),  # noqa: SLF001 - the table belongs to the class

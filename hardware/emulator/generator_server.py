@@ -1,4 +1,4 @@
-"""Simulated generators behind a line that can drop, on a socket."""
+"""Serve simulated function generators on a socket."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ LOOKS_S = 0.1  # interval at which the server checks whether to end
 
 
 class GeneratorServer:
-    """Serves a simulated generator to one client at a time, until it is closed.
+    """Server for a simulated generator, with one client at a time.
 
     Parameters
     ----------
@@ -26,13 +26,13 @@ class GeneratorServer:
     Attributes
     ----------
     generator : SimulatedGenerator
-        The generator behind the line.
+        The simulated generator.
     resource : str
-        The VISA resource for ``scpi:RESOURCE``.
+        VISA resource for ``scpi:RESOURCE``.
     lines : list of str
-        Lines that were received.
+        Received lines.
     drop_at : int or None
-        Number of the line at which the connection drops before it is read; once, or ``for_good``.
+        Number of the line before which the connection is lost, either once or ``for_good``.
     """
 
     def __init__(self, make: str, *, command_s: float = 0.0) -> None:
@@ -48,7 +48,7 @@ class GeneratorServer:
         self._thread.start()
 
     def close(self) -> None:
-        """End the server."""
+        """Stop the server."""
         self._over = True
         with socket.socket() as poke:
             poke.connect_ex(self._socket.getsockname())
@@ -58,7 +58,7 @@ class GeneratorServer:
     def _serve(self) -> None:
         while not self._over:
             connection, _ = self._socket.accept()
-            with connection, suppress(ConnectionError):  # the client may have closed it
+            with connection, suppress(ConnectionError):  # if the client has closed it
                 if not (self._over or (self.for_good and self._dropped())):
                     self._talk(connection)
 

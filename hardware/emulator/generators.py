@@ -1,8 +1,8 @@
-"""Simulated function generators, one per make: `slipscale plate emulate --generator MAKE`.
+"""Simulate function generators of several makes (`slipscale plate emulate --generator MAKE`).
 
-They share nothing with `slipscale.hardware.backends.generator_dialects`: what a make accepts,
-rejects and answers is implemented here independently, from the manuals. The voltage at the plate
-is modelled, too: `GeneratorChannel.plate_vpp`.
+To make tests independent, this module shares no code with
+`slipscale.hardware.backends.generator_dialects`. The behaviour of each make is implemented from its
+manual. For the voltage at the plate, see `GeneratorChannel.plate_vpp`.
 
 =========  ==================================================================================
 make       source of limits and behaviour
@@ -32,7 +32,7 @@ from typing import ClassVar
 SOURCE_OHM = 50.0
 OPEN_OHM = 9.9e37
 RMS = 2 * math.sqrt(2)  # V peak to peak per V RMS of a sine
-# V peak to peak at which an output switches its attenuator: E1441A User's Manual, page 99.
+# Voltages in V peak to peak at which an attenuator switches: E1441A User's Manual, page 99.
 BREAK_POINTS_VPP = (0.317, 0.632, 1.26, 2.52, 5.02)
 ERROR_QUEUE = 20
 OUT_OF_RANGE = '-222,"Data out of range"'
@@ -40,10 +40,10 @@ OUT_OF_RANGE = '-222,"Data out of range"'
 
 @dataclass(slots=True)
 class GeneratorChannel:
-    """One output, in the state after ``*RST``.
+    """Output channel of a generator, initially in the state after ``*RST``.
 
-    ``open_vpp`` is the voltage into an open circuit. Set and displayed values depend on the
-    assumed load and on the unit.
+    ``open_vpp`` is the voltage into an open circuit. Displayed values depend on the load setting
+    and on the unit.
     """
 
     function: str = "SIN"
@@ -55,50 +55,50 @@ class GeneratorChannel:
     on: bool = False
     range_auto: bool = True
     active: set[str] = field(default_factory=set)  # modulations, sweep, burst
-    dropouts: int = 0  # number of attenuator switches while the output was on
+    dropouts: int = 0  # switches of the attenuator while the output was on
 
     @property
     def scale(self) -> float:
-        """Displayed amplitude per V peak to peak into an open circuit."""
+        """Ratio of the displayed amplitude to the open-circuit voltage in V peak to peak."""
         loaded = self.load_ohm / (self.load_ohm + SOURCE_OHM) if self.load_ohm < OPEN_OHM else 1.0
         return loaded / (RMS if self.unit == "VRMS" else 1.0)
 
     def plate_vpp(self) -> float:
-        """Return the drive of a plate, which is an open circuit, at its resonance.
+        """Voltage with which a plate is driven at resonance, in V peak to peak.
 
-        Only a sine counts. An untriggered burst is silent; any other modulation, and a sweep, is
-        assumed to leave half of the amplitude at the resonance.
+        Only a sine drives the plate. A burst without a trigger gives 0; for other modulations and
+        sweeps, half of the amplitude is assumed.
         """
         if not self.on or "BURS" in self.active or not self.function.startswith("SIN"):
             return 0.0
         return self.open_vpp * (0.5 if self.active else 1.0)
 
     def set_open_vpp(self, vpp: float) -> None:
-        """Change the voltage, and switch the attenuator if it is automatic."""
+        """Change the voltage, and switch an automatic attenuator if necessary."""
         crossed = [each for each in BREAK_POINTS_VPP if (each < vpp) != (each < self.open_vpp)]
         self.dropouts += bool(crossed and self.on and self.range_auto)
         self.open_vpp = vpp
 
 
 class SimulatedGenerator:
-    """Code shared by all makes: channels, limits, errors, and a table of commands."""
+    """Base class of simulated generators: channels, limits and errors."""
 
     identity: ClassVar[str]
     smallest_vpp: ClassVar[float] = 0.002  # into an open circuit
     largest_vpp: ClassVar[float] = 20.0
     resolution_vpp: ClassVar[float] = 1e-4
-    clips: ClassVar[bool] = False  # clips values without an error
+    clips: ClassVar[bool] = False  # whether values are clipped without an error
 
     def __init__(self) -> None:
         self.errors: list[str] = []
         self.channel = {1: GeneratorChannel(), 2: GeneratorChannel()}
 
     def reset(self) -> None:
-        """Reset every setting, as ``*RST`` or a preset at the front panel does."""
+        """Reset all settings, as with ``*RST`` or a preset at the front panel."""
         self.channel = {1: GeneratorChannel(), 2: GeneratorChannel()}
 
     def hear(self, line: str) -> str | None:
-        """Execute a line; return the answer to a query, or None for a command."""
+        """Process a line; return the answer to a query, or None for a command."""
         common: dict[str, Callable[[], str | None]] = {
             "*IDN?": lambda: self.identity,
             "*OPC?": lambda: "1",
@@ -108,11 +108,11 @@ class SimulatedGenerator:
         return common[line]() if line in common else self.obey(line)
 
     def obey(self, line: str) -> str | None:
-        """Execute a line with a command of this make."""
+        """Process a command or query of this make."""
         raise NotImplementedError
 
     def set_amplitude(self, channel: GeneratorChannel, displayed: float) -> None:
-        """Set an amplitude, rounded to the resolution; reject or clip values out of range."""
+        """Set an amplitude, rounded to the resolution; reject or clip values outside the range."""
         vpp = displayed / channel.scale
         rounded = round(vpp / self.resolution_vpp) * self.resolution_vpp
         within = min(max(rounded, self.smallest_vpp), self.largest_vpp)
@@ -129,7 +129,7 @@ class SimulatedGenerator:
 
 
 class _Scpi(SimulatedGenerator):
-    """A tree of headers; ``table`` maps a header's pattern to its setting."""
+    """Generator with SCPI commands; ``table`` maps patterns of headers to settings."""
 
     table: ClassVar[dict[str, str]] = {}
     functions: ClassVar[tuple[str, ...]] = ()  # modulations, sweep, burst
@@ -137,7 +137,7 @@ class _Scpi(SimulatedGenerator):
     words: ClassVar[dict[bool, str]] = {True: "1", False: "0"}
 
     def obey(self, line: str) -> str | None:
-        """Execute a line with a command of this make."""
+        """Process a command or query of this make."""
         if line.lstrip(":").upper() == "SYST:ERR?":
             return self.errors.pop(0) if self.errors else self.no_error
         header, _, value = line.partition(" ")
@@ -188,7 +188,7 @@ class _Scpi(SimulatedGenerator):
 
 
 class Keysight(_Scpi):
-    """33500 series: numbers with a sign and 15 decimals, short words, outputs 1 and 0."""
+    """Keysight 33500 series: numbers with sign and 15 decimals, short words, outputs 1 and 0."""
 
     identity = "Agilent Technologies,33522B,MY57800001,4.00-1.19-2.00-52-00"
     no_error = '+0,"No error"'
@@ -220,14 +220,14 @@ class Keysight(_Scpi):
 
 
 class Agilent33220(Keysight):
-    """33220A: one channel, no suffix, at least 20 mVpp."""
+    """Agilent 33220A: one channel, no suffix, at least 20 mVpp."""
 
     identity = "Agilent Technologies,33220A,MY44000001,2.02-2.02-22-2"
     smallest_vpp = 0.02
     functions: ClassVar[tuple[str, ...]] = ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS")
 
     def obey(self, line: str) -> str | None:
-        """Execute a line with a command of this make."""
+        """Process a command or query of this make."""
         if re.match(r"(?i):?(SOUR|OUTP)[12]", line):
             self.fail('-114,"Header suffix out of range"')
             return None
@@ -235,7 +235,7 @@ class Agilent33220(Keysight):
 
 
 class Rigol(_Scpi):
-    """DG1000Z: seven digits without a sign, outputs ON and OFF; values are clipped silently."""
+    """Rigol DG1000Z: seven digits without sign, outputs ON and OFF, values clipped silently."""
 
     identity = "Rigol Technologies,DG1022Z,DG1ZA000000001,03.01.12"
     words: ClassVar[dict[bool, str]] = {True: "ON", False: "OFF"}
@@ -258,7 +258,7 @@ class Rigol(_Scpi):
 
 
 class Tektronix(_Scpi):
-    """AFG3000: outputs 1 and 0, the impedance under IMP, the shape under FUNC:SHAP."""
+    """Tektronix AFG3000: outputs 1 and 0, impedance under IMP, shape under FUNC:SHAP."""
 
     identity = "TEKTRONIX,AFG3102C,C010001,SCPI:99.0 FV:1.0.4"
     smallest_vpp = 0.04
@@ -280,7 +280,7 @@ class Tektronix(_Scpi):
 
 
 class Siglent(SimulatedGenerator):
-    """SDG2000X: basic wave and output are one query each; unknown commands are ignored."""
+    """Siglent SDG2000X: one query each for basic wave and output, unknown commands ignored."""
 
     identity = "Siglent Technologies,SDG2042X,SDG2XCAD000001,2.01.01.35R3"
     smallest_vpp = 0.004
@@ -289,7 +289,7 @@ class Siglent(SimulatedGenerator):
     functions: ClassVar[dict[str, str]] = {"MDWV": "AM", "SWWV": "SWE", "BTWV": "BURS"}
 
     def obey(self, line: str) -> str | None:
-        """Execute a line with a command of this make."""
+        """Process a command or query of this make."""
         found = re.fullmatch(r"C(?P<n>[12]):(?P<head>[A-Z]{4})(?P<query>\?)?( (?P<rest>.*))?", line)
         if not found:
             return None

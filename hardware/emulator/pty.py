@@ -1,6 +1,6 @@
-"""The driver board on a pseudo-terminal, as run by `slipscale plate emulate`.
+"""Emulate a driver board on a pseudo-terminal, for `slipscale plate emulate`.
 
-Its port is a symbolic link that stays the same when the board is "unplugged" and "plugged in".
+The port is a symbolic link, which stays the same when the board is unplugged and plugged in.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 
 TICK_S = 0.001
-IDLE_TICK_S = 0.01  # for a silent board, which does not change until a command arrives
+IDLE_TICK_S = 0.01  # for a silent board, which only reacts to commands
 DEFAULT_LIMITS = wire.BoardLimits()
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
@@ -43,7 +43,7 @@ NMEA_S = 0.05
 
 
 class EmulatedBoard(Protocol):
-    """Interface of a board for the pseudo-terminal: emulated, or compiled from the firmware."""
+    """Interface of a board: emulated in Python, or compiled from the firmware."""
 
     hot: bool
     busy: bool
@@ -74,7 +74,7 @@ class EmulatedBoard(Protocol):
 
 
 class Emulator:
-    """A board, its pseudo-terminal, and the faults to inject.
+    """Emulated board on a pseudo-terminal, with faults to inject.
 
     Parameters
     ----------
@@ -85,21 +85,21 @@ class Emulator:
     twin : Twin
         The plate behind the board.
     back_s : float
-        Time after which an unplugged, stuck, deaf or hot board returns; 0: never.
+        Time after which an unplugged, busy, deaf or hot board recovers; 0 means never.
     dtr : bool
-        Whether the line signals to the board that the host closed it. The board then silences the
-        plate and restarts, as boards with an automatic reset do. Otherwise the watchdog acts.
+        Whether the line signals that the host closed the port. The board then silences the plate
+        and restarts, like a board with automatic reset. Otherwise, only the watchdog acts.
     watchdog_ms : float
         The board silences itself if it receives nothing for this time.
     log : TextIO
-        Receives the plate's amplitude, one line per millisecond.
+        File for the plate's amplitude, with one line per millisecond.
     firmware : callable
-        Creates a board that runs the compiled firmware, see
-        `slipscale.hardware.emulator.compiled`; default: the emulated board.
+        Function that creates a board with the compiled firmware, see
+        `slipscale.hardware.emulator.compiled`; by default, the board is emulated in Python.
     limits : BoardLimits
-        Limits of the emulated board; ``watchdog_ms`` replaces their watchdog time.
+        Limits of the emulated board, except the watchdog time.
     unit : str
-        The emulated board's unit.
+        Unit of the emulated board.
     """
 
     def __init__(
@@ -146,10 +146,10 @@ class Emulator:
         self._plug()
 
     def state(self) -> dict[str, object]:
-        """Return the board's state and the plate's, as reported on the control channel.
+        """Return the state of board and plate, as reported to standard output.
 
-        ``amplitude_um_pp`` is the twin's true amplitude. ``presented_levels`` lists the amplitudes
-        commanded so far and ``played`` the lists; repeated commands are listed once.
+        ``amplitude_um_pp`` is the true simulated amplitude. ``presented_levels`` contains the
+        commanded amplitudes and ``played`` the played lists; repeated commands are listed once.
         """
         now_s = self._now()
         self.board.tick(now_s)
@@ -165,24 +165,24 @@ class Emulator:
         }
 
     def order(self, text: str) -> None:
-        """Inject faults as on the command line; counts start now. Raises ValueError if invalid."""
+        """Inject faults, written as on the command line. Raises ValueError if they are invalid."""
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 
     def cancel(self) -> None:
-        """Remove the faults that are still pending."""
+        """Remove all pending faults."""
         self._schedule.clear()
 
     def touch(self, finger: FingerLoad = NO_FINGER) -> None:
-        """Put a finger on the plate, or remove it."""
-        self._twin.amplitude_um_pp(self._now())  # advance the plate with its previous load
+        """Put a finger on the plate, or remove the finger."""
+        self._twin.amplitude_um_pp(self._now())  # Advances the plate with the previous load.
         self._twin.finger = finger
 
     def unplug(self) -> None:
-        """Unplug the board: the line is dead, and so is the board, which the line powers."""
+        """Unplug the board, which also loses its power."""
         if self._master is not None:
             self.board.silence(self._now())
-            # The system reuses the terminal's number, so the link must not point to it any more.
+            # The link is removed, because the system may reuse the terminal's number.
             self.port.unlink()
             os.close(self._master)
             self._master = None
@@ -190,18 +190,18 @@ class Emulator:
             self._come_back_later()
 
     def come_back(self) -> None:
-        """Plug in and restart now, whatever the fault was."""
+        """Plug the board in and restart it."""
         self._boot()
         if self._master is None:
             self._plug()
 
     def close(self) -> None:
-        """Unplug, and remove the port's link."""
+        """Unplug the board, and remove the link."""
         self.unplug()
         self._folder.cleanup()
 
     def turn(self, control: int | None = None) -> bool:
-        """Process events for at most one tick; return whether the control line is readable."""
+        """Process events for at most one tick; return whether a control command is available."""
         now_s = self._now()
         self.board.tick(now_s)
         self._send_what_is_due()
@@ -217,7 +217,7 @@ class Emulator:
         return control in ready
 
     def _tick_s(self) -> float:
-        """Return the time for which only a command can change anything."""
+        """Return the time during which only a command can change the board's state."""
         return TICK_S if self.board.vibrates or self._outbox else IDLE_TICK_S
 
     def _boot(self) -> None:
@@ -245,10 +245,10 @@ class Emulator:
             )
 
     def _plug(self) -> None:
-        """Create a pseudo-terminal and point the port's link to it.
+        """Create a pseudo-terminal, and let the link point to it.
 
-        The host's side is closed here immediately; otherwise the line would not report when the
-        host closes it.
+        This process closes the host's side immediately, so that the line reports when the host
+        closes it.
         """
         self._master, slave = os.openpty()
         tty.setraw(slave)
@@ -262,7 +262,7 @@ class Emulator:
             return
         try:
             data = os.read(self._master, 4096)
-        except OSError:  # no host has opened the other end yet
+        except OSError:  # No host has opened the port yet.
             if self._host_is_there and self._dtr:
                 self._boot()
             self._host_is_there = False
@@ -302,7 +302,7 @@ class Emulator:
             self._post(spoiled[0] if spoiled else [reply])
 
     def _remember(self, body: str) -> None:
-        """Record what was commanded, from the words of an accepted command."""
+        """Record an accepted command for `state`."""
         header, _, arguments = body.partition(" ")
         if header == "AMPL":
             self._presented.append(float(arguments))
@@ -313,7 +313,7 @@ class Emulator:
             self._played.append(list(self._list))
 
     def _now(self) -> float:
-        """Return the time after logging the plate's amplitude until then."""
+        """Log the plate's amplitude until now, and return the time."""
         now_s = self._clock.now()
         while self._log and self._logged_ms + 1 <= now_s * 1000:
             self._logged_ms += 1
@@ -328,7 +328,7 @@ class Emulator:
             self._log.write(line + "\n")
 
     def _post(self, pieces: Iterable[Piece]) -> None:
-        """Queue pieces behind those that still wait to be sent; the board continues meanwhile."""
+        """Queue pieces for sending after the pieces that are already queued."""
         due_s = max(self._now(), self._outbox[-1][0] if self._outbox else 0.0)
         for piece in pieces:
             if isinstance(piece, float):
@@ -362,5 +362,5 @@ class Emulator:
 
     def _send(self, data: bytes) -> None:
         if self._master is not None:
-            with suppress(OSError):  # the host has closed the line, or is not reading
+            with suppress(OSError):  # The host has closed the line or does not read.
                 os.write(self._master, data)

@@ -1,7 +1,7 @@
-"""Faults of an emulated board: each replaces an answer with something else to send.
+"""Define faults of an emulated board, each of which replaces an answer.
 
-A plan is a list of pieces: bytes to send, seconds to wait, or actions on the board. The emulator's
-loop executes it; this module depends on neither a port nor a clock.
+The replacement is a list of pieces: bytes to send, seconds to wait, or actions on the board. The
+emulator executes the list. This module depends neither on a port nor on a clock.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 LATE_S = 0.12  # longer than a host waits for one answer
-TRICKLE_S = 1.5  # duration of one answer: longer than a host waits, shorter than its greeting
+TRICKLE_S = 1.5  # duration of an answer: longer than a host waits, shorter than the greeting
 GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 
 
 class BoardAction(Enum):
-    """An action on the board or its line, other than sending."""
+    """Action on the board or the line, other than sending."""
 
     UNPLUG = auto()
     RESET = auto()
-    BUSY = auto()  # answer every command with "busy" from now
+    BUSY = auto()  # Answer all following commands with "busy".
     HOT = auto()
-    DEAFEN = auto()  # answer nothing from now
+    DEAFEN = auto()  # Do not answer any following commands.
 
 
 Piece = bytes | float | BoardAction
@@ -30,7 +30,7 @@ Piece = bytes | float | BoardAction
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The answer that was due, and the previous one."""
+    """The correct answer, and the previous answer."""
 
     reply: bytes
     previous: bytes
@@ -48,7 +48,7 @@ def _halves(answer: Answer) -> tuple[bytes, bytes]:
     return answer.reply[:middle], answer.reply[middle:]
 
 
-# Faults that let the command run but spoil its answer.
+# Faults in which the command is executed but the answer is wrong.
 ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "drop": lambda _: [],
     "unplug_mid_read": lambda answer: [_halves(answer)[0], BoardAction.UNPLUG],
@@ -64,7 +64,7 @@ ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "reset_after": lambda answer: [answer.reply, BoardAction.RESET],
 }
 
-# Faults that occur before the command is received.
+# Faults in which the command is not received.
 COMMAND_FAULTS: dict[str, BoardAction] = {
     "unplug": BoardAction.UNPLUG,
     "reset": BoardAction.RESET,
@@ -79,15 +79,16 @@ UNHEARD = (
     BoardAction.DEAFEN,
 )  # the command is not received
 
-# Faults of an entire run.
+# Faults of the whole run.
 RUN_FAULTS = ("wrong_identity", "nmea", "old_firmware")
 
-# Faults of the emulated board only; the compiled firmware is never busy and has a fixed identity.
+# Faults of the board that is emulated in Python only: the compiled firmware is never busy and has a
+# fixed identity.
 EMULATED_ONLY = ("busy", "wrong_identity", "old_firmware")
 
 FAULT_NAMES = (*ANSWER_FAULTS, *COMMAND_FAULTS, *RUN_FAULTS)
 
-# Phases of a trial: the commands that belong to each.
+# Phases of a trial, with the commands that belong to each phase.
 PHASES: dict[str, tuple[str, ...]] = {
     "connect": ("*IDN?", "*RST", "LIM?", "LIST:LIM?"),
     "present": ("AMPL", "DRIV"),
@@ -98,7 +99,7 @@ PHASES: dict[str, tuple[str, ...]] = {
 
 
 def phase_of(header: str) -> str:
-    """Return the phase of a command, or "other".
+    """Return the phase to which a command belongs, or "other".
 
     >>> phase_of("AMPL")
     'present'

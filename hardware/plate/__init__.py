@@ -1,1 +1,1 @@
-"""Models of the plate: materials, beam, finite elements and dynamics."""
+"""Model plates: materials, beam, finite elements and dynamics."""

@@ -1,9 +1,9 @@
-"""The half-wave section as a composite beam: equations (16) to (42), and Timoshenko's correction.
+"""Model a half-wave section as a composite beam: equations (16) to (42), and Timoshenko's beam.
 
-**All quantities are per unit width**, so the printed factor b of equation (40) is dropped; with
-it, (38) and (39) would give a frequency lower by a factor of sqrt(b). Corrections of printed
-equations are documented where they are used. The signs of (17) and (18) are made consistent (z up,
-w up, curvature d²w/dx²).
+**All quantities are per unit width.** The factor b in the printed equation (40) is therefore
+omitted; with it, (38) and (39) would give a frequency that is lower by a factor of sqrt(b). Other
+corrections of printed equations are documented in the functions that use them. The signs of (17)
+and (18) are consistent (z up, w up, curvature d²w/dx²).
 """
 
 from __future__ import annotations
@@ -28,23 +28,23 @@ from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, posi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-SAFE_VOLTAGE_V = PlateLimits().voltage_v  # the driver's limit, above the paper's 15 V
+SAFE_VOLTAGE_V = PlateLimits().voltage_v  # limit of the driver, above the paper's 15 V
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamSection:
-    """A ceramic layer (0 < z < h_p) bonded without loss under a resonator (h_p < z < h_p + h_i).
+    """Beam of a ceramic layer (0 < z < h_p) under a resonator (h_p < z < h_p + h_i).
 
     Parameters
     ----------
     ceramic : BeamCeramic
-        The active layer.
+        Active layer.
     resonator_modulus_pa : float
-        Modulus of the resonator along x, Pa: E_i in the paper, E/(1 - ν²) in plane strain.
+        Modulus of the resonator along x in Pa: E_i in the paper, E/(1 - ν²) in plane strain.
     resonator_density_kg_m3 : float
         Density of the resonator, kg/m³.
     ceramic_shear_pa, resonator_shear_pa : float
-        Shear moduli xz, Pa; used only by Timoshenko's beam.
+        Shear moduli xz in Pa, which only Timoshenko's beam uses.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i, mm.
     """
@@ -78,7 +78,7 @@ class BeamSection:
         ceramic_thickness_mm: float = 1.0,
         resonator_thickness_mm: float = 2.0,
     ) -> Self:
-        """Return the paper's section: Young's modulus, Table II."""
+        """Return the section of the paper, with Young's modulus and Table II."""
         return cls(
             ceramic=ceramic,
             resonator_modulus_pa=resonator.young_pa,
@@ -98,7 +98,7 @@ class BeamSection:
         ceramic_thickness_mm: float = 1.0,
         resonator_thickness_mm: float = 2.0,
     ) -> Self:
-        """Return the section of a plate much wider than its half wave, from full matrices."""
+        """Return the section of a plate that is much wider than its half wave (plane strain)."""
         return cls(
             ceramic=BeamCeramic(
                 name=ceramic.name,
@@ -128,7 +128,7 @@ class BeamSection:
 
     @property
     def neutral_ratio(self) -> float:
-        """Neutral line f0 = z0/h_p: equation (42), from ∫ T dz = 0 (printed (41): ∫ S·T dz).
+        """Neutral line f0 = z0/h_p, equation (42), from ∫ T dz = 0 (printed: ∫ S·T dz).
 
         >>> round(BeamSection.printed().neutral_ratio, 4)
         1.6755
@@ -138,7 +138,7 @@ class BeamSection:
 
     @property
     def mass_kg_m2(self) -> float:
-        """Mass per length and unit width M_b, equation (39), kg/m²."""
+        """Mass per length and unit width M_b in kg/m², equation (39)."""
         return MILLI * (
             self.ceramic.density_kg_m3 * self.ceramic_thickness_mm
             + self.resonator_density_kg_m3 * self.resonator_thickness_mm
@@ -146,7 +146,7 @@ class BeamSection:
 
     @property
     def rigidity_n_m(self) -> float:
-        """Flexural rigidity per unit width G_b about the neutral line, equation (40), N·m."""
+        """Flexural rigidity per unit width G_b about the neutral line in N·m, equation (40)."""
         f0, b = self.neutral_ratio, self.beta
         hp = self.ceramic_thickness_mm * MILLI
         layer = self.ceramic.modulus_pa * _cube_span(0, 1, f0)
@@ -154,7 +154,7 @@ class BeamSection:
 
     @property
     def rotary_inertia_kg(self) -> float:
-        """Mass moment of inertia per length and unit width about the neutral line, kg."""
+        """Mass moment of inertia per length and unit width about the neutral line, in kg."""
         f0, b = self.neutral_ratio, self.beta
         hp = self.ceramic_thickness_mm * MILLI
         layer = self.ceramic.density_kg_m3 * _cube_span(0, 1, f0)
@@ -169,24 +169,26 @@ class BeamSection:
 
     @property
     def quality_factor(self) -> float:
-        """Dynamic amplification Q, equation (36): only the ceramic loses energy.
+        """Dynamic amplification Q, equation (36), if only the ceramic loses energy.
 
-        The energies are (31) with 3 z0²/h_p² in its third line and (35) with E_z in its second.
+        The energies are computed from (31) with 3 z0²/h_p² in the third line, and from (35) with
+        E_z in the second line.
         """
         f0 = self.neutral_ratio
         share = (1 - 2 * f0) / (self.inverse_a * (1 - 3 * f0 + 3 * f0**2))
         return self.ceramic.quality_factor * share
 
     def static_deflection_um(self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike) -> Array:
-        """Return the deflection at mid-span under a constant voltage, equation (28), µm, upwards.
+        """Return the upward deflection in µm at mid-span for a constant voltage, equation (28).
 
-        The sign is opposite to the printed one: by (18), S = (z0 - z) w'', a ceramic that shortens
-        under the resonator lifts mid-span; (17) gives the curvature the opposite sign.
+        The sign is opposite to the printed sign: according to (18), S = (z0 - z) w'', a ceramic
+        that shortens under the resonator lifts mid-span, whereas (17) gives the curvature the
+        opposite sign.
 
         Raises
         ------
         UserError
-            If the half wave is not positive or the voltage exceeds `SAFE_VOLTAGE_V`.
+            If the half wave is not positive, or if the voltage exceeds `SAFE_VOLTAGE_V`.
         """
         half_wave = positive("half_wave_mm", half_wave_mm, "mm") * MILLI
         voltage = not_negative("voltage_v", voltage_v, "V", maximum=SAFE_VOLTAGE_V)
@@ -197,11 +199,11 @@ class BeamSection:
     def dynamic_deflection_um_peak(
         self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike
     ) -> Array:
-        """Return |w_dyn| at resonance, equation (37), µm peak for a voltage in V peak (Fig. 8)."""
+        """Return |w_dyn| at resonance in µm peak, equation (37), for V peak (Fig. 8)."""
         return np.abs(self.static_deflection_um(half_wave_mm, voltage_v)) * self.quality_factor
 
     def half_wave_for_amplitude_mm(self, amplitude_um_peak: float, voltage_v: float) -> float:
-        """Return the half wave with the dynamic deflection ``amplitude_um_peak``, mm.
+        """Return the half wave in mm that has the given dynamic deflection.
 
         >>> round(BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
         8.2
@@ -213,27 +215,27 @@ class BeamSection:
         return float(np.sqrt(wanted / at_one))
 
     def frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
-        """Return the resonance of the simply supported half wave, Hz.
+        """Return the resonance of a simply supported half wave in Hz.
 
-        This is equation (38) divided by 2π, because the printed f_n is the angular frequency.
+        Equation (38) is divided by 2π, because the printed f_n is an angular frequency.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         return np.asarray(q**2 * np.sqrt(self.rigidity_n_m / self.mass_kg_m2) / (2 * np.pi))
 
     def half_wave_for_frequency_mm(self, frequency_hz: float) -> float:
-        """Return the half wave that resonates at ``frequency_hz``, the inverse of (38), mm."""
+        """Return the half wave in mm that resonates at a frequency, the inverse of (38)."""
         f = float(positive("frequency_hz", frequency_hz, "Hz"))
         return float(np.sqrt(self.frequency_hz(1.0) / f))
 
     @property
     def shear_rigidity_n_m(self) -> float:
-        """Shear stiffness κ·G·h per unit width, N/m, from the energy of the true shear stress.
+        """Shear stiffness κ·G·h per unit width in N/m, from the energy of the shear stress.
 
-        In bending, equilibrium gives the stress τ(z) = (V/G_b)·S(z) with S the first moment of
-        the modulus beyond z; equal energy gives κGh = G_b²/∫ S²/G dz. For one material it is
-        5/6·G·h.
+        In bending, equilibrium gives the stress τ(z) = (V/G_b)·S(z), where S is the first moment of
+        the modulus beyond z. Equal energy gives κGh = G_b²/∫ S²/G dz, which is 5/6·G·h for a single
+        material.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(4)  # S² is of degree 4: exact
+        nodes, weights = np.polynomial.legendre.leggauss(4)  # exact, because S² is of degree 4
         hp, z0 = self.ceramic_thickness_mm * MILLI, self.neutral_ratio
         moduli = (self.ceramic.modulus_pa, self.resonator_modulus_pa)
         shears = (self.ceramic_shear_pa, self.resonator_shear_pa)
@@ -247,11 +249,11 @@ class BeamSection:
         return self.rigidity_n_m**2 / (total * hp**5)
 
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
-        """Return the resonance of the half wave with shear and rotary inertia, Hz.
+        """Return the resonance of a half wave in Hz, with shear and rotary inertia.
 
-        It is the lower root of Timoshenko's dispersion relation at q = π/(λ/2), which is not in
-        the paper. For long waves it approaches `frequency_hz`. The small coupling between
-        stretching and rotation (mass line off the neutral line) is neglected.
+        This model is not in the paper. The resonance is the lower root of Timoshenko's dispersion
+        relation at q = π/(λ/2), which approaches `frequency_hz` for long waves. The small coupling
+        between stretching and rotation is neglected.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m
@@ -259,13 +261,13 @@ class BeamSection:
         a = mass * rotary / shear
         b = mass + (rotary + mass * bending / shear) * q**2
         c = bending * q**4
-        # The stable form of the lower root, without cancellation for long waves.
+        # This form of the lower root avoids cancellation for long waves.
         return np.asarray(np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * a * c))) / (2 * np.pi))
 
     def timoshenko_half_wave_mm(self, frequency_hz: float) -> float:
-        """Return the half wave at which Timoshenko's beam resonates at a frequency, mm.
+        """Return the half wave in mm at which Timoshenko's beam resonates at a frequency.
 
-        Closed form: for a given ω the dispersion relation is quadratic in q².
+        The solution is closed, because the dispersion relation is quadratic in q² for a given ω.
         """
         omega = 2 * np.pi * float(positive("frequency_hz", frequency_hz, "Hz"))
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m

@@ -1,14 +1,14 @@
-"""The plate in time: ring-up, ring-down, detuning, temperature and a finger (the physical twin).
+"""Model the plate in time: ring-up, ring-down, detuning, temperature and a finger.
 
-Near one resonance the plate is a second-order resonator, and a drive close to its resonance causes
-a vibration A(t)·cos(2πft) whose complex envelope A obeys
+Near a resonance, the plate is a second-order resonator. A drive close to the resonance causes a
+vibration A(t)·cos(2πft) with a complex envelope A that obeys
 
     dA/dt = -(1/τ + j 2π Δf) (A - A_ss),   τ = Q / (π f0),   Δf = f - f0,
     A_ss = g V / (1 + 2j Q Δf / f0).
 
-While drive and resonance are constant, this has a closed form, so that steps of any length are
-free of integration error. It agrees with the full second-order equation to better than 0.5 %
-within a few bandwidths of the resonance (tests/hardware/plate/test_dynamics.py).
+For constant drive and resonance, the solution has a closed form, so steps of any length have no
+integration error. Within a few bandwidths of the resonance, the envelope agrees with the full
+second-order equation to better than 0.5 % (tests/hardware/plate/test_dynamics.py).
 """
 
 from __future__ import annotations
@@ -22,24 +22,25 @@ from slipscale.faults import UserError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resonator:
-    """One resonance of a plate, as calibrated.
+    """One resonance of a plate.
 
     Parameters
     ----------
     resonance_hz : float
-        Resonance at the reference temperature, without a finger. The paper's plate: 30.5 kHz
+        Resonance at the reference temperature, without a finger; 30.5 kHz for the paper's plate
         (Fig. 13).
     gain_um_pp_per_v : float
-        Amplitude per volt at resonance, without a finger: 2.3 µm p-p at 15 V in the paper (Section
-        IV-A, which does not specify whether its volts are peak or peak to peak; the drive voltage
-        here is peak, as suggested by the finite elements that match the measured amplitude).
+        Amplitude per volt peak at resonance, without a finger; 2.3 µm p-p at 15 V in the paper
+        (Section IV-A). The paper does not specify whether 15 V is peak or peak to peak; finite
+        elements match the measured amplitude if it is peak.
     quality_factor : float
-        Q of the assembled plate. It was not published; 60 is the ceramic's value. Calibrate it.
+        Q of the assembled plate, which was not published. The default of 60 is the value of the
+        ceramic and must be calibrated.
     temperature_coefficient_hz_per_k : float
-        Change in resonance with temperature. It was not published; the default is half of copper
-        beryllium's modulus coefficient of about -350 ppm/K, at 30.5 kHz.
+        Change in resonance with temperature, which was not published. The default is half of the
+        modulus coefficient of copper beryllium, about -350 ppm/K, at 30.5 kHz.
     reference_temperature_c : float
-        Temperature at which `resonance_hz` applies.
+        Temperature to which `resonance_hz` refers.
     """
 
     resonance_hz: float = 30_500.0
@@ -65,14 +66,14 @@ class Resonator:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FingerLoad:
-    """The effect of a fingertip on the plate.
+    """Effect of a fingertip on the plate.
 
     Parameters
     ----------
     loss : float
         Loss added to 1/Q; 1/300 reduces Q from 60 to 50.
     detuning_hz : float
-        Shift of the resonance; negative if the finger acts as a mass.
+        Shift of the resonance, negative if the finger acts as a mass.
     """
 
     loss: float = 0.0
@@ -90,7 +91,7 @@ NO_FINGER = FingerLoad()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
-    """A resonator under given conditions: the parameters of the envelope's equation.
+    """Properties of a resonator at a given temperature and with or without a finger.
 
     Parameters
     ----------
@@ -119,16 +120,16 @@ class Conditions:
     def step(
         self, envelope_um_pp: complex, duration_s: float, *, voltage_v: float, frequency_hz: float
     ) -> complex:
-        """Return the envelope ``duration_s`` later under a constant drive.
+        """Return the envelope after ``duration_s`` of a constant drive.
 
         Parameters
         ----------
         envelope_um_pp : complex
             Current envelope, in µm peak to peak, with its phase relative to the drive.
         duration_s : float
-            Seconds, 0 or more.
+            Duration of the step, 0 or more.
         voltage_v, frequency_hz : float
-            The drive: volts peak, hertz.
+            Drive voltage in V peak, and drive frequency.
 
         Returns
         -------
@@ -150,10 +151,10 @@ class Conditions:
         after_v: float,
         frequency_hz: float,
     ) -> complex:
-        """Return the envelope at ``until_s`` of an edge of the drive, given the one at ``since_s``.
+        """Return the envelope at ``until_s`` during an edge of the drive.
 
-        The drive changes from one voltage to another along a half cosine of duration ``edge_s``;
-        times count from its beginning.
+        The drive changes from one voltage to another along a half cosine of duration ``edge_s``.
+        Times are measured from the beginning of the edge; the given envelope is at ``since_s``.
         """
         rate, turn = self._rate_per_s(frequency_hz), math.pi / edge_s
         response = self.response_um_pp_per_v(frequency_hz)
@@ -173,7 +174,7 @@ class Conditions:
 def conditions(
     resonator: Resonator, *, temperature_c: float | None = None, finger: FingerLoad = NO_FINGER
 ) -> Conditions:
-    """Return the resonator's conditions at a temperature (default: reference), with any finger.
+    """Return the resonator's properties at a temperature, with or without a finger.
 
     >>> round(conditions(Resonator(), finger=FingerLoad(loss=1 / 300)).quality_factor, 6)
     50.0

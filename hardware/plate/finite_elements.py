@@ -1,13 +1,14 @@
-"""The plate in three dimensions: quadratic bricks with piezoelectric coupling.
+"""Model plates in three dimensions with quadratic bricks and piezoelectric coupling.
 
-Every matrix of a layer is a contraction of the nine integrals ∫ ∂_k N_i ∂_l N_j of each element
-with that layer's constants: stiffness with c^E, coupling with e, capacitance with ε^S. scikit-fem
-provides the shape functions and numbers the nodes. Displacement and potential share one scalar
-basis, so their integration is consistent.
+The matrices of a layer are contractions of the nine integrals ∫ ∂_k N_i ∂_l N_j of each element
+with the constants of the layer: c^E for stiffness, e for coupling, ε^S for capacitance. scikit-fem
+provides the shape functions and numbers the nodes. Displacement and potential have the same scalar
+basis.
 
-All bricks are rectangular. The edge of a disc cuts them: only the part inside is integrated, and a
-brick with less than a thousandth inside is omitted (the finite cell method of Parvizian, Duester
-and Rank, Computational Mechanics 41, 2007). Discs therefore use the same mesh as rectangles.
+All bricks are rectangular. If the edge of a disc cuts a brick, only the part inside the disc is
+integrated, and bricks with less than a thousandth inside are omitted (finite cell method,
+Parvizian, Duester and Rank, Computational Mechanics 41, 2007). Discs therefore use the same mesh as
+rectangles.
 
 Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that the entries of all
 blocks have similar magnitudes. The touch surface faces up; the ceramics' upper faces are bonded to
@@ -34,9 +35,9 @@ if TYPE_CHECKING:
 
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10
-_LEAST_FILLED = 1e-3  # of a brick; its nodes would move almost freely with less
-# Three points integrate the stiffness and mass of a full brick exactly. Along x, a brick has six
-# equal parts, because the edge of a disc bends within it.
+_LEAST_FILLED = 1e-3  # smallest part of a brick; with less, its nodes would be almost free
+# Three points integrate the stiffness and mass of a full brick exactly. Along x, a cut brick has
+# six equal parts, because the edge of a disc is curved.
 _GAUSS, _GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) / 2
 _PARTS = 6
 _ACROSS = ((np.arange(_PARTS)[:, None] + _GAUSS) / _PARTS).ravel()
@@ -46,24 +47,24 @@ _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # index of a symmetric pai
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Assembly:
-    """The matrices of a meshed plate before supports and electrodes; all nodes, x, y, z in turn.
+    """Matrices of a meshed plate without supports and electrodes.
 
     Parameters
     ----------
     layout, density, quarter
-        Layout and mesh; ``quarter`` is x, y >= 0 with symmetry at both planes.
+        Layout and mesh. If ``quarter``, the mesh covers x, y >= 0 with two planes of symmetry.
     nodes : ndarray, shape (3, n)
         Positions in m.
     polarity : ndarray, shape (n,)
-        Polarity +1 or -1 of the ceramic that a node belongs to; 0 in the resonator.
+        Polarity, +1 or -1, of the ceramic to which a node belongs; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
-        Stiffness in N/m and mass in kg.
+        Stiffness in N/m and mass in kg, for x, y and z of each node in turn.
     ceramic_stiffness : sparse, shape (3n, 3n)
-        The ceramics' part of ``stiffness``.
+        Part of ``stiffness`` that is due to the ceramics.
     coupling : sparse, shape (3n, n)
-        Nodal forces per potential, N per potential unit.
+        Nodal forces in N per potential unit.
     capacitance : sparse, shape (n, n)
-        Charge per potential, in matching units.
+        Charge per potential, in consistent units.
     """
 
     layout: Layout
@@ -78,7 +79,7 @@ class Assembly:
     capacitance: Any
 
     def at(self, **planes: float) -> npt.NDArray[np.bool_]:
-        """Return which nodes are on the given planes, e.g. ``at(x=0.0, z=0.003)`` in m."""
+        """Return which nodes are on the given planes, such as ``at(x=0.0, z=0.003)`` in m."""
         chosen = np.ones(self.nodes.shape[1], dtype=bool)
         for axis, value in planes.items():
             chosen &= np.abs(self.nodes["xyz".index(axis)] - value) < 1e-9  # noqa: PLR2004 - 1 nm
@@ -86,30 +87,30 @@ class Assembly:
 
     @property
     def thickness_m(self) -> float:
-        """Height of the touch surface above the ceramics' free face, m."""
+        """Height of the touch surface above the free face of the ceramics, in m."""
         return (self.layout.ceramic_thickness_mm + self.layout.resonator_thickness_mm) * MILLI
 
     @property
     def mirrors(self) -> tuple[int, int]:
-        """`Layout.mirrors` at the planes x = 0 and y = 0 of a quarter; 0 for a whole plate."""
+        """Symmetry of the drive at the planes x = 0 and y = 0 of a quarter; 0 for a whole plate."""
         return self.layout.mirrors if self.quarter else (0, 0)
 
     @property
     def on_top(self) -> npt.NDArray[np.intp]:
-        """The nodes of the touch surface; a disc's bricks have nodes beyond its edge too."""
+        """Nodes of the touch surface, without nodes beyond the edge of a disc."""
         on = self.layout.outline.holds(*self.nodes[:2] / MILLI)
         return np.flatnonzero(self.at(z=self.thickness_m) & on)
 
 
 @lru_cache(maxsize=2)
 def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True) -> Assembly:
-    """Mesh a layout and assemble its matrices; without both symmetries, the whole plate."""
+    """Mesh a layout and assemble its matrices; mesh the whole plate if it is not symmetric."""
     quarter = quarter and all(layout.mirrors)
     bricks = _bricks(layout, density, quarter=quarter)
-    basis = Basis(bricks.mesh, ElementHexS2(), intorder=1)  # it numbers the nodes, no more
+    basis = Basis(bricks.mesh, ElementHexS2(), intorder=1)  # used only to number the nodes
     size = basis.N
     polarity = np.zeros(size)
-    # Ceramics without a gap share nodes, whose electrode is then the negative one.
+    # Nodes shared by ceramics without a gap belong to the negative electrode.
     for sign in (1, -1):
         polarity[basis.element_dofs[:, bricks.polarity == sign]] = sign
     stiffness: dict[bool, Any] = {}
@@ -126,7 +127,7 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
         stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), nodes, size, products)
         unit = np.ones((1, 1, 1, 1))
         mass = mass + density_kg_m3 * _blocks(unit, nodes, size, overlap)
-    # The loop ends with the ceramics, whose products are used for coupling and capacitance.
+    # The ceramics come last, because their products are used for coupling and capacitance.
     piezo = layout.ceramic.coupling[:, _VOIGT] * POTENTIAL_UNIT_V
     coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], nodes, size, products)
     permittivity = np.diag(layout.ceramic.relative_permittivity) * VACUUM_PERMITTIVITY_F_M
@@ -147,22 +148,22 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class _Bricks:
-    """The bricks of a mesh and the integration points of each.
+    """Bricks of a mesh, with their integration points.
 
     Parameters
     ----------
     mesh : MeshHex
-        The mesh without the bricks that contain no material.
+        Mesh without empty bricks.
     size_m : ndarray, shape (3, bricks)
         Edge lengths.
     polarity : ndarray of int, shape (bricks,)
         Polarity of the ceramic; 0 in the resonator.
     rule : ndarray of int, shape (bricks,)
-        Index into ``points`` and ``weights``; rule 0 is for a full brick.
+        Index into ``points`` and ``weights``. Rule 0 is for full bricks.
     points : ndarray, shape (rules, 3, points)
         Integration points in the unit cube.
     weights : ndarray, shape (rules, points)
-        Their weights; the sum is the fraction of the brick that contains material.
+        Weights, whose sum is the fraction of the brick that contains material.
     """
 
     mesh: MeshHex
@@ -174,7 +175,7 @@ class _Bricks:
 
 
 def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
-    """Return the bricks of a layout; an edge of a disc cuts them, see the module docstring."""
+    """Return the bricks of a layout, which may be cut by the edge of a disc."""
     x, y = (
         mesh_lines(layout, axis, size_mm / bricks, half=quarter)
         for axis, size_mm, bricks in (
@@ -230,10 +231,10 @@ def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
 def _cut(
     region: Region, x: Array, y: Array, rule: npt.NDArray[np.int_], chords: list[Array]
 ) -> npt.NDArray[np.bool_]:
-    """Enter the rule of each grid cell that a region fills or cuts; return a mask of these cells.
+    """Set the rule of each cell that a region fills or cuts; return a mask of these cells.
 
-    A new rule is appended to ``chords``: where the region begins and ends along y in the unit
-    square, shape (2, points along x).
+    Each new rule is appended to ``chords`` as the ends of the region along y in the unit square,
+    shape (2, points along x).
     """
     x_mm = (x[:-1, None] + np.diff(x)[:, None] * _ACROSS) / MILLI
     ends = np.stack(region.chord_mm(x_mm), axis=1)[:, None] * MILLI
@@ -255,7 +256,7 @@ def _integrals(bricks: _Bricks, chosen: npt.NDArray[np.intp]) -> tuple[Array, Ar
     used, which = np.unique(bricks.rule[chosen], return_inverse=True)
     points, weights = bricks.points[used], bricks.weights[used]
     element = ElementHexS2()
-    # The library's axes z, x, y point down in a mesh of its tensor product.
+    # In the library's tensor-product mesh, the order of axes is z, x, y, and they point down.
     flat = 1 - np.roll(points.transpose(1, 0, 2).reshape(3, -1), 1, axis=0)
     found = [element.lbasis(flat, node) for node in range(element.doflocs.shape[0])]
     nodes, rules = len(found), used.size
@@ -276,7 +277,7 @@ def _integrals(bricks: _Bricks, chosen: npt.NDArray[np.intp]) -> tuple[Array, Ar
 
 
 def _blocks(tensor: Array, of_element: npt.NDArray[np.int_], size: int, products: Array) -> Any:
-    """Return the sparse matrix with blocks [a][b] = Σ_kl tensor[a, b, k, l] ∫ ∂_k N_i ∂_l N_j."""
+    """Assemble a sparse matrix with blocks [a][b] = Σ_kl tensor[a, b, k, l] ∫ ∂_k N_i ∂_l N_j."""
     rows, columns = tensor.shape[:2]
     values = products @ tensor.reshape(rows * columns, -1).T
     a, b = np.divmod(np.arange(rows * columns), columns)

@@ -1,7 +1,7 @@
-"""Geometry of the monomorph: a resonator with ceramics under it, and its mesh lines.
+"""Define the geometry of a plate: a resonator with ceramics under it.
 
-Ceramics are in rows of equal rectangles, as in the paper, or drawn: rectangles and discs at any
-positions. Rows are drawn internally too, so that all models see patches only.
+The ceramics are rows of equal rectangles, as in the paper, or rectangles and discs at any
+positions. Both kinds are converted to patches, so all models use patches only.
 """
 
 from __future__ import annotations
@@ -23,21 +23,21 @@ if TYPE_CHECKING:
 
 
 Ends = Literal["free", "supported"]
-_ON_MM = 1e-6  # a nanometre: points this close are at one place
+_ON_MM = 1e-6  # tolerance of positions, one nanometre
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Region:
-    """A rectangle or a disc, seen from above.
+    """Rectangle or disc, seen from above.
 
     Parameters
     ----------
     at_mm : tuple of 2 floats
-        x and y of its middle, from the middle of the plate.
+        x and y of the centre, relative to the centre of the plate.
     size_mm : tuple of 2 floats
-        Size along x and y; the diameter twice for a disc.
+        Size along x and y; for a disc, twice the same diameter.
     disc : bool
-        Whether it is a disc.
+        Whether the region is a disc.
     """
 
     at_mm: tuple[float, float] = (0.0, 0.0)
@@ -54,21 +54,21 @@ class Region:
             )
 
     def span_mm(self, axis: int) -> tuple[float, float]:
-        """Return where the region begins and ends along an axis (0: x, 1: y)."""
+        """Return both ends of the region along an axis (0 for x, 1 for y)."""
         return (
             self.at_mm[axis] - self.size_mm[axis] / 2,
             self.at_mm[axis] + self.size_mm[axis] / 2,
         )
 
     def chord_mm(self, x_mm: Array) -> tuple[Array, Array]:
-        """Return the lowest and highest y at each x; the same value twice outside the region."""
+        """Return the lowest and highest y at each x; both are equal outside the region."""
         away = np.abs(x_mm - self.at_mm[0]) / (self.size_mm[0] / 2)
         half = np.sqrt(np.maximum(1 - away**2, 0)) if self.disc else np.where(away < 1, 1.0, 0.0)
         half = half * self.size_mm[1] / 2
         return self.at_mm[1] - half, self.at_mm[1] + half
 
     def holds(self, x_mm: Array, y_mm: Array) -> npt.NDArray[np.bool_]:
-        """Return which points are in the region or on its edge."""
+        """Return which points are inside the region or on its edge."""
         away = [np.abs(at - mid) for at, mid in zip((x_mm, y_mm), self.at_mm, strict=True)]
         if self.disc:
             return np.asarray(np.hypot(*away) <= self.size_mm[0] / 2 + _ON_MM)
@@ -76,7 +76,7 @@ class Region:
         return np.asarray(within[0] & within[1])
 
     def rim_mm(self) -> Array:
-        """Return points of the rim that decide whether another region contains it, shape (2, n)."""
+        """Return points on the edge that decide whether another region contains this one."""
         angle = np.arange(360) * np.pi / 180 if self.disc else np.pi / 4 * np.array([1, 3, 5, 7])
         reach = 0.5 if self.disc else math.sqrt(0.5)
         turned = np.stack([np.cos(angle), np.sin(angle)]) * reach
@@ -85,7 +85,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Patch:
-    """One ceramic: its region and its polarity, +1 or -1."""
+    """One ceramic, with region and polarity (+1 or -1)."""
 
     region: Region
     polarity: int = 1
@@ -93,26 +93,26 @@ class Patch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """A plate: x along its length, z up from the ceramics' free face to the touch surface.
+    """Layout of a plate, with x along its length and z from the ceramics up to the touch surface.
 
     Parameters
     ----------
     length_mm, width_mm : float
         Size along x and y.
     columns, rows : int
-        Number of ceramics along x and y; the polarity alternates along x.
+        Number of ceramics along x and y. The polarity alternates along x.
     gap_mm : float
-        Distance between neighbouring ceramics; 0 for a continuous layer.
+        Distance between neighbouring ceramics, 0 for a continuous layer.
     border_mm : tuple of 2 floats
-        Bare resonator beyond the ceramics at each end along x and along y.
+        Border of the resonator without ceramics, at each end along x and along y.
     disc : bool
         Whether the plate is a disc, with its diameter as length and width.
     drawn : tuple of Patch
-        Ceramics at any positions; none: the rows of ``columns`` x ``rows``.
+        Ceramics at any positions; if empty, there are ``columns`` x ``rows`` ceramics.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i.
     ends : {"free", "supported"}
-        Whether the faces x = ± length/2 are free or held at w = 0.
+        Whether the faces x = ± length/2 are free or supported (w = 0).
     ceramic : Piezoceramic
         Material of the active layer.
     resonator : Isotropic
@@ -154,7 +154,7 @@ class Layout:
     def prototype(cls, *, continuous: bool = False) -> Self:
         """Return the paper's plate: 83 x 49 mm, 7 x 5 ceramics of 11 x 9 x 1 mm (Section III-C).
 
-        ``continuous`` closes the gaps of 1 mm, as Fig. 11's frequency suggests for the paper's
+        ``continuous`` closes the gaps of 1 mm, as the frequency in Fig. 11 suggests for the paper's
         model.
         """
         return cls(
@@ -163,41 +163,41 @@ class Layout:
 
     @classmethod
     def half_wave(cls, half_wave_mm: float, width_mm: float = 49.0) -> Self:
-        """Return the half-wave section of Fig. 6, simply supported."""
+        """Return the simply supported half-wave section of Fig. 6."""
         return cls(length_mm=half_wave_mm, width_mm=width_mm, ends="supported")
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length of one ceramic along x; if the ceramics are drawn, of the shortest one."""
+        """Length of one ceramic along x, or of the shortest ceramic."""
         if self.drawn:
             return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width of one ceramic along y; if the ceramics are drawn, of the narrowest one."""
+        """Width of one ceramic along y, or of the narrowest ceramic."""
         if self.drawn:
             return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
 
     @property
     def outline(self) -> Region:
-        """The plate from above."""
+        """Outline of the plate."""
         return Region(size_mm=(self.length_mm, self.width_mm), disc=self.disc)
 
     @property
     def patches(self) -> tuple[Patch, ...]:
-        """The ceramics, drawn or in rows; in rows, the middle one or the one to its right is +1."""
+        """All ceramics. In rows, the ceramic at or right of the middle has polarity +1."""
         return self.drawn or _rows(self)
 
     @property
     def mirrors(self) -> tuple[int, int]:
-        """How x -> -x and y -> -y change the drive: 1 not at all, -1 in sign, 0 otherwise."""
+        """Symmetry of the drive under x -> -x and y -> -y: 1 even, -1 odd, 0 neither."""
         return _parity(self.patches, (-1, 1)), _parity(self.patches, (1, -1))
 
     @property
     def antinode_x_mm(self) -> float:
-        """X of the antinode nearest to the middle, which is at the middle of a ceramic."""
+        """Position along x of the antinode nearest to the centre, under the middle of a ceramic."""
         even = not self.drawn and self.columns % 2 == 0
         return (self.ceramic_length_mm + self.gap_mm) / 2 if even else 0.0
 
@@ -209,7 +209,7 @@ class Density:
     Parameters
     ----------
     along_ceramic, across_ceramic : int
-        Bricks along x and y per ceramic; a gap has one.
+        Bricks along x and y per ceramic. A gap has one brick.
     ceramic_layers, resonator_layers : int
         Bricks through the thickness of each layer.
     """
@@ -224,15 +224,15 @@ class Density:
             raise UserError("mesh density: every count of bricks must be 1 or more")
 
 
-# Excess of the driven mode's frequency over the finest mesh's: docs/explanation/plate-models.md.
+# For the errors of frequencies, see docs/explanation/plate-models.md.
 QUICK = Density(along_ceramic=3, across_ceramic=2)  # 1.3 %, half a second
 DEFAULT = Density()  # 0.4 %, 3 s, 0.4 GB
 FINE = Density(
     along_ceramic=9, across_ceramic=8, ceramic_layers=2, resonator_layers=3
 )  # 30 s, 2 GB
-# Largest brick in mm, from coarse to fine: a wide ceramic requires more bricks than a narrow one.
+# Largest brick in mm, from coarse to fine meshes.
 BRICKS_MM = (4.5, 3.0, 2.2, 1.6)
-DRAWN_MM = (1.6, 1.2)  # of a drawn plate's finer mesh, and of --fine
+DRAWN_MM = (1.6, 1.2)  # for --fine and the finer mesh of drawn plates
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 
@@ -249,9 +249,9 @@ def density_of(layout: Layout, brick_mm: float) -> Density:
 def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Array:
     """Return the mesh lines along one direction, in m.
 
-    Every edge of the plate and of a ceramic's bounding box is a line; between two edges, bricks
-    are equal and no longer than ``brick_mm``. ``half`` keeps the part from 0, the plane of
-    symmetry.
+    There is a line at each edge of the plate and of the ceramics' bounding boxes. Between edges,
+    bricks are equal and no longer than ``brick_mm``. ``half`` returns only the part from 0, the
+    plane of symmetry.
     """
     regions = [layout.outline, *(each.region for each in layout.patches)]
     edges = np.array([region.span_mm(axis) for region in regions]).ravel()
@@ -272,7 +272,7 @@ def _piece(length_mm: float, pieces: int, gap_mm: float, border_mm: float) -> fl
 
 @lru_cache(maxsize=64)
 def _rows(layout: Layout) -> tuple[Patch, ...]:
-    """Return the ceramics of a layout in rows."""
+    """Return the ceramics of a layout with rows and columns."""
     size_mm = (layout.ceramic_length_mm, layout.ceramic_width_mm)
     counts = (layout.columns, layout.rows)
     x_mm, y_mm = (
@@ -290,7 +290,7 @@ def _rows(layout: Layout) -> tuple[Patch, ...]:
 
 
 def _parity(patches: tuple[Patch, ...], signs: tuple[int, int]) -> int:
-    """Return how the mirrored patches' polarity relates to the patches': 1, -1 or 0."""
+    """Return 1 if mirrored patches have the same polarity, -1 if opposite, otherwise 0."""
 
     def key(region: Region, signs: tuple[int, int]) -> tuple[object, ...]:
         x, y = (sign * round(at, 6) + 0.0 for sign, at in zip(signs, region.at_mm, strict=True))
@@ -302,7 +302,7 @@ def _parity(patches: tuple[Patch, ...], signs: tuple[int, int]) -> int:
 
 
 def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
-    """Raise UserError unless every patch is on the plate and apart from the others."""
+    """Raise UserError if a patch is not on the plate or overlaps another patch."""
     for number, patch in enumerate(patches, start=1):
         region = patch.region
         if patch.polarity not in {1, -1}:

@@ -1,4 +1,4 @@
-"""Materials of the plate: Table II and Appendix B of Biet et al. (2007).
+"""Define the materials in Table II and Appendix B of Biet et al. (2007).
 
 Vectors of six components follow the paper's Appendix B: xx, yy, zz, yz, xz, xy. Poling is along z.
 """
@@ -18,7 +18,7 @@ _POISSON_MIN, _POISSON_MAX = -1.0, 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Isotropic:
-    """An isotropic elastic material.
+    """Isotropic elastic material.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ class Isotropic:
     young_pa : float
         Young's modulus, Pa.
     poisson : float
-        Poisson's ratio, between -1 and 0.5 (positive definite stiffness).
+        Poisson's ratio, between -1 and 0.5, so that the stiffness matrix is positive definite.
     density_kg_m3 : float
         Density, kg/m³.
     source : str
@@ -56,7 +56,7 @@ class Isotropic:
 
     @property
     def plane_strain_pa(self) -> float:
-        """Modulus of a wide strip that bends without lateral contraction, E/(1 - ν²), Pa."""
+        """Modulus of a wide strip that bends without lateral contraction, E/(1 - ν²), in Pa."""
         return self.young_pa / (1 - self.poisson**2)
 
     @property
@@ -70,7 +70,7 @@ class Isotropic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Piezoceramic:
-    """A piezoelectric ceramic poled along z, with its full matrices.
+    """Piezoelectric ceramic that is poled along z, with full matrices.
 
     Parameters
     ----------
@@ -79,9 +79,9 @@ class Piezoceramic:
     density_kg_m3 : float
         Density, kg/m³.
     stiffness_pa : tuple of 6 tuples of 6
-        c^E at constant field, Pa: symmetric, positive definite.
+        c^E at constant field in Pa; symmetric and positive definite.
     coupling_c_m2 : tuple of 3 tuples of 6
-        e, C/m²; zeros for a passive layer.
+        e in C/m²; zeros for a passive layer.
     relative_permittivity : tuple of 3
         ε^S/ε0 along x, y, z at constant strain.
     quality_factor : float
@@ -128,13 +128,13 @@ class Piezoceramic:
 
     @property
     def plane_strain_pa(self) -> float:
-        """Modulus along x of a wide, thin layer, c11 - c13²/c33 = s11/(s11² - s12²), Pa."""
+        """Modulus along x of a wide, thin layer in Pa, c11 - c13²/c33 = s11/(s11² - s12²)."""
         c = self.stiffness
         return float(c[0, 0] - c[0, 2] ** 2 / c[2, 2])
 
     @property
     def reduced_e31_c_m2(self) -> float:
-        """Stress along x in a thin layer per unit field, e31* = e31 - e33 c13/c33, C/m²."""
+        """Stress along x in a thin layer per field in C/m², e31* = e31 - e33 c13/c33."""
         c, e = self.stiffness, self.coupling
         return float(e[2, 0] - e[2, 2] * c[0, 2] / c[2, 2])
 
@@ -151,7 +151,7 @@ class Piezoceramic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamCeramic:
-    """A ceramic's constants in the paper's beam model (Table II).
+    """Constants of a ceramic in the paper's beam model (Table II).
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class BeamCeramic:
     modulus_pa : float
         c11p of equation (21), Pa.
     d31_m_v : float
-        Charge constant, m/V; its sign depends on the poling.
+        Charge constant in m/V. The sign depends on the poling.
     density_kg_m3, quality_factor, source
         See `Piezoceramic`.
     """
@@ -210,9 +210,10 @@ P1_91 = Piezoceramic(
         (0, 0, 0, 0, 3.36e10, 0),
         (0, 0, 0, 0, 0, 2.23e10),
     ),
-    # The paper has 17.1 in column 5 of the second row; for poling along z it is in column 4.
+    # In the paper, 17.1 is in column 5 of the second row; for poling along z, it must be in column
+    # 4.
     coupling_c_m2=((0, 0, 0, 0, 17.1, 0), (0, 0, 0, 17.1, 0, 0), (-4.9, -4.9, 21.4, 0, 0, 0)),
-    # Not published, so assumed. Between 1000 and 2500, the plate's frequencies change by 30 Hz.
+    # Assumed, because the value was not published. From 1000 to 2500, frequencies change by 30 Hz.
     relative_permittivity=(1700.0, 1700.0, 1470.0),
     quality_factor=60.0,
     source="Biet et al. 2007, Appendix B; permittivity assumed, quality factor from Table II",

@@ -1,4 +1,4 @@
-"""The paper's numerical study (Section III-C): Fig. 9's squares, Fig. 11's mode, Fig. 12's peak."""
+"""Repeat the paper's numerical study (Section III-C, Figs. 9, 11 and 12)."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.finite_elements import Electrodes
 
 HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
-MODE_COUNT = 12  # modes superposed; with 36, Fig. 12's peak moves by 0.01 %
+MODE_COUNT = 12  # modes to superpose; with 36, the peak of Fig. 12 moves by 0.01 %
 _NEAR_MODES = 8
 _TOLERANCE_MM = 1e-6
-_ITERATIONS_MAX = 20  # about six suffice for Fig. 9
+_ITERATIONS_MAX = 20  # about six are enough for Fig. 9
 
 
 def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
-    """Return the modes of a half-wave section around its bending resonance."""
+    """Compute the modes of a half-wave section around its bending resonance."""
     near = BeamSection.plane_strain(
         layout.ceramic,
         layout.resonator,
@@ -40,10 +40,11 @@ def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
 
 
 def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
-    """Return the bending resonance of a half-wave section (a square of Fig. 9), Hz.
+    """Compute the bending resonance of a half-wave section in Hz (a square in Fig. 9).
 
-    The mode is identified by its shape, cos(πx/l), uniform across the width: at 9 and 10 mm, the
-    width-stretching mode (36.7 kHz for 49 mm) has a lower frequency, and near 11 mm the two mix.
+    The mode is identified by its shape, cos(πx/l), which is uniform across the width. Its frequency
+    is not the lowest at 9 and 10 mm, where a width-stretching mode (36.7 kHz for 49 mm) is lower.
+    Near 11 mm, both modes mix.
     """
     found = half_wave_modes(layout, density)
     top = found.parts.at(z=found.parts.thickness_m)
@@ -54,12 +55,12 @@ def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> floa
 def half_wave_for_frequency_mm(
     frequency_hz: float, width_mm: float = 49.0, density: Density = HALF_WAVE
 ) -> float:
-    """Return the half wave of a section with a given resonance, by the secant method, mm.
+    """Find the half wave in mm of a section with a given resonance, by the secant method.
 
     Raises
     ------
     UserError
-        If the method does not converge: no half wave near the beam's resonates at that frequency.
+        If no half wave near the one from the beam model resonates at this frequency.
     """
     wanted = float(positive("frequency_hz", frequency_hz, "Hz"))
 
@@ -86,14 +87,14 @@ def half_wave_for_frequency_mm(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Harmonic:
-    """A harmonic response at one point of the touch surface (Fig. 12).
+    """Harmonic response at one point of the touch surface (Fig. 12).
 
     Parameters
     ----------
     frequency_hz : ndarray
         Drive frequencies.
     amplitude_um_peak : ndarray
-        Vertical amplitude at the point, µm peak, for the drive in V peak.
+        Vertical amplitude at the point in µm peak.
     """
 
     frequency_hz: Array
@@ -128,7 +129,7 @@ def plate_modes(
     density: Density = DEFAULT,
     electrodes: Electrodes = "shorted",
 ) -> Modes:
-    """Return the modes of a whole plate that its harmonic response superposes."""
+    """Compute the modes of a whole plate for its harmonic response."""
     return modes(layout, near_hz, MODE_COUNT, density=density, electrodes=electrodes)
 
 
@@ -140,7 +141,7 @@ def harmonic(
     where_mm: tuple[float, float] | None = None,
     half_band: float = 0.06,
 ) -> Harmonic:
-    """Return the response around the driven mode.
+    """Compute the harmonic response around the driven mode.
 
     Parameters
     ----------
@@ -149,13 +150,14 @@ def harmonic(
     voltage_v : float
         Drive, V peak.
     loss_factor : array_like, optional
-        1/Q, one for all modes or one per mode (``found.loss_from_ceramic()``). Default: that of
-        the ceramic, 1/60 in the paper's Table II, for the whole plate.
+        1/Q for all modes, or per mode (``found.loss_from_ceramic()``). The default is 1/60, the
+        value of the ceramic in Table II.
     where_mm : tuple of 2 floats, optional
-        The point. Default: the edge antinode nearest to the middle (x = 0 for an odd number of
-        ceramics, y = width/2), where the paper's plate moves 1.5 times as far as in its middle.
+        Position of the point. The default is the edge antinode nearest to the centre (x = 0 for an
+        odd number of ceramics, y = width/2), at which the amplitude of the paper's plate is 1.5
+        times that in the middle.
     half_band : float
-        Half of the frequency band, relative to the driven mode's frequency.
+        Half-width of the frequency band, relative to the frequency of the driven mode.
     """
     layout = found.parts.layout
     centre = found.frequency_hz[found.driven]
@@ -170,7 +172,7 @@ def harmonic(
 def prototype_modes(
     *, continuous: bool = False, density: Density = DEFAULT, electrodes: Electrodes = "shorted"
 ) -> Modes:
-    """Return the modes of the paper's plate; cached, as several items and figures share them."""
+    """Compute the modes of the paper's plate. Results are cached."""
     return plate_modes(
         Layout.prototype(continuous=continuous), density=density, electrodes=electrodes
     )

@@ -1,7 +1,7 @@
-"""The physical twin: a simulated plate with its drive, temperature and vibrometer.
+"""Simulate a plate with its drive, temperature and vibrometer.
 
-Its behaviour depends on seed, drive and time, but not on the number of queries: a session that was
-interrupted and resumed reads the same values as an uninterrupted one.
+The behaviour depends on seed, drive and time, but not on the number of queries, so an interrupted
+and resumed session reads the same values as an uninterrupted one.
 """
 
 from __future__ import annotations
@@ -29,16 +29,16 @@ FIRST_READ_PERIODS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """The plate's surroundings.
+    """Temperature of the plate's surroundings.
 
     Parameters
     ----------
     temperature_c : float
         Temperature at the start.
     warm_up_k, warm_up_s : float
-        Warm-up of the plate in kelvin, and its time constant.
+        Total warm-up of the plate in kelvin, and time constant.
     wander_k : float
-        Largest slow deviation of the room temperature from that value.
+        Largest slow deviation of the room temperature.
     """
 
     temperature_c: float = 22.0
@@ -49,13 +49,13 @@ class Surroundings:
 
 @dataclass(frozen=True, slots=True)
 class Drive:
-    """The drive of the plate: either a voltage (``target_um_pp`` is None) or an amplitude.
+    """Drive of the plate: a target amplitude or, if ``target_um_pp`` is None, a voltage.
 
-    For an amplitude, ``volts_per_um`` volts per µm are applied; if None, the voltage that the
-    plate requires now, as an ideal control loop would apply. Neither exceeds the plate's voltage
-    limit. If ``frequency_hz`` is None, the drive follows the resonance. ``played`` modulates the
-    amplitude around ``target_um_pp``. The loop began at ``since_s``; if None, it is assumed to
-    have played forever, so that its phase depends only on the time.
+    For a target amplitude, ``volts_per_um`` volts per µm are applied. If it is None, an ideal
+    control loop applies the voltage that the plate requires. The voltage limit applies in both
+    cases. If ``frequency_hz`` is None, the drive follows the resonance. The loop ``played``
+    modulates the amplitude around ``target_um_pp``, starting at ``since_s``. If ``since_s`` is
+    None, the phase of the loop depends only on the time.
     """
 
     frequency_hz: float | None = None
@@ -70,24 +70,24 @@ OFF = Drive()
 
 
 class Twin:
-    """A simulated plate.
+    """Simulated plate.
 
     Parameters
     ----------
     seed : int
-        Random seed of the room's temperature and the vibrometer's noise.
+        Random seed for room temperature and vibrometer noise.
     resonator : Resonator
-        The plate's resonance at its reference temperature.
+        Resonance of the plate at the reference temperature.
     finger : FingerLoad
-        The finger on the plate.
+        Effect of the finger on the plate.
     surroundings : Surroundings
-        Its surroundings.
+        Temperature of the surroundings.
     noise_um : float
         Standard deviation of a vibrometer reading in µm.
     voltage_limit_v : float
-        Largest voltage of the board's control loop.
+        Voltage limit of the board's control loop.
     sensor : float
-        Ratio of the vibration sensor's reading to the true amplitude: 1, unless it is broken.
+        Ratio of the sensor's reading to the true amplitude; 1 unless the sensor is broken.
     """
 
     def __init__(
@@ -111,12 +111,12 @@ class Twin:
         phases = self._random(WORD).uniform(0, 2 * math.pi, len(TEMPERATURE_PERIODS_S))
         self._phases: list[float] = phases.tolist()
         self._envelope_um_pp: complex = 0
-        self._began_um_pp: complex = 0  # envelope when the drive was set
+        self._began_um_pp: complex = 0  # Envelope when the drive was set.
         self._time_s = 0.0
         self.drive = OFF
 
     def temperature_c(self, now_s: float) -> float:
-        """Return the plate's temperature in °C, a function of seed and time only."""
+        """Return the temperature in °C, which depends only on seed and time."""
         waves = [
             math.sin(2 * math.pi * now_s / period_s + phase)
             for period_s, phase in zip(TEMPERATURE_PERIODS_S, self._phases, strict=True)
@@ -129,7 +129,7 @@ class Twin:
         )
 
     def conditions(self, now_s: float) -> Conditions:
-        """Return resonance, Q and gain at a time."""
+        """Return resonance, Q and gain at a given time."""
         return conditions(
             self.resonator, temperature_c=self.temperature_c(now_s), finger=self.finger
         )
@@ -144,11 +144,11 @@ class Twin:
         return abs(self._advance(now_s))
 
     def measure_um_pp(self, now_s: float) -> float:
-        """Return a vibrometer's reading of the amplitude in µm p-p.
+        """Return the vibrometer's reading of the amplitude in µm p-p.
 
-        For a played loop, this is the mean over the last complete period, because only the mean
-        can be compared with a command. The first period starts at the settled mean and does not
-        count: until the second one ends, the amplitude at the start is returned.
+        For a played loop, the reading is the mean over the last complete period, which can be
+        compared with the command. The first period is ignored, because it starts at the settled
+        mean; until the end of the second period, the initial amplitude is returned.
         """
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
         played = self.drive.played
@@ -156,13 +156,13 @@ class Twin:
         return round(float(abs(self.sensor * true_um_pp + noise_um)), 6)
 
     def voltage_v(self, now_s: float) -> float:
-        """Return the drive voltage in V peak; for a played loop, return its largest value."""
+        """Return the drive voltage in V peak or, for a played loop, the largest voltage."""
         played = self.drive.played
         target_um_pp = max(played.levels) if played else self.drive.target_um_pp
         return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
-        """Advance the envelope to ``now_s``; conditions change far more slowly than it does."""
+        """Advance the envelope to ``now_s``, assuming slowly changing conditions."""
         now = self.conditions(now_s)
         if self.drive.played:
             self._envelope_um_pp = self._play(now, self.drive.played, now_s)
@@ -178,10 +178,10 @@ class Twin:
         return self._envelope_um_pp
 
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
-        """Return the envelope of a played loop.
+        """Return the envelope while a loop is played.
 
-        Only the last few time constants are computed: earlier states have no effect, so the
-        amplitude depends on the time and not on the previous query.
+        Only the last few time constants are computed, because earlier states have no effect. The
+        amplitude therefore does not depend on previous queries.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s
@@ -210,7 +210,7 @@ class Twin:
         return envelope
 
     def _mean_um_pp(self, played: Loop, now_s: float) -> float:
-        """Return the mean over the last complete period, which a linear plate preserves."""
+        """Return the mean amplitude over the last complete period."""
         since_s = self.drive.since_s
         if since_s is not None and now_s - since_s < FIRST_READ_PERIODS * played.period_s:
             return abs(self._began_um_pp)
@@ -222,7 +222,7 @@ class Twin:
         )
 
     def _applied(self, now: Conditions, target_um_pp: float | None) -> tuple[float, float]:
-        """Return the frequency in Hz and the voltage in V applied to the plate."""
+        """Return the frequency in Hz and the voltage in V that are applied to the plate."""
         drive = self.drive
         frequency_hz = now.resonance_hz if drive.frequency_hz is None else drive.frequency_hz
         if target_um_pp is None:
@@ -231,7 +231,7 @@ class Twin:
         return frequency_hz, min(target_um_pp * volts_per_um, self.voltage_limit_v)
 
     def _random(self, counter: int) -> np.random.Generator:
-        """Return a counter-based random generator; its values do not depend on earlier draws."""
+        """Return a counter-based random generator, which does not depend on earlier draws."""
         return np.random.Generator(
             np.random.Philox(key=np.array([self._seed, counter & WORD], dtype=np.uint64))
         )

@@ -1,11 +1,11 @@
-"""Modes and driven vibration of the meshed plate.
+"""Compute the modes and the driven vibration of a meshed plate.
 
-Eigenmodes are computed in shift-invert mode around a frequency (SciPy's ``eigsh``), with the
-potential eliminated exactly inside each solve. Driven vibration is a superposition of modes with a
-constant loss factor.
+Eigenmodes around a frequency are computed in shift-invert mode (SciPy's ``eigsh``). The potential
+is eliminated exactly in each solution. Driven vibration is a superposition of modes with constant
+loss factors.
 
-The mode that a voltage drives is identified by its **modal piezoelectric force**, never by its
-index: the whole plate has about eighteen modes between 30 and 40 kHz.
+The driven mode is identified by its **modal piezoelectric force**, not by its index, because the
+whole plate has about eighteen modes between 30 and 40 kHz.
 """
 
 from __future__ import annotations
@@ -32,25 +32,24 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 
-_TOLERANCE = 1e-9  # relative, of ω² - σ; rounding alone costs a fifth more solves
-_RIGID_BELOW = 1e-3  # of the highest frequency: rounding moves rigid-body modes away from 0 Hz
+_TOLERANCE = 1e-9  # relative tolerance of ω² - σ; a smaller one costs a fifth more solutions
+_RIGID_BELOW = 1e-3  # fraction of the highest frequency up to which modes are rigid-body modes
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Supported:
-    """An assembly with supports and electrodes applied: the system to solve.
+    """System of equations of a plate with supports and electrodes.
 
     Parameters
     ----------
     free : ndarray of int
-        Indices of the free displacements in the assembly.
+        Indices of the free displacements.
     stiffness, mass : sparse
-        Matrices of the free displacements.
+        Matrices for the free displacements.
     coupling, capacitance : sparse
-        Matrices of the free potentials (inside the ceramics; with open electrodes, the electrode
-        too).
+        Matrices for the free potentials inside the ceramics and, if open, on the electrodes.
     force : ndarray
-        Nodal forces per volt on the outer electrodes with all displacements held, N/V.
+        Nodal forces in N per volt on the outer electrodes, with all displacements held.
     """
 
     free: npt.NDArray[np.int_]
@@ -62,17 +61,18 @@ class Supported:
 
 
 def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
-    """Apply symmetry, supports and electrodes.
+    """Apply symmetry, supports and electrodes to an assembly.
 
-    The ceramics' upper faces are grounded. Their outer faces share one voltage, whose sign is the
-    polarity. If shorted, the voltage is prescribed; if open, it floats
-    without charge.
+    The upper faces of the ceramics are grounded. Their outer faces have the same voltage with the
+    sign of their polarity. If the electrodes are shorted, the voltage is prescribed; if they are
+    open, there is no charge and the voltage floats.
     """
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)
     planes = (parts.at(x=0.0), parts.at(y=0.0))
     if parts.quarter:
-        # A motion that is even across a plane does not cross it; an odd one only crosses it.
+        # At a plane of symmetry, even motions have no normal component, and odd motions only a
+        # normal component.
         for axis, (mirror, plane) in enumerate(zip(parts.mirrors, planes, strict=True)):
             across = np.arange(3) == axis
             held[across if mirror == 1 else ~across] |= plane
@@ -113,12 +113,12 @@ def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Modes:
-    """Eigenmodes, sorted by frequency, normalised to a modal mass of 1 kg m².
+    """Eigenmodes sorted by frequency, normalised to a modal mass of 1 kg m².
 
     Parameters
     ----------
     parts : Assembly
-        The mesh of the modes.
+        Meshed plate.
     frequency_hz : ndarray, shape (modes,)
         Natural frequencies.
     shape : ndarray, shape (modes, 3, nodes)
@@ -126,9 +126,9 @@ class Modes:
     force : ndarray, shape (modes,)
         Modal piezoelectric force per volt.
     ceramic_share : ndarray, shape (modes,)
-        Fraction of the strain energy in the ceramics; 0 for a rigid body.
+        Fraction of the strain energy in the ceramics; 0 for rigid-body modes.
     band_hz : tuple of 2 floats
-        Frequencies among which the driven mode is chosen.
+        Frequency band in which the driven mode is chosen.
     """
 
     parts: Assembly
@@ -140,13 +140,13 @@ class Modes:
 
     @property
     def driven(self) -> int:
-        """Index of the mode in the band that a voltage drives most strongly: largest (force/ω)²."""
+        """Index of the most strongly driven mode in the band, with the largest (force/ω)²."""
         low_hz = max(self.band_hz[0], _RIGID_BELOW * self.frequency_hz[-1])
         inside = (self.frequency_hz > low_hz) & (self.frequency_hz <= self.band_hz[1])
         return int(np.argmax(np.abs(self.force) / np.where(inside, self.frequency_hz, np.inf)))
 
     def loss_from_ceramic(self) -> Array:
-        """Return each mode's loss factor if only the ceramics lose energy, share/Q_m."""
+        """Return the modes' loss factors if only the ceramics lose energy, share/Q_m."""
         return self.ceramic_share / self.parts.layout.ceramic.quality_factor
 
 
@@ -160,12 +160,12 @@ def modes(
     electrodes: Electrodes = "shorted",
     quarter: bool = True,
 ) -> Modes:
-    """Return the ``count`` modes nearest to a frequency.
+    """Compute the ``count`` modes nearest to a frequency.
 
     Raises
     ------
     UserError
-        If the frequency is not positive, or the mesh has fewer modes than requested.
+        If the frequency is not positive, or if the mesh has fewer modes than requested.
     """
     positive("near_hz", near_hz, "Hz")
     parts = assemble(layout, density, quarter=quarter)
@@ -181,7 +181,7 @@ def modes(
         ],
         format="csc",
     )
-    # Symmetric and indefinite, but far from singular: symmetric ordering without pivoting.
+    # The matrix is symmetric and indefinite but far from singular, so pivoting is not necessary.
     factor = splu(
         whole,
         permc_spec="MMD_AT_PLUS_A",
@@ -228,20 +228,20 @@ def response_um(
     loss_factor: npt.ArrayLike,
     where_mm: tuple[float, float],
 ) -> Array:
-    """Return the complex vertical amplitude of a point of the touch surface, µm peak.
+    """Return the complex vertical amplitude in µm peak at a point of the touch surface.
 
     Parameters
     ----------
     found : Modes
-        The modes to superpose; they must cover the frequencies sufficiently.
+        Modes to superpose, which must cover the drive frequencies.
     frequency_hz : array_like
         Drive frequencies.
     voltage_v : float
         Drive voltage, V peak.
     loss_factor : array_like
-        1/Q, one for all modes or one per mode.
+        1/Q for all modes, or per mode.
     where_mm : tuple of 2 floats
-        x and y of the point, from the middle of the plate; the nearest node is used.
+        x and y of the point, relative to the centre of the plate. The nearest node is used.
     """
     here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
     return _superposed_um(found, frequency_hz, voltage_v, loss_factor, here)
@@ -250,9 +250,9 @@ def response_um(
 def surface_response_um(
     found: Modes, frequency_hz: float, voltage_v: float, loss_factor: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.intp], Array]:
-    """Return the touch surface's nodes, and their complex vertical amplitudes, µm peak.
+    """Return the nodes of the touch surface, and their complex amplitudes in µm peak.
 
-    Parameters are those of `response_um`, at one frequency; both arrays have shape (nodes,).
+    For the parameters, see `response_um`. Both arrays have shape (nodes,).
     """
     on_top = found.parts.on_top
     amplitude_um_peak = [
@@ -269,7 +269,7 @@ def _superposed_um(
     loss_factor: npt.ArrayLike,
     here: Array,
 ) -> Array:
-    """Return the response at a position with the given modal amplitudes, µm peak."""
+    """Return the response in µm peak at a position with the given modal amplitudes."""
     square = (2 * np.pi * found.frequency_hz) ** 2
     drive = (2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")) ** 2
     loss = not_negative("loss_factor", loss_factor, "(no unit)")
@@ -278,7 +278,7 @@ def _superposed_um(
 
 
 def nearest_node(parts: Assembly, where_mm: tuple[float, float]) -> int:
-    """Return the node of the touch surface nearest to a point (mirrored into the quarter)."""
+    """Return the node of the touch surface that is nearest to a point."""
     x, y = (abs(v) if parts.quarter else v for v in where_mm)
     away = np.hypot(*(parts.nodes[:2, parts.on_top] - np.array([[x], [y]]) * MILLI))
     return int(parts.on_top[np.argmin(away)])

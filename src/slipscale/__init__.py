@@ -1,10 +1,10 @@
 """Laboratory software for ultrasonic tactile plates: run, pilot and analyse experiments.
 
-The package is assembled from the top-level folders of the repository: `slipscale.analysis` is the
-folder ``analysis``, and so on. In a wheel the folders are copied; for development, the editable
-installation puts links to them next to this file (``tools/build_hook.py``).
+The package consists of the top-level folders of the repository: `slipscale.analysis` is the folder
+``analysis``, and so on. A wheel contains copies of the folders. An editable installation contains
+links to the folders (``tools/build_hook.py``).
 
-The functions of `FUNCTIONS` are imported when they are first used:
+The functions in `FUNCTIONS` are imported on first use:
 
 >>> import slipscale
 >>> slipscale.read_study("biet2007").participants
@@ -13,7 +13,7 @@ The functions of `FUNCTIONS` are imported when they are first used:
 
 __version__ = "0.1.0"
 
-TYPE_CHECKING = False  # importing it from typing takes milliseconds
+TYPE_CHECKING = False  # importing typing takes milliseconds
 if TYPE_CHECKING:
     from slipscale.analysis.api import open_plate, pilot, power, read_study, reconstruct
     from slipscale.analysis.load import load
@@ -29,7 +29,7 @@ __all__ = [
     "read_study",
     "reconstruct",
 ]
-#: Function -> the module that defines it.
+#: Function -> module that defines it.
 FUNCTIONS = {
     "load": "slipscale.analysis.load",
     "analyse": "slipscale.analysis.pipeline",

@@ -1,8 +1,8 @@
-"""The command line: a table of commands, each loaded only when called.
+"""Run the command line; commands are imported only when they are called.
 
-A command's module has a table ``COMMANDS`` that maps the command's name to the pair
-``(add_arguments, run)``: the first fills an argparse parser; the second takes the parsed arguments
-and returns the exit status.
+The module of a command has a table ``COMMANDS``, which maps the name of the command to a pair of
+functions ``(add_arguments, run)``. The first adds arguments to a parser; the second takes the
+parsed arguments and returns the exit status.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import sys
 from slipscale import __version__
 from slipscale.faults import DONE, INTERRUPTED, RIG_FAULT, USER_FAULT, RigError, UserError, harmless
 
-TYPE_CHECKING = False  # importing it from typing takes milliseconds
+TYPE_CHECKING = False  # importing typing takes milliseconds
 if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable
@@ -130,9 +130,8 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        The command line after the program's name. Default: ``sys.argv[1:]``, as the process's only
-        command; signals then end the process quietly with status 130, also before and after the
-        command.
+        Command line without the program's name. The default is ``sys.argv[1:]``; signals then end
+        the process with status 130 at any time.
 
     Returns
     -------
@@ -143,7 +142,7 @@ def main(arguments: list[str] | None = None) -> int:
         complete()
     if arguments is not None:
         return _answer(arguments)
-    # A second BLAS thread only waits on matrices this small: a fit takes twice the processor time.
+    # With more BLAS threads, fits with small matrices need twice the processor time.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     ended = _signals_end()
     try:
@@ -154,12 +153,12 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception:
         if not ended:
             raise
-        return INTERRUPTED  # a library being imported converted the signal to another error
+        return INTERRUPTED  # A library converted the signal to another error during its import.
     return status
 
 
 def _signals_end() -> list[str]:
-    """Make signals raise KeyboardInterrupt; once the list is not empty, they end the process."""
+    """Let signals raise KeyboardInterrupt until the list is filled, then end the process."""
     import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
 
     from slipscale.hardware.signals import ENDINGS, note_signal  # noqa: PLC0415
@@ -180,19 +179,19 @@ def _signals_end() -> list[str]:
 
 
 def _answer(words: list[str]) -> int:
-    """Answer a command line; return the exit status."""
+    """Run a command line, report errors, and return the exit status."""
     try:
         status = dispatch(words)
         sys.stdout.flush()
     except BrokenPipeError:
-        # The reader of our output (head, a pager) has closed it: end without a message.
+        # A reader of the output, such as head or a pager, has closed it.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return DONE
     return status
 
 
 def dispatch(words: list[str]) -> int:
-    """Handle options that require no command, or call the command; return the exit status."""
+    """Call a command, or handle options without a command; return the exit status."""
     if not words or words[0] in ("-h", "--help", "help"):
         print(usage())
         return DONE if words else USER_FAULT
@@ -210,7 +209,7 @@ def dispatch(words: list[str]) -> int:
 
 
 def complete() -> None:
-    """Answer a shell's request for completions of a command line, then exit."""
+    """Print the completions of a command line for a shell, and exit."""
     from argcomplete import autocomplete  # noqa: PLC0415 - only when the shell asks
 
     from slipscale.faults.parser import Parser  # noqa: PLC0415
@@ -219,14 +218,14 @@ def complete() -> None:
     commands = parser.add_subparsers()
     for name, (module, purpose, _) in COMMANDS.items():
         commands.add_parser(name, help=purpose).loads = (module, name)
-    # argcomplete only uses arguments that were added before it parses.
+    # argcomplete only uses arguments that were added before parsing.
     parser.load(os.environ.get("COMP_LINE", "").split()[1:])
     autocomplete(parser)
 
 
 def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]:
-    """Return a command's parser and the function that runs the command."""
-    # Imported here to keep `slipscale --help` fast.
+    """Return the parser of a command, and the function that runs it."""
+    # Imported late, to keep `slipscale --help` fast.
     from importlib import import_module  # noqa: PLC0415
 
     from slipscale.faults.parser import Parser  # noqa: PLC0415
@@ -243,7 +242,7 @@ def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]
 
 
 def call(name: str, words: list[str]) -> int:
-    """Load and run a command; report the user's and the rig's faults in one sentence."""
+    """Load and run a command; report errors of the user and the rig in one sentence."""
     verbose = "--verbose" in words
     try:
         parser, run = load_command(name)
@@ -270,11 +269,11 @@ def call(name: str, words: list[str]) -> int:
             from logging import getLogger  # noqa: PLC0415
 
             getLogger(__name__).info("%s ended", name)
-            getLogger("slipscale").handlers = []  # a later command in this process may be quiet
+            getLogger("slipscale").handlers = []  # for later commands in this process
 
 
 def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:
-    """Print why a command failed (``verbose``: also where); return the exit status."""
+    """Print why a command failed and, if ``verbose``, where; return the exit status."""
     if verbose:
         from traceback import print_exc  # noqa: PLC0415
 
@@ -284,7 +283,7 @@ def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> 
 
 
 def _report_steps() -> None:
-    """Write Slipscale's log to standard error, with the seconds since the start."""
+    """Write Slipscale's log to standard error, with the time since the start."""
     import logging  # noqa: PLC0415
 
     class Seconds(logging.Formatter):

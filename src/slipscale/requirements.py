@@ -1,7 +1,7 @@
-"""The requirements of each command, checked before it starts: packages, programs, ports, folders.
+"""Check the packages, programs, ports and folders that a command requires, before it starts.
 
-Devices are checked wherever they are named: on the command line, in the journal of a resumed run,
-in the laboratory folder, in the study or in the plate's file.
+Devices may be specified on the command line, in the journal of a resumed run, in the laboratory
+folder, in the study file or in the plate file.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ ANALYSIS = ("pandas", "pingouin", "statsmodels", "joblib")
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """A requirement of a command, always or with one of its options.
+    """Requirement of a command, always or only with a certain option.
 
     ``command`` includes the subcommand, if there is one. ``option`` is a key of the result of
-    `options_of`, or "" if the requirement does not depend on an option. ``value`` is one of its
-    values or the driver in a SPEC, or "" for any value.
+    `options_of`, or "" if the requirement does not depend on an option. ``value`` is a value of the
+    option or the driver in a SPEC, or "" for any value.
     """
 
     command: str
@@ -38,7 +38,7 @@ class Need:
     programs: tuple[str, ...] = ()
 
     def applies(self, options: Mapping[str, object]) -> bool:
-        """Return whether a command's options cause this requirement."""
+        """Return whether the requirement applies to the given options."""
         given = options.get(self.option) if self.option else True
         if not self.value:
             return bool(given)
@@ -48,7 +48,7 @@ class Need:
         )
 
 
-#: Option that takes SPECs -> each driver that a SPEC can name, with the module that it imports.
+#: Option with SPECs -> possible drivers, each with the module that it imports.
 DRIVERS = {
     "plate": {"serial": "serial", "scpi": "pyvisa", "sound": "sounddevice"},
     "markers": {"lsl": "pylsl", "serial": "serial"},
@@ -56,7 +56,7 @@ DRIVERS = {
     "force": {"load_cells": "serial", "daq": "nidaqmx"},
 }
 SESSIONS = ("run", "check", "next", "resume")
-#: Command -> its options that take SPECs.
+#: Command -> options with SPECs.
 WITH_DEVICES = dict.fromkeys(SESSIONS, tuple(DRIVERS)) | dict.fromkeys(
     ("plate watch", "plate calibrate", "plate conform"), ("plate",)
 )
@@ -87,7 +87,7 @@ NEEDS = (
     ),
 )
 
-#: Command -> options that name its output: a folder or a file.
+#: Command -> options for output folders or files.
 WRITES = {
     "analyse": ("out",),
     "export": ("out",),
@@ -107,7 +107,7 @@ WRITES = {
 }
 
 
-#: Command -> its output without --out.
+#: Command -> default output, without --out.
 WITHOUT_OUT: dict[str, Callable[[Namespace], Path | None]] = {
     "analyse": lambda args: _folder_of(Path(args.dataset)),
     "pilot": lambda _: here().pilots,
@@ -122,20 +122,20 @@ def _folder_of(dataset: Path) -> Path:
 
 
 def check(name: str, args: Namespace) -> None:
-    """Check a command's requirements before it starts.
+    """Check the requirements of a command.
 
     Parameters
     ----------
     name : str
-        The command.
+        Name of the command.
     args : Namespace
-        Its parsed arguments; ``what`` is the subcommand.
+        Parsed arguments; ``what`` is the subcommand.
 
     Raises
     ------
     UserError
-        If a package or a program is missing, a port cannot be opened, or a folder cannot be written
-        to. One sentence lists all problems.
+        If a package or program is missing, a port cannot be opened, or a folder cannot be written.
+        All problems are listed in one sentence.
     """
     what = getattr(args, "what", None)
     command = f"{name} {what}" if what else name
@@ -157,15 +157,15 @@ def check(name: str, args: Namespace) -> None:
 
 
 def options_of(command: str, args: Namespace) -> dict[str, object]:
-    """Return a command's options.
+    """Return the options of a command.
 
-    If the command uses devices, options missing on the command line are taken from the interrupted
-    run, the laboratory folder, the study or the plate file, in this order.
+    For commands that use devices, missing options are taken from the interrupted run, the
+    laboratory folder, the study or the plate file, in this order.
 
     Raises
     ------
     UserError
-        If the laboratory folder's file or the journal cannot be read.
+        If the file of the laboratory folder or the journal cannot be read.
     """
     options = asdict(here()) if command in WITH_DEVICES else {}
     if command == "resume" and args.journal and args.journal.is_file():
@@ -186,14 +186,14 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
 
 
 def _sources(options: Mapping[str, object]) -> dict[str, object]:
-    """Return a session's finger sensors, including those named in files."""
+    """Return the SPECs of plate and sensors in a session, including those in files."""
     from slipscale.experiments.running import contact_sources as contact  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
     from slipscale.hardware.address import plate_file_of, with_plate_file  # noqa: PLC0415
 
     named = {kind: str(options[kind]) for kind in ("position", "force") if options.get(kind)}
     specs = contact.ContactSpecs(**named)
-    with suppress(UserError):  # the command itself reports errors in these files
+    with suppress(UserError):  # The command itself reports errors in these files.
         study, _ = read_study(str(options["study"]))
         specs = specs.otherwise(contact.of_study(study))
         plate = plate_file_of(with_plate_file(str(options["plate"]), study.plate.file))
@@ -202,7 +202,7 @@ def _sources(options: Mapping[str, object]) -> dict[str, object]:
 
 
 def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[str]:
-    """Yield a sentence for each existing port that this user may not open."""
+    """Yield a sentence for each port that the user has no permission to open."""
     for option in WITH_DEVICES.get(command, ()):
         given = options.get(option)
         specs = [given] if isinstance(given, str) else given
@@ -220,7 +220,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
 def _written(
     command: str, args: Namespace, options: Mapping[str, object]
 ) -> Iterator[tuple[str, Path]]:
-    """Yield each path that a command writes to, with the name used for it in messages."""
+    """Yield the paths that a command writes to, with their names in messages."""
     for option in WRITES.get(command, ()):
         if given := options.get(option):
             yield f"--{option} {given}" if option in args else str(given), Path(str(given))
@@ -229,7 +229,7 @@ def _written(
 
 
 def _missing_packages(modules: Iterable[str]) -> list[str]:
-    """Return one sentence per missing extra."""
+    """Return one sentence per missing package."""
     sentences: dict[str, str] = {}
     for module in modules:
         if not is_installed(module):
@@ -246,9 +246,9 @@ def is_installed(module: str) -> bool:
 
 
 def unwritable(path: Path) -> str:
-    """Return why a path cannot be written; empty if it can.
+    """Explain why a path cannot be written; return an empty text if it can.
 
-    Folders that do not exist are created later, so the nearest existing folder is checked.
+    The nearest existing folder is checked, because missing folders are created later.
     """
     folder = path
     try:

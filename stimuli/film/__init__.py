@@ -1,1 +1,1 @@
-"""The air film under a finger: closed forms, Reynolds equation, periodic film, shared load."""
+"""Model the air film under a finger on a vibrating plate."""

@@ -1,9 +1,9 @@
-"""Dimensionless periodic solution of Reynolds' equation (3).
+"""Solve Reynolds' equation (3) for the periodic film, in dimensionless form.
 
 The method combines finite volumes across the ridges (second order, conservative) with Fourier
-collocation in time. The states at all instants of one period are solved for together, without time
-stepping or transients. The Newton steps are block-tridiagonal, with one dense block of instants
-per cell. The film is symmetric about the middle of the contact, so only half of it is solved.
+collocation in time. All instants of a period are solved simultaneously, without time stepping or
+transients. The matrix of a Newton step is block-tridiagonal, with one dense block of instants per
+cell. Only half of the contact is solved, because the film is symmetric.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from scipy.linalg import solve_banded
 from slipscale.faults import UserError
 from slipscale.stimuli.quantities import Array
 
-_TOLERANCE = 1e-10  # of the largest Newton step in P
+_TOLERANCE = 1e-10  # tolerance of the largest Newton step in P
 _NEWTON_STEPS = 40
-_ITERATIONS, _RATE_TOLERANCE = 200, 1e-6  # of the decay rate
-_DIRECT_SIGMA = 1e4  # up to here, Newton's method converges from the film at rest
-_RIDGE_GRADING, _EDGE_GRADING = 0.85, 0.6  # cells shrink to 15 % at a ridge, 40 % at the edge
+_ITERATIONS, _RATE_TOLERANCE = 200, 1e-6  # tolerance of the decay rate
+_DIRECT_SIGMA = 1e4  # largest squeeze number for a start from the film at rest
+_RIDGE_GRADING, _EDGE_GRADING = 0.85, 0.6  # relative sizes of cells at ridges and edge
 
 
 class ReynoldsDiverged(UserError):
-    """Newton's method found no periodic state: the case is beyond this solver."""
+    """Raised if Newton's method does not find a periodic state."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,9 +36,9 @@ class Resolution:
     cells_per_ridge : int
         Finite volumes per period of the ridges.
     cells_min : int
-        Fewest finite volumes over half the contact, whatever the ridges.
+        Minimum number of finite volumes over half of the contact.
     instants : int
-        Instants per period; odd, so that differentiation in time is antisymmetric.
+        Number of instants per period, which must be odd so that differentiation is antisymmetric.
     """
 
     cells_per_ridge: int = 24
@@ -54,8 +54,8 @@ class Resolution:
             )
 
 
-# (largest squeeze number, resolution): within 0.1 % for the first, 1 % for the last. The film's
-# layers under a ridge and at the edge get thinner as the squeeze number grows.
+# (Largest squeeze number, resolution), with errors of 0.1 % (first) to 1 % (last). Boundary layers
+# at ridges and at the edge get thinner with increasing squeeze number.
 RESOLUTIONS = (
     (300.0, Resolution()),
     (5_000.0, Resolution(cells_per_ridge=96, cells_min=320)),
@@ -65,25 +65,26 @@ RESOLUTIONS = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FilmState:
-    """The film's periodic state over half the contact.
+    """Periodic state of the film over half of the contact.
 
     Parameters
     ----------
     position : ndarray, shape (cells,)
-        X = x/l0 of the cells' centres, from 0 to 1/2.
+        Centres of the cells in X = x/l0, from 0 to 1/2.
     width : ndarray, shape (cells,)
-        Width of the cells, in X; their sum is 1/2.
+        Widths of the cells in X, with a sum of 1/2.
     pressure : ndarray, shape (cells, instants)
-        P = p/p0.
+        Relative pressure P = p/p0.
     thickness : ndarray, shape (cells, instants)
-        H of equation (2), mean over the cell.
+        H of equation (2), averaged over the cell.
     conductance : ndarray, shape (cells, instants)
-        H³ at each cell's outer face over the distance to the next cell's centre, or to the edge.
+        H³ at the outer face of each cell, divided by the distance to the next centre or to the
+        edge.
     squeeze_number, storage_exponent : float
         σ of equation (4), and m = 1/n with the polytropic exponent n.
     flow_imbalance : float
-        Largest mean mass flow through any cell's face, relative to the largest flow at any
-        instant: 0 if mass is conserved, because no gas accumulates in a periodic state.
+        Largest mean mass flow through a face, relative to the largest flow at any instant. The
+        value is 0 if mass is conserved.
     newton_steps : int
         Number of Newton steps.
     """
@@ -100,16 +101,16 @@ class FilmState:
 
     @property
     def mean_pressure(self) -> Array:
-        """P at each position, mean over the period, shape (cells,)."""
+        """Mean of P over the period at each position, shape (cells,)."""
         return np.asarray(self.pressure.mean(axis=1))
 
     @property
     def decay_rate(self) -> float:
-        """Decay rate of a small disturbance of the film, per radian of the vibration.
+        """Decay rate of the slowest small disturbance of the film, per radian of the vibration.
 
-        The smallest Floquet exponent of equation (3), linearised about the periodic state. This
-        exponent belongs to a disturbance that changes by a constant factor from period to period,
-        and is found by inverse iteration with Newton's matrix.
+        This is the smallest Floquet exponent of equation (3), linearised about the periodic state.
+        The disturbance changes by a constant factor from period to period and is found by inverse
+        iteration with the matrix of Newton's method.
         """
         m = self.storage_exponent
         storage = (
@@ -132,7 +133,7 @@ class FilmState:
 
     @property
     def overpressure(self) -> float:
-        """Mean of p/p0 - 1 over contact and period: F_s of equation (12)."""
+        """Mean of p/p0 - 1 over contact and period, F_s of equation (12)."""
         return float(2 * self.width @ (self.mean_pressure - 1))
 
 
@@ -154,19 +155,19 @@ def periodic_state(
     storage_exponent : float
         m = 1/n, where n is the polytropic exponent.
     resolution : Resolution, optional
-        Cells and instants; default: the entry of `RESOLUTIONS` for the squeeze number.
+        Cells and instants; by default, the entry of `RESOLUTIONS` for the squeeze number.
 
     Raises
     ------
     ReynoldsDiverged
-        If Newton's method failed, which can happen above a squeeze number of 10⁵.
+        If Newton's method fails, which can happen above a squeeze number of 10⁵.
     """
     resolution = resolution or next(fit for most, fit in RESOLUTIONS if sigma <= most)
     face, middle = _grid(wave_number, delta, resolution)
     width = np.diff(face)
     instants = resolution.instants
     vibration = 1 + eps * np.cos(2 * np.pi * np.arange(instants) / instants)
-    # The ridges' mean over each cell is exact, and so is the film's volume.
+    # The mean over each cell is exact, and so is the volume of the film.
     ridges = delta * np.diff(np.sin(wave_number * face)) / (wave_number * width)
     thickness = vibration + ridges[:, None]
     at_face = vibration + (delta * np.cos(wave_number * face[1:]))[:, None]
@@ -177,12 +178,12 @@ def periodic_state(
     rate = _differentiation(instants)
 
     def outflow(p: Array) -> Array:
-        """Mass flow towards the edge through each cell's outer face (times -1)."""
+        """Return the negative mass flow towards the edge through each cell's outer face."""
         driven = np.vstack([p, np.ones(instants)]) ** (1 + m) / (1 + m)
         return np.asarray(conductance * np.diff(driven, axis=0))
 
     pressure, steps = np.ones_like(thickness), 0
-    # Large squeeze numbers are approached from smaller ones.
+    # Large squeeze numbers are solved by starting from smaller ones.
     for share in np.geomspace(min(1.0, _DIRECT_SIGMA / sigma), 1.0, _stages(sigma)):
         for _ in range(_NEWTON_STEPS):
             steps += 1
@@ -193,7 +194,7 @@ def periodic_state(
             change = _block_tridiagonal_step(
                 conductance, share * storage * m * pressure ** (m - 1), pressure**m, rate, residual
             )
-            # Halve the step while it would make the pressure negative somewhere.
+            # Steps that would make the pressure negative are halved.
             fraction = 1.0
             while np.min(pressure + fraction * change) <= 0:
                 fraction /= 2
@@ -222,17 +223,17 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return the number of squeeze numbers to solve, each at most four times the previous one."""
+    """Return the number of squeeze numbers to solve, which increase by at most a factor of four."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 
 def _block_tridiagonal_step(
     conductance: Array, storage_slope: Array, mobility: Array, rate: Array, residual: Array
 ) -> Array:
-    """Return the Newton step from a band matrix in which each cell's instants are consecutive.
+    """Compute the Newton step from a band matrix with consecutive instants of each cell.
 
     Neighbouring cells are coupled only at equal instants, by the outermost diagonals. The instants
-    of one cell are coupled by the time derivative (a dense block).
+    of one cell are coupled by the time derivative, which is a dense block.
     """
     instants = residual.shape[1]
     at = np.arange(instants)
@@ -250,14 +251,14 @@ def _block_tridiagonal_step(
 
 
 def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Array, Array]:
-    """Return the cells' faces and centres in X, smoothly refined at the ridges and the edge."""
+    """Return faces and centres of cells in X, smoothly refined at ridges and at the edge."""
     ridges = wave_number / (4 * np.pi) if delta else 0.0  # in half the contact
     cells = max(resolution.cells_min, round(resolution.cells_per_ridge * ridges))
     s = np.linspace(0, 1, 2 * cells + 1)
     graded = (1 + _EDGE_GRADING) * s - _EDGE_GRADING * s**2
     pull = _RIDGE_GRADING * delta
     end = wave_number / 2
-    # u + pull·sin u = k/2 at the edge: a contraction, for pull < 1.
+    # Iterate u + pull·sin u = k/2 at the edge, a contraction for pull < 1.
     last = end
     for _ in range(200):
         last = last - (last + pull * np.sin(last) - end) / (1 + pull)

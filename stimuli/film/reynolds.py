@@ -1,7 +1,7 @@
-"""The squeeze film at any squeeze number: the full Reynolds equation in physical units.
+"""Solve the full Reynolds equation in physical units, for any squeeze number.
 
 The equation is (3) in Biet et al. (2007), with equation (4) corrected as in
-`slipscale.stimuli.film.squeeze_film.squeeze_number`. It is solved by
+`slipscale.stimuli.film.squeeze_film.squeeze_number`. For the method, see
 `slipscale.stimuli.film.periodic_film`.
 """
 
@@ -31,7 +31,7 @@ from slipscale.stimuli.quantities import positive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkingPoint:
-    """One case to solve: amplitude in µm **peak**, roughness in µm, frequency in Hz."""
+    """Case to solve, with amplitude in µm **peak**, roughness in µm and frequency in Hz."""
 
     amplitude_um_peak: float
     roughness_um: float
@@ -47,12 +47,12 @@ class WorkingPoint:
 
 
 def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmState:
-    """Return the film's periodic state at a working point; default: a suitable resolution.
+    """Compute the periodic state of the film at a working point.
 
     Raises
     ------
     ReynoldsDiverged
-        If Newton's method failed, which can happen above a squeeze number of 10⁵.
+        If Newton's method fails, which can happen above a squeeze number of 10⁵.
     """
     _, eps, delta = (
         float(v) for v in gap(point.amplitude_um_peak, point.roughness_um, point.finger)
@@ -72,18 +72,19 @@ def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmStat
     )
 
 
-# A uniform change of the film's mass decays as a sum of odd diffusion modes, 8/π² of it in the
-# slowest. After this fraction of the slowest mode's time constant, 63 % of the change has decayed.
+# A uniform change of the film's mass decays as a sum of odd diffusion modes, with a share of 8/π²
+# in the slowest. After this fraction of the slowest mode's time constant, 63 % of the change has
+# decayed.
 _TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
 
 
 def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -> float:
-    """Return the time in which the film's overpressure covers 63 % of a small step.
+    """Return the time in which overpressure completes 63 % of a small step.
 
-    The time follows from equation (3), linearised about the periodic state
-    (`FilmState.decay_rate`). Use it to estimate how fast friction can follow a change in
-    amplitude; the plate's own time constant is shorter (`slipscale.stimuli.modulation`). The time
-    increases steeply as the amplitude falls, because gas leaves a narrow gap slowly.
+    The time is computed from equation (3), linearised about the periodic state
+    (`FilmState.decay_rate`). Use it to estimate how fast friction can follow a change in amplitude.
+    The time constant of the plate is shorter (`slipscale.stimuli.modulation`). For small
+    amplitudes, the time is much longer, because gas leaves a narrow gap slowly.
 
     Raises
     ------
@@ -99,7 +100,7 @@ def relative_friction(
     normal_force_n: float = NORMAL_FORCE_N,
     resolution: Resolution | None = None,
 ) -> Friction:
-    """Return equation (15) with the overpressure of the full Reynolds equation."""
+    """Compute equation (15) with the overpressure from the full Reynolds equation."""
     state = solve(point, resolution)
     return friction_from(
         np.asarray(state.overpressure),
@@ -117,11 +118,11 @@ def sweep(
     workers: int = 2,
     show_progress: bool = False,
 ) -> list[FilmState]:
-    """Solve many working points in parallel processes, in order, with an optional progress bar."""
+    """Solve many working points in parallel processes, with an optional progress bar."""
     cases = list(points)
     if workers == 1:
         return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))
-    # Spawned, because a fork of a process with BLAS threads may hang (Python 3.12 warns about it).
+    # Processes are spawned, because a fork of a process with BLAS threads may hang.
     with ProcessPoolExecutor(max_workers=workers, mp_context=get_context("spawn")) as pool:
         done = pool.map(solve, cases, [resolution] * len(cases))
         return list(_shown(done, len(cases), show_progress))

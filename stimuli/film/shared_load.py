@@ -1,22 +1,24 @@
-"""Shared load: a second friction model, in which asperities and film carry the finger together.
+"""Model friction with a shared load: asperities and film carry the finger together.
 
-**Not validated.** It follows the observations of Wiertlewski, Friesen and Colgate (2016,
-doi:10.1073/pnas.1603908113) and of Sednaoui, Vezzoli and others (2017,
-doi:10.1109/TOH.2017.2671376); no measured curve was available as numbers. Its parameters are
-therefore ranges, and its result is a band (`band`), never a point. The equations are ours:
+**Not validated.** The model is based on observations by Wiertlewski, Friesen and Colgate (2016,
+doi:10.1073/pnas.1603908113) and by Sednaoui, Vezzoli and others (2017,
+doi:10.1109/TOH.2017.2671376), but no measured curve was available as numbers. The parameters are
+therefore ranges, and the result is a range (`band`). The equations are our own:
 
-- **Contact**: the area grows with a power of the normal force; the pressure is p = F/A(F).
+- **Contact**: the area increases with a power of the normal force; the pressure is p = F/A(F).
 - **Asperities** carry p_ref·exp((u0 - u)/l) at a gap u (Persson 2007,
   doi:10.1103/PhysRevLett.99.125502). u0 is the mean gap at rest under p_ref, the pressure of
   eq. (14).
 - **Bounce**: the gap oscillates with a multiple of the plate's amplitude, because the skin also
   moves (Friesen, Wiertlewski and Colgate 2016, doi:10.1109/HAPTICS.2016.7463172).
-- **Film**: the mean overpressure from Reynolds' equation (3) for a flat film with that mean gap.
-- At the mean gap, asperities and film, each averaged over a period, together carry p. Relative
-  friction is the asperities' fraction of the load (Coulomb's law), 1 without vibration.
+- **Film**: the mean overpressure is computed from Reynolds' equation (3) for a flat film with this
+  mean gap.
+- **Equilibrium**: at the mean gap, asperities and film together carry p on average. Relative
+  friction is the fraction of the load that asperities carry (Coulomb's law), and 1 without
+  vibration.
 
-For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib: equation (15) for a flat
-finger. Speed is not modelled.
+For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib, and the model equals equation
+(15) for a flat finger. The finger's speed is not modelled.
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ NOT_VALIDATED = "shared load, not validated"
 REFERENCE_PA = NORMAL_FORCE_N / (FINGER.contact_length_mm * MILLI) ** 2
 _SQUARE_CM_M2 = 1e-4
 _FLAT = Resolution(cells_min=24, instants=13)  # within 0.2 % up to ε = 0.6, 4 % at 0.95
-_CLOSED_FORM_SIGMA = 1e4  # beyond, a flat film is within 1.5 % of its closed form
+_CLOSED_FORM_SIGMA = 1e4  # above, the closed form of a flat film is within 1.5 %
 _GAP_TOLERANCE_UM = 1e-4
 _UNITS = {
     "contact_area_cm2": "cm²",
@@ -54,27 +56,28 @@ _UNITS = {
     "leak_length_mm": "mm",
     "bounce": "(no unit)",
 }
-_LEAST_CLEARANCE = 1e-3  # of the oscillation; below it, the film's pressure is unbounded
+_LEAST_CLEARANCE = 1e-3  # smallest gap relative to the oscillation, with finite pressure
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Skin:
-    """A fingertip on the plate.
+    """Properties of a fingertip on the plate.
 
     Parameters
     ----------
     contact_area_cm2 : float
-        Contact area at 0.5 N, cm².
+        Contact area at 0.5 N in cm².
     area_exponent : float
-        Exponent of the area's growth with force: 0 for none (2007), 2/3 for a sphere (Hertz).
+        Exponent of the contact area as a function of force: 0 if constant (2007), 2/3 for a sphere
+        (Hertz).
     asperity_length_um : float
-        Increase of the gap over which the asperities' pressure falls to 1/e, µm.
+        Increase of the gap in µm over which the pressure of asperities falls to 1/e.
     rest_gap_um : float
-        Mean gap without vibration under `REFERENCE_PA`, µm.
+        Mean gap in µm without vibration under `REFERENCE_PA`.
     leak_length_mm : float
-        Length across which air escapes, mm.
+        Length in mm across which air escapes.
     bounce : float
-        Amplitude of the gap relative to that of the plate: 1 if the skin is at rest.
+        Amplitude of the gap relative to the amplitude of the plate; 1 if the skin is at rest.
 
     Raises
     ------
@@ -95,17 +98,16 @@ class Skin:
         not_negative("skin: area_exponent", self.area_exponent, "(no unit)", maximum=1)
 
 
-# The ends of every range; all skins are between them (tests/stimuli/test_shared_load.py).
-# Sources: area, 1 cm² in Table I ± 30 %; asperities, half of Table I's roughness of 0.4 to
-# 1.6 µm (Persson: of the order of half the rms height); leak, from one ridge period in Table I
-# to the whole contact. Exponent, rest gap and bounce are assumptions.
-# The ends of each range; Table I is that of Biet and others (2007).
+# Ends of all ranges. Sources: area, 1 cm² in Table I of Biet et al. (2007) ± 30 %; asperities, half
+# of the roughness of 0.4 to 1.6 µm in Table I (Persson: of the order of half the rms height); leak,
+# from one ridge period in Table I to the whole contact. Exponent, rest gap and bounce are
+# assumptions.
 SLIPPERY = Skin(
     contact_area_cm2=1.3,  # Table I's 1 cm², ± 30 % (assumed)
-    area_exponent=2 / 3,  # Hertz; half of it (assumed)
-    asperity_length_um=0.2,  # half of Table I's roughness (assumed)
+    area_exponent=2 / 3,  # Hertz; half of Hertz (assumed)
+    asperity_length_um=0.2,  # half of the roughness in Table I (assumed)
     rest_gap_um=1.0,  # assumed
-    leak_length_mm=10.0,  # the whole contact; one ridge of Table I
+    leak_length_mm=10.0,  # whole contact; one ridge in Table I
     bounce=1.2,  # assumed; Friesen and others (2016) observed both phases
 )
 GRIPPY = Skin(
@@ -119,7 +121,7 @@ GRIPPY = Skin(
 
 
 def skin_between(share: float) -> Skin:
-    """Return a skin within the ranges: `SLIPPERY` at 0, `GRIPPY` at 1, geometric means between."""
+    """Return a skin between `SLIPPERY` (0) and `GRIPPY` (1), by geometric interpolation."""
     if not 0 <= share <= 1:
         raise UserError(f"share is {share!r}, expected 0 to 1")
     return Skin(
@@ -134,14 +136,14 @@ def skin_between(share: float) -> Skin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shared:
-    """Distribution of the finger's load between asperities and film.
+    """Division of the finger's load between asperities and film.
 
     Parameters
     ----------
     mean_gap_um : float
-        Gap, mean over a period, µm.
+        Mean gap over a period in µm.
     film_share : float
-        Fraction of the load that the film carries, 0 to 1.
+        Fraction of the load that the film carries, from 0 to 1.
     """
 
     mean_gap_um: float
@@ -149,7 +151,7 @@ class Shared:
 
     @property
     def relative_friction(self) -> float:
-        """µ'/µ, the fraction of the load that the asperities carry."""
+        """Fraction of the load that the asperities carry, µ'/µ."""
         return 1 - self.film_share
 
 
@@ -162,12 +164,12 @@ def solve(
     normal_force_n: float = NORMAL_FORCE_N,
     gas: Gas = AIR,
 ) -> Shared:
-    """Return the mean gap at which asperities and film carry the finger.
+    """Compute the mean gap at which asperities and film carry the finger.
 
     Parameters
     ----------
     amplitude_um_peak : float
-        Vibration amplitude of the plate, µm **peak**.
+        Vibration amplitude of the plate in µm **peak**.
 
     Raises
     ------
@@ -194,11 +196,11 @@ def solve(
         state = periodic_state(sigma, swing / gap_um, 0.0, finger.wave_number, resolution=_FLAT)
         return gas.pressure_pa * state.overpressure
 
-    # The mean of exp(-(swing/length)·cos) over a period is Bessel's I0, scaled here.
+    # The mean of exp(-(swing/length)·cos) over a period is the Bessel function I0, scaled here.
     bounced = float(np.log(i0e(swing / length)))
 
     def excess(gap_um: float) -> float:
-        """Logarithm of the carried load over the applied one; it decreases with the gap."""
+        """Return the log ratio of the carried to the applied load, which decreases with the gap."""
         asperities = (rest - gap_um + swing) / length + bounced
         return float(np.logaddexp(asperities, np.log(film_pa(gap_um) / pressure)))
 
@@ -215,15 +217,15 @@ def band(
     frequency_hz: float = 30_500.0,
     normal_force_n: float = NORMAL_FORCE_N,
 ) -> tuple[float, float]:
-    """Return the minimum and maximum of relative friction over the ranges of `Skin`.
+    """Return the minimum and maximum of relative friction over all skins.
 
     Parameters
     ----------
     amplitude_um_peak : float
-        Vibration amplitude of the plate, µm **peak**.
+        Vibration amplitude of the plate in µm **peak**.
     """
-    # Friction increases from SLIPPERY to GRIPPY in every range except the exponent: a larger one
-    # lowers the pressure above 0.5 N, raises it below, and has no effect at 0.5 N.
+    # Friction increases from SLIPPERY to GRIPPY in all parameters except the exponent. A larger
+    # exponent lowers the pressure above 0.5 N and raises it below 0.5 N.
     ends = (SLIPPERY, GRIPPY)
     exponents = {skin.area_exponent for skin in ends if normal_force_n != NORMAL_FORCE_N} or {0.0}
     found = [

@@ -1,9 +1,8 @@
-"""The squeeze film in closed form: equations (1) to (15), for infinite squeeze numbers.
+"""Compute the squeeze film in closed form, equations (1) to (15), for infinite squeeze numbers.
 
-**Names of lengths contain their unit, and vibration amplitudes are peak** (only
-`slipscale.stimuli.surface` converts from peak to peak). Equation numbers are those of Biet, Giraud
-and Lemaire-Semail (2007), Section II. If a printed equation needs a correction, the function that
-uses it documents the correction.
+**Vibration amplitudes are peak** (`slipscale.stimuli.surface` converts from peak to peak). Equation
+numbers refer to Section II of Biet, Giraud and Lemaire-Semail (2007). Corrections of printed
+equations are documented in the functions that use them.
 """
 
 from __future__ import annotations
@@ -20,24 +19,22 @@ from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, posi
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-SQUEEZE_NUMBER_MIN = (
-    10.0  # Section II-C: "larger than 10"; see docs/explanation/squeeze-film.md for doubts
-)
+SQUEEZE_NUMBER_MIN = 10.0  # Section II-C: "larger than 10"; see docs/explanation/squeeze-film.md
 _NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, h_vib = 5 µm
 
 
 class ClosedFormWarning(UserWarning):
-    """The squeeze number is below the range in which the closed form is valid."""
+    """Warns that the squeeze number is too small for the closed form."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finger:
-    """A fingertip on the plate (Table I).
+    """Fingertip on the plate (Table I).
 
     Parameters
     ----------
     ridge_amplitude_um : float
-        Amplitude h_e of the epidermal ridges, µm, half of their height; 0 for a flat finger.
+        Amplitude h_e of the epidermal ridges in µm, half of their height; 0 for a flat finger.
     ridge_period_um : float
         Period L of the ridges, µm.
     contact_length_mm : float
@@ -55,13 +52,13 @@ class Finger:
 
     @property
     def wave_number(self) -> float:
-        """The dimensionless wave number k = 2π l0/L of equation (2)."""
+        """Dimensionless wave number k = 2π l0/L of equation (2)."""
         return 2 * np.pi * self.contact_length_mm * MILLI / (self.ridge_period_um * MICRO)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gas:
-    """The gas in the film (Table I: air at 20 °C).
+    """Gas in the film (Table I: air at 20 °C).
 
     Parameters
     ----------
@@ -85,17 +82,17 @@ NORMAL_FORCE_N = 0.5  # Section II-C, mean force of an exploring finger
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction:
-    """The film's effect on friction; all arrays have the same shape.
+    """Effect of the film on friction; all arrays have the same shape.
 
     Parameters
     ----------
     relative_friction : ndarray
-        µ'/µ of equation (15). **Below zero the film carries more than the finger presses: the
-        finger levitates.** The value is not clipped.
+        µ'/µ of equation (15). **If the value is negative, the film carries more than the finger's
+        force, and the finger levitates.** Values are not clipped.
     overpressure : ndarray
         Mean of p/p0 - 1 over contact and period, F_s of equation (12).
     squeeze_number : ndarray
-        Equation (4).
+        Squeeze number, equation (4).
     """
 
     relative_friction: Array
@@ -104,7 +101,7 @@ class Friction:
 
     @property
     def levitates(self) -> npt.NDArray[np.bool_]:
-        """Whether the mean overpressure exceeds the finger's pressure, elementwise."""
+        """Whether the mean overpressure exceeds the pressure of the finger, elementwise."""
         return self.relative_friction < 0
 
     @property
@@ -116,14 +113,13 @@ class Friction:
 def gap(
     amplitude_um_peak: npt.ArrayLike, roughness_um: npt.ArrayLike, finger: Finger = FINGER
 ) -> tuple[Array, Array, Array]:
-    """Return mean gap (µm), ε and δ of equation (2): H = 1 + ε cos T + δ cos kX.
+    """Return mean gap in µm, ε and δ of equation (2), H = 1 + ε cos T + δ cos kX.
 
     Raises
     ------
     UserError
-        If the amplitude is negative, or the roughness is not positive. Without roughness there is
-        no film: the gap is zero without vibration; with vibration, its minimum is zero and the
-        pressure diverges.
+        If the amplitude is negative or the roughness is not positive. Without roughness, the
+        minimum of the gap is zero, and the pressure diverges.
     """
     vibration = not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak")
     roughness = positive("roughness_um", roughness_um, "µm")
@@ -138,12 +134,12 @@ def film_thickness_um(
     roughness_um: float,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return the film's thickness in µm, equation (1); x = 0 is the middle of a groove.
+    """Return the thickness of the film in µm, equation (1), with x = 0 in the middle of a groove.
 
     Parameters
     ----------
     position_mm, phase_rad : array_like
-        Position x and phase ω0·t of the vibration; broadcast together.
+        Position x and phase ω0·t of the vibration, which are broadcast.
     """
     mean, depth, ridge = gap(amplitude_um_peak, roughness_um, finger)
     x = 2 * np.pi * np.asarray(position_mm) * MILLI / (finger.ridge_period_um * MICRO)
@@ -157,7 +153,7 @@ def squeeze_number(
     finger: Finger = FINGER,
     gas: Gas = AIR,
 ) -> Array:
-    """Return the squeeze number, equation (4) with l0² instead of the printed l0 (dimension).
+    """Return the squeeze number, equation (4), with l0² instead of the printed l0.
 
     >>> round(float(squeeze_number(30_500, 1.15, 0.6)), 2)  # printed: 15.9, Section IV-A
     15.89
@@ -174,10 +170,10 @@ def mean_pressure(
     roughness_um: npt.ArrayLike,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return the mean pressure over a period, over p0, at infinite squeeze number: equation (13).
+    """Return the mean of p/p0 over a period for infinite squeeze number, equation (13).
 
-    With the factor A² [1 + 1.5 ε²/A²] for the last line of (10), A = 1 + δ cos(k/2), and P
-    normalised by p0 throughout. Positions in mm from the middle of the contact.
+    The factor in the last line of (10) is A² [1 + 1.5 ε²/A²], with A = 1 + δ cos(k/2), and P is
+    always normalised by p0. Positions are in mm from the middle of the contact.
     """
     _, eps, delta = gap(amplitude_um_peak, roughness_um, finger)
     x = np.asarray(position_mm, dtype=float) / finger.contact_length_mm
@@ -190,13 +186,13 @@ def mean_overpressure(
     roughness_um: npt.ArrayLike,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return F_s of equation (12): p/p0 - 1 at infinite squeeze number, mean over film and period.
+    """Return F_s of equation (12), the mean of p/p0 - 1 for infinite squeeze number.
 
-    The integral over a ridge uses its eccentric anomaly ψ, in which the sharp peak under a ridge
-    is smooth: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), with φ = 0 at the ridge's top.
+    The integral over a ridge uses the eccentric anomaly ψ, in which the sharp peak under a ridge is
+    smooth: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), with φ = 0 at the top of the ridge.
     """
     _, eps, delta = np.broadcast_arrays(*gap(amplitude_um_peak, roughness_um, finger))
-    # From groove (X = 0) to edge: complete half-periods, and the rest of one.
+    # From a groove (X = 0) to the edge: complete half-periods, and a remainder.
     half_periods, rest = divmod(finger.wave_number / 2, np.pi)
     from_groove = half_periods % 2 == 0
     whole = _ridge_integral(np.full_like(delta, np.pi), eps, delta)
@@ -216,26 +212,26 @@ def relative_friction(
     finger: Finger = FINGER,
     gas: Gas = AIR,
 ) -> Friction:
-    """Return friction relative to the plate at rest, equation (15) as 1 - p0·F_s/P_f.
+    """Return friction relative to the plate at rest, equation (15) in the form 1 - p0·F_s/P_f.
 
-    F_s is the mean over space and time (the printed P∞ - 1 is neither) and P_f = F_f/l0² is
-    equation (14). All arguments except the records broadcast.
+    F_s is the mean over space and time, which the printed P∞ - 1 is not. P_f = F_f/l0² is equation
+    (14). All numeric arguments are broadcast.
 
     Parameters
     ----------
     amplitude_um_peak : array_like
-        Vibration amplitude h_vib, µm **peak**.
+        Vibration amplitude h_vib in µm **peak**.
     roughness_um : array_like
         Average roughness h_r of the plate, µm.
     frequency_hz : array_like
-        Vibration frequency; it affects only the validity of the closed form.
+        Vibration frequency, which affects only the validity of the closed form.
     normal_force_n : array_like
         Force F_f of the finger on the plate, N.
 
     Warns
     -----
     ClosedFormWarning
-        A squeeze number is below 10 while the plate vibrates.
+        If a squeeze number is below 10 while the plate vibrates.
 
     Examples
     --------
@@ -265,7 +261,7 @@ def friction_from(
     finger: Finger,
     gas: Gas,
 ) -> Friction:
-    """Return the friction for a mean overpressure (relative to p0): equations (14) and (15)."""
+    """Return the friction for a mean overpressure relative to p0, equations (14) and (15)."""
     finger_pressure = positive("normal_force_n", normal_force_n, "N") / (
         (finger.contact_length_mm * MILLI) ** 2
     )
@@ -277,13 +273,13 @@ def friction_from(
 
 
 def _edge(eps: Array, delta: Array, finger: Finger) -> Array:
-    """Ψ at the edge over the film's mean thickness there: equations (10) and (9)."""
+    """Return Ψ at the edge, divided by the mean thickness there, equations (10) and (9)."""
     edge = 1 + delta * np.cos(finger.wave_number / 2)
     return np.asarray(np.sqrt(edge**2 + 1.5 * eps**2) / edge)
 
 
 def _eccentric(angle: float, delta: Array) -> Array:
-    """Return ψ for a ridge angle φ in [0, π] from the ridge's top."""
+    """Return ψ for an angle φ in [0, π] from the top of a ridge."""
     return np.asarray(
         2
         * np.arctan2(np.sqrt(1 + delta) * np.sin(angle / 2), np.sqrt(1 - delta) * np.cos(angle / 2))
@@ -291,7 +287,7 @@ def _eccentric(angle: float, delta: Array) -> Array:
 
 
 def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
-    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the ridge's top to ψ."""
+    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the top of a ridge to ψ."""
     nodes, weights = _quadrature()
     half = psi_end[..., None] / 2
     psi = half * (1 + nodes)
@@ -304,5 +300,5 @@ def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
 
 @cache
 def _quadrature() -> tuple[Array, Array]:
-    """Return the Gauss-Legendre rule; cached, because finding it costs more than using it."""
+    """Return the Gauss-Legendre rule, which is cached."""
     return np.polynomial.legendre.leggauss(_NODES)

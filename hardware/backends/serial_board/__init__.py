@@ -1,1 +1,1 @@
-"""The driver board on a serial line: protocol, link, supervision and driver."""
+"""Drive a plate through a driver board on a serial line."""

@@ -1,4 +1,4 @@
-"""A driver board on a serial line (docs/reference/board-protocol.md), kept alive by a heartbeat.
+"""Drive a plate through a driver board (docs/reference/board-protocol.md).
 
 SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 
@@ -9,11 +9,11 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
                   long, it is assumed to hang and the plate is silenced; 0: never
 ================  ===============================================================
 
-The heartbeat queries the board's status ten times per second. The board silences itself if it
-receives nothing for its watchdog time. `check` raises the faults that the heartbeat finds.
+A heartbeat thread queries the board's status ten times per second. If the board receives nothing
+for its watchdog time, it silences the plate. `check` raises the faults that the heartbeat finds.
 
-The board plays textures autonomously from a list of amplitudes that it receives. Older firmware
-does not support lists; textures are then rejected.
+For textures, the board receives and plays a list of amplitudes. Older firmware does not support
+lists, and textures are then rejected.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ HEARTBEAT_S = 0.1
 ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
-# Delay from `follow` to the plate: the board's 25 ms ramp, restarted at each command, and the line.
-# Measured; see the table in docs/how-to/finger.md.
+# Delay from `follow` to the plate, including the board's 25 ms ramp, which restarts at each
+# command, and the line. For measurements, see the table in docs/how-to/finger.md.
 FOLLOW_LAG_S = 0.017
-# Practically zero, as a fraction of the largest level. At 0 the board would open its output stage;
-# below its sensor's noise it would correct its voltage according to noise.
+# Smallest level during `follow`, as a fraction of the largest. At 0, the board would open its
+# output stage. Below the noise of its sensor, it would correct the voltage according to noise.
 FOLLOWED_SHARE = 0.02
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
@@ -70,22 +70,22 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class SerialBoard(PlateDriver):
-    """A plate behind a driver board.
+    """Plate that is driven by a driver board.
 
     Parameters
     ----------
     port : str
-        The serial port.
+        Name of the serial port.
     clock : Clock
-        Provides the readbacks' times; time-outs of the line use the machine's clock.
+        Clock for the times of readbacks. Time-outs use the computer's clock.
     limits : PlateLimits
-        Narrowed to the board's own limits on `connect`.
+        Limits of the plate. `connect` narrows them to the board's own limits.
     calibration : Calibration
-        Narrows the limits. The board controls the amplitude with its own sensor.
+        Calibration, which narrows the limits. The board controls the amplitude with its own sensor.
     plate_file : PlateFile
         Stored with the data.
     attention_s : float
-        The heartbeat stops after this time without a command or `check`; 0: never.
+        Time without a command or `check` after which the heartbeat stops; 0 means never.
     """
 
     name = "serial"
@@ -130,7 +130,7 @@ class SerialBoard(PlateDriver):
         return identity
 
     def _open_line(self) -> tuple[Line, BoardLink]:
-        """Open the port. In test campaigns, a simulated board's line replaces it."""
+        """Open the port. Tests replace this method to connect a simulated board."""
         line = SerialLine(self.port)
         return line, BoardLink(line)
 
@@ -164,11 +164,11 @@ class SerialBoard(PlateDriver):
         )
 
     def _predicted_v(self, level: float) -> float | None:
-        """Return the voltage that the calibration predicts; None without a calibration."""
+        """Return the drive voltage that the calibration predicts, or None without a calibration."""
         return self.calibration.voltage_v_peak(level) if self.calibration else None
 
     def _rings(self, level: float, status: wire.BoardStatus) -> bool:
-        """Return whether a plate that should be silent is still ringing down."""
+        """Return whether a plate that was switched off is still ringing down."""
         return level == 0 and (status.level or 0) > self.limits.deviation_level
 
     def _play(self, loop: Loop) -> None:
@@ -200,7 +200,7 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
-        """Return the board's reading; while a list's mean is being corrected, wait for that."""
+        """Return the board's reading; wait while the board corrects the mean of a list."""
         begun_s, active = self._machine.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":
@@ -231,7 +231,7 @@ class SerialBoard(PlateDriver):
         self._line = self._link = self._heart = None
 
     def _beat(self, link: BoardLink) -> None:
-        """Query the status until stopped; leave the first fault for `check`."""
+        """Query the status repeatedly; store the first fault for `check`."""
         watched, reached_s = None, 0.0
         while not self._stop_heart.wait(HEARTBEAT_S):
             now_s = self._machine.now()
@@ -242,7 +242,7 @@ class SerialBoard(PlateDriver):
                 watched, reached_s = active, now_s
             try:
                 status = self._status(link)
-                # The status belongs to that presentation only if no command came in between.
+                # The status belongs to that presentation only if no command was sent in between.
                 if active is not None and active is self._active:
                     watch.check_status(status, active, self.limits, port=self.port)
                 reached_s = now_s
@@ -255,7 +255,7 @@ class SerialBoard(PlateDriver):
                 return
 
     def _attend(self) -> BoardLink:
-        """Signal to the heartbeat that the session is alive; return the link or raise a fault."""
+        """Inform the heartbeat that the session is alive; return the link or raise a fault."""
         self._attended_s = self._machine.now()
         if self._fault is not None:
             raise self._fault
@@ -276,7 +276,7 @@ class SerialBoard(PlateDriver):
         )
 
     def _check_unit(self, link: BoardLink) -> None:
-        """Raise `WrongDevice` if the board's amplitudes are not in the plate's unit."""
+        """Raise `WrongDevice` if the board uses another unit than the plate."""
         quantity = self.limits.quantity
         try:
             unit = link.ask("UNIT?")
@@ -290,7 +290,7 @@ class SerialBoard(PlateDriver):
             )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
-        """Query how fast the board plays a list, and how long a list may be."""
+        """Query the limits of the board's lists of amplitudes."""
         try:
             lists = _parsed(wire.parse_list_limits, link.ask("LIST:LIM?"))
         except NotKnown:
@@ -362,7 +362,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     Raises
     ------
     UserError
-        If the address names no port, or contains an unknown option.
+        If the address contains no port or an unknown option.
     """
     port, options, plate = addresses.opened(address, SerialBoard.name, OPTIONS)
     if not port:

@@ -1,8 +1,8 @@
-"""Commands to the driver board, each acknowledged, checked, and executed once.
+"""Send commands to the driver board, each of which is acknowledged and executed once.
 
-A command without a readable answer is repeated with the *same* sequence number; the board answers
-a repetition from memory. Each answer contains the boot number, which reveals whether the board was
-reset between the command and its repetition.
+If a command receives no readable answer, it is repeated with the *same* sequence number, and the
+board repeats its answer without executing the command again. Each answer contains the boot number,
+which reveals whether the board was reset in between.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from slipscale.hardware.errors import (
 )
 
 REPLY_TIMEOUT_S = 0.08
-ATTEMPTS = 4  # together shorter than the board's watchdog time
+ATTEMPTS = 4  # in total shorter than the board's watchdog time
 GREETING_S = 3.0  # many boards restart when their port is opened
-CHATTER_S = 1.0  # and send arbitrary text while they start
-FOREIGN_LINES = 3  # this many later lines that are not replies: another kind of device
+CHATTER_S = 1.0  # Many boards send arbitrary text while they start.
+FOREIGN_LINES = 3  # number of invalid lines after which the device is not a board
 
 
 class NotKnown(PlateRefused):
-    """The board's firmware does not support the command."""
+    """Reports that the board's firmware does not support a command."""
 
 
 REFUSALS: dict[int, type[PlateFault]] = {
@@ -42,7 +42,7 @@ REFUSALS: dict[int, type[PlateFault]] = {
 
 
 class Line(Protocol):
-    """The interface of a line that the link requires."""
+    """Interface of a serial line."""
 
     port: str
 
@@ -57,14 +57,14 @@ class Line(Protocol):
 
 
 class BoardLink:
-    """Sends commands to the board one at a time, from any thread.
+    """Send commands to the board, one at a time, from any thread.
 
     Parameters
     ----------
     line : Line
         An open line.
     clock : Clock
-        Time base of the line; by default the machine's clock, whatever clock the session uses.
+        Clock for time-outs; by default, the computer's clock.
     """
 
     def __init__(self, line: Line, clock: Clock | None = None) -> None:
@@ -77,7 +77,7 @@ class BoardLink:
         self._foreign = 0
 
     def greet(self) -> str:
-        """Return the board's ``*IDN?``, waiting for a board that is starting.
+        """Return the board's answer to ``*IDN?``, after waiting for the board to start.
 
         Raises
         ------
@@ -103,18 +103,18 @@ class BoardLink:
                     raise
 
     def ask(self, body: str) -> str:
-        """Send a command; return the value of its answer.
+        """Send a command, and return the value in the answer.
 
         Raises
         ------
         PlateTimeout
-            If there is no answer, although the command was repeated.
+            If the board does not answer, although the command was repeated.
         GarbledReply
-            If answers were received, but none could be read.
+            If the board answers, but no answer can be read.
         ConnectionLost
-            If the device disappeared, or it has restarted since `greet`.
+            If the device was disconnected, or if it has restarted since `greet`.
         OverLimit, PlateBusy, PlateRefused
-            If the board understood the command and rejected it.
+            If the board rejects the command.
         """
         with self._lock:
             self._sequence = self._sequence % wire.LAST_SEQUENCE + 1
@@ -130,14 +130,14 @@ class BoardLink:
         raise PlateTimeout(f"{self._line.port}: the board did not answer '{body}'")
 
     def stop_now(self) -> None:
-        """Send the stop byte immediately, even while another thread waits for an answer."""
+        """Send the stop byte immediately, even if another thread is waiting for an answer."""
         self._line.write(wire.STOP)
 
     def _await(self) -> wire.BoardReply | None:
-        """Return the reply to the current command; discard everything else received meanwhile.
+        """Return the reply to the current command, and discard all other replies.
 
-        Received bytes are processed before the time-out is checked, so that a thread that was
-        delayed by the rest of its process still finds its reply.
+        Received bytes are processed before the time-out is checked, so that a delayed thread still
+        finds the reply.
         """
         end_s = self._clock.now() + REPLY_TIMEOUT_S
         while True:

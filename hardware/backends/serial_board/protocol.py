@@ -1,6 +1,6 @@
-"""The driver board's protocol (docs/reference/board-protocol.md): frames, checks, status, codes.
+"""Implement the driver board's protocol (docs/reference/board-protocol.md).
 
-Pure functions from bytes to records and back, used by the serial backend and the emulated board.
+All functions are pure. The serial backend and the emulated board use the same functions.
 """
 
 from __future__ import annotations
@@ -14,19 +14,19 @@ from typing import Final
 from slipscale.stimuli.modulation import Loop
 
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
-UNIT: Final = "um_pp"  # of amplitudes, on boards that do not answer UNIT?
-STOP: Final = b"!"  # single byte, valid anywhere: silence immediately
+UNIT: Final = "um_pp"  # unit of amplitudes if the board does not answer UNIT?
+STOP: Final = b"!"  # byte that silences the plate immediately, valid anywhere
 LONGEST_LINE: Final = 96  # bytes without the line feed
 LAST_SEQUENCE: Final = 65_535
-WATCHDOG_MS: Final = (400, 2_000)  # any shorter, and three lost commands would silence it
+WATCHDOG_MS: Final = (400, 2_000)  # allows for three lost commands
 POINTS_A_LINE: Final = 8  # points per LIST:AMPL that fit even with the largest numbers
 
-VIBRATING: Final = ("RAMP", "HOLD", "SAT", "LIST", "OPEN")  # states with the output on
+VIBRATING: Final = ("RAMP", "HOLD", "SAT", "LIST", "OPEN")  # states in which the output is on
 
 OK: Final = 0
 DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113  # defined by SCPI, like the next
 SETTINGS_CONFLICT, OUT_OF_RANGE = -221, -222
-TOO_HOT, BUSY = 101, 102  # positive: the device's
+TOO_HOT, BUSY = 101, 102  # Positive codes are specific to the device.
 
 MEANINGS: Final = {
     OK: "No error",
@@ -44,12 +44,12 @@ REPLY = re.compile(rb"<([1-9]\d{0,4}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A
 
 
 class ImpossibleValue(ValueError):
-    """A readable value that a board must not report."""
+    """Reports a value that a board must not have."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoardReply:
-    """The board's answer to the command with the same sequence number."""
+    """Reply of the board to the command with the same sequence number."""
 
     sequence: int
     boot: str
@@ -59,13 +59,13 @@ class BoardReply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardStatus:
-    """The answer to ``STAT?``.
+    """Status of the board, from the answer to ``STAT?``.
 
-    ``state``: OFF, RAMP (ramping, or not settled), HOLD (settled), LIST (plays a list; target and
-    amplitude are means over its period, the voltage is the largest), SAT (the voltage is
-    insufficient), OPEN (open loop); or the reason for silence: WDOG, HOT, LONG.
-    ``level`` and ``temperature_c`` are None if the board has no sensor for them. Levels are in
-    the board's unit, see ``UNIT?``.
+    ``state`` is OFF, RAMP (ramping or not settled), HOLD (settled), LIST (playing a list; target
+    and amplitude are means over its period, and the voltage is the maximum), SAT (insufficient
+    voltage), OPEN (open loop), or the reason why the plate was silenced: WDOG, HOT or LONG.
+    ``level`` and ``temperature_c`` are None if the board has no sensor. Levels are in the board's
+    unit, see ``UNIT?``.
     """
 
     state: str
@@ -78,7 +78,7 @@ class BoardStatus:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BoardLimits:
-    """The answer to ``LIM?``: the board's own limits and its watchdog time."""
+    """Limits and watchdog time of the board, from the answer to ``LIM?``."""
 
     level: float = 2.5
     voltage_v: float = 16.5
@@ -90,7 +90,7 @@ class BoardLimits:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ListLimits:
-    """The answer to ``LIST:LIM?``: a list's maximum length, its shortest step and shortest edge."""
+    """Maximum length, shortest step and shortest edge of a list, from ``LIST:LIM?``."""
 
     points: int = 64
     step_ms: float = 4.0
@@ -98,7 +98,7 @@ class ListLimits:
 
 
 def crc16(data: bytes) -> int:
-    """Return the CRC-16/CCITT-FALSE: polynomial 0x1021, start 0xFFFF.
+    """Return the CRC-16/CCITT-FALSE of data (polynomial 0x1021, start 0xFFFF).
 
     >>> f"{crc16(b'123456789'):04X}"
     '29B1'
@@ -107,7 +107,7 @@ def crc16(data: bytes) -> int:
 
 
 def command_frame(sequence: int, body: str) -> bytes:
-    """Return a command as sent over the line.
+    """Encode a command for the serial line.
 
     >>> command_frame(7, "STAT?").decode().rstrip()
     '>7 STAT?*EF7F'
@@ -117,13 +117,13 @@ def command_frame(sequence: int, body: str) -> bytes:
 
 
 def reply_frame(reply: BoardReply) -> bytes:
-    """Return a reply as sent over the line."""
+    """Encode a reply for the serial line."""
     payload = f"{reply.sequence} {reply.boot} {reply.code} {reply.value}".encode("ascii")
     return b"<%b*%04X\n" % (payload, crc16(payload))
 
 
 def parse_command(line: bytes) -> tuple[int, str] | None:
-    """Return sequence number and body of a line without its end, or None if it is not a command."""
+    """Parse a command; return its sequence number and body, or None if the line is invalid."""
     match = _checked(COMMAND, line, b">")
     if not match or int(match[1]) > LAST_SEQUENCE:
         return None
@@ -131,7 +131,7 @@ def parse_command(line: bytes) -> tuple[int, str] | None:
 
 
 def parse_reply(line: bytes) -> BoardReply | None:
-    """Return the reply in a line without its end, or None; text before its ``<`` is dropped."""
+    """Parse a reply, ignoring text before its ``<``; return None if the line is invalid."""
     match = _checked(REPLY, line, b"<")
     if not match:
         return None
@@ -147,7 +147,7 @@ def _checked(pattern: re.Pattern[bytes], line: bytes, start: bytes) -> re.Match[
 
 
 def format_status(status: BoardStatus) -> str:
-    """Return the value of a ``STAT?`` reply."""
+    """Format the value of a reply to ``STAT?``."""
     amplitude = "" if status.level is None else f"{status.level:.4f}"
     temperature = "" if status.temperature_c is None else f"{status.temperature_c:.1f}"
     return (
@@ -157,7 +157,7 @@ def format_status(status: BoardStatus) -> str:
 
 
 def parse_status(value: str) -> BoardStatus:
-    """Parse the value of a ``STAT?`` reply; raise ValueError if it is invalid."""
+    """Parse the value of a reply to ``STAT?``; raise ValueError if it is invalid."""
     state, target, amplitude, frequency, voltage, temperature = value.split(",")
     return BoardStatus(
         state=state,
@@ -170,7 +170,7 @@ def parse_status(value: str) -> BoardStatus:
 
 
 def format_limits(limits: BoardLimits) -> str:
-    """Return the value of a ``LIM?`` reply."""
+    """Format the value of a reply to ``LIM?``."""
     return (
         f"{limits.level:.4f},{limits.voltage_v:.3f},{limits.frequency_min_hz:.1f},"
         f"{limits.frequency_max_hz:.1f},{limits.watchdog_ms:.0f},{limits.on_time_s:.0f}"
@@ -178,14 +178,14 @@ def format_limits(limits: BoardLimits) -> str:
 
 
 def parse_limits(value: str) -> BoardLimits:
-    """Parse the value of a ``LIM?`` reply.
+    """Parse the value of a reply to ``LIM?``.
 
     Raises
     ------
     ImpossibleValue
         If the limits are such that no board may have them.
     ValueError
-        If the value is not a ``LIM?`` reply.
+        If the value is not a reply to ``LIM?``.
     """
     amplitude, voltage, lowest, highest, watchdog, on_time = map(_finite, value.split(","))
     shortest_ms, longest_ms = WATCHDOG_MS
@@ -211,19 +211,19 @@ def parse_limits(value: str) -> BoardLimits:
 
 
 def format_list_limits(limits: ListLimits) -> str:
-    """Return the value of a ``LIST:LIM?`` reply."""
+    """Format the value of a reply to ``LIST:LIM?``."""
     return f"{limits.points},{limits.step_ms:.3f},{limits.edge_ms:.3f}"
 
 
 def parse_list_limits(value: str) -> ListLimits:
-    """Parse the value of a ``LIST:LIM?`` reply.
+    """Parse the value of a reply to ``LIST:LIM?``.
 
     Raises
     ------
     ImpossibleValue
         If the limits are such that no board may have them.
     ValueError
-        If the value is not a ``LIST:LIM?`` reply.
+        If the value is not a reply to ``LIST:LIM?``.
     """
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
@@ -251,7 +251,7 @@ def _require(condition: bool, otherwise: str) -> None:
 
 
 def list_commands(loop: Loop) -> list[str]:
-    """Return the commands that play a loop around the settled amplitude.
+    """Return the commands that play a loop on a settled plate.
 
     >>> from slipscale.stimuli.modulation import Loop
     >>> list_commands(Loop(levels=(2, 0.4), step_s=0.025, edge_s=0.002, mean_level=1.2))

@@ -1,7 +1,8 @@
-"""A serial line opened exclusively and read without blocking; every failure is a `PlateFault`.
+"""Read and write a serial port; all failures raise a `PlateFault`.
 
-pyserial reports an unplugged device in half a dozen different ways, some of which are not even
-OSErrors. This module converts all of them to `ConnectionLost`.
+The port is opened exclusively and read without blocking. pyserial reports an unplugged device by
+several exceptions, some of which are not OSErrors. This module converts all of them to
+`ConnectionLost`.
 """
 
 from __future__ import annotations
@@ -24,14 +25,14 @@ try:
 except ImportError:  # Windows has no termios
     termios_error = OSError  # type: ignore[misc, assignment]  # the same name, for the table below
 
-# TypeError: another thread closed the port while this one read.
-# pyserial's own exceptions are OSErrors.
+# A TypeError means that another thread closed the port during a read. pyserial's own exceptions are
+# OSErrors.
 UNPLUGGED = (OSError, termios_error, TypeError)
 
 T = TypeVar("T")
 
 BAUD = 115_200
-SLICE_S = 0.01  # longest wait of one read; the caller handles deadlines
+SLICE_S = 0.01  # longest wait of one read
 
 OPENING: dict[int, tuple[type[PlateFault], str]] = {
     errno.ENOENT: (PlateNotFound, "no such port"),
@@ -46,12 +47,12 @@ OPENING: dict[int, tuple[type[PlateFault], str]] = {
 
 
 class SerialLine:
-    """An open serial port.
+    """Open serial port.
 
     Parameters
     ----------
     port : str
-        ``/dev/ttyACM0``, ``COM3``, or any URL that pyserial opens (``spy://`` logs the traffic).
+        ``/dev/ttyACM0``, ``COM3``, or any URL that pyserial supports (``spy://`` logs the traffic).
     baud : int
         Baud rate.
     """
@@ -72,7 +73,7 @@ class SerialLine:
         self._do(lambda: self._serial.write(data))
 
     def read(self) -> bytes:
-        """Return the available bytes, waiting `SLICE_S` for the first. Raises `ConnectionLost`."""
+        """Return the available bytes; wait `SLICE_S` for the first one. Raises `ConnectionLost`."""
         data: bytes = self._do(lambda: self._serial.read(self._serial.in_waiting or 1))
         return data
 
@@ -89,7 +90,7 @@ class SerialLine:
 
 
 def _opening_fault(port: str, error: Exception) -> PlateFault:
-    # On Windows, pyserial provides no errno; the message contains the text from Windows.
+    # On Windows, pyserial provides no errno, but the message contains the text from Windows.
     number = getattr(error, "errno", None)
     if number in OPENING:
         fault, what = OPENING[number]

@@ -1,4 +1,4 @@
-"""Checks of a driver board's status while it presents a surface."""
+"""Check the status of a driver board while it presents a surface."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 }
 
 
-# Number of periods in which the board must correct a list's mean. It corrects by 5 % per period
-# (four suffice if Q drops from 60 to 50), and reads a period when it is over.
+# Number of periods within which the board must correct the mean of a list. It corrects by 5 % per
+# period, so four corrections are enough if Q drops from 60 to 50.
 CORRECTED_PERIODS = 6
-# Not a state of the board: it follows a finger between ramps, and nothing has settled.
+# State of a plate that follows a finger between ramps; the board does not report this state.
 FOLLOWS = "FOLLOWS"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """The presentation that the heartbeat checks. A new object is made for each presentation."""
+    """Presentation that the heartbeat checks."""
 
     level: float  # mean, for a texture
     state: str = "HOLD"
     resettling_s: float = 0.3  # the board corrects its voltage when a finger comes or goes
-    predicted_v: float | None = None  # by the calibration; for a texture's largest amplitude
+    predicted_v: float | None = None  # from the calibration, for a texture's largest amplitude
 
     def what(self, quantity: Quantity) -> str:
-        """Return a description of the commanded level."""
+        """Describe the commanded level."""
         mean = "a texture with a mean of " if self.state == "LIST" else ""
         return mean + quantity.short(self.level)
 
@@ -57,7 +57,7 @@ class ActivePresentation:
 def check_status(
     status: BoardStatus, active: ActivePresentation, limits: PlateLimits, *, port: str
 ) -> None:
-    """Raise a `PlateFault` unless the plate presents what was commanded."""
+    """Raise a `PlateFault` if the status does not match the commanded presentation."""
     if status.state in SILENCED:
         fault, why = SILENCED[status.state]
         raise fault(f"{port}: {why}")

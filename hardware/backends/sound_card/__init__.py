@@ -1,1 +1,1 @@
-"""A plate driven by a sound card."""
+"""Drive a plate with a sound card."""

@@ -1,4 +1,4 @@
-"""Samples for a sound card: a sine with a ramped amplitude (pure functions)."""
+"""Compute the samples of a sine with a ramped amplitude."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ RAMP_S = 0.025  # from silence to full scale, to avoid a click
 
 
 class Carrier:
-    """A sine that is continuous in phase and amplitude across blocks.
+    """Sine that is continuous in phase and amplitude across blocks of samples.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Carrier:
     Attributes
     ----------
     frequency_hz : float
-        Frequency of the sine. It may be changed at any time; the phase is continuous.
+        Frequency of the sine. It may be changed at any time without a phase jump.
     target : float
         Target amplitude, 0 to 1 (full scale).
     level : float
@@ -38,7 +38,7 @@ class Carrier:
         self._phase = 0.0
 
     def samples(self, count: int) -> NDArray[np.float32]:
-        """Return the next samples; each moves the amplitude towards the target by at most one step.
+        """Return the next samples, and ramp the amplitude towards the target.
 
         Returns
         -------

@@ -1,4 +1,4 @@
-"""A sound card and an amplifier: the carrier as samples, for a laboratory without a driver board.
+"""Drive a plate with a sound card and an amplifier, if there is no driver board.
 
 SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a name, as
 ``python -m sounddevice`` lists them, with
@@ -18,9 +18,9 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
                   frequency; not for a plate in volts
 ================  ===============================================================
 
-At the end of a session, the carrier is ramped down. If this process is killed, the operating
-system closes the device. If the machine freezes, **nothing** stops a card that repeats its last
-buffer: use a hardware interlock (docs/how-to/function-generator.md). Nothing is measured.
+At the end of a session, the carrier is ramped down. If the process is killed, the operating system
+closes the device. If the computer freezes, **nothing** stops a card that repeats its last buffer:
+use a hardware interlock (docs/how-to/function-generator.md). The vibration is not measured.
 """
 
 from __future__ import annotations
@@ -56,11 +56,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
 
 RATE_HZ = 192_000.0
-PASSBAND = 0.45  # fraction of the rate that converters pass without loss
+PASSBAND = 0.45  # highest usable frequency, as a fraction of the sampling rate
 CHANNELS = 2
 ATTENTION_S = 5.0
 POLL_S = 0.002
-ENDS_S = 1.0  # longest time in which a device may request a ramp's samples
+ENDS_S = 1.0  # longest time until a device requests the samples of a ramp
 
 
 def _channel(text: str) -> int:
@@ -79,36 +79,35 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class SoundCard(PlateDriver):
-    """A plate driven by a sound card.
+    """Plate that is driven by a sound card.
 
     Parameters
     ----------
     device : str
-        Number or name; "" is the system's default.
+        Number or name of the device; "" is the system's default device.
     clock : Clock
         Provides the readbacks' times; waits use the machine's clock.
     limits : PlateLimits
-        Limits at the plate. The frequencies are limited to those that the rate supports.
+        Limits at the plate. The sampling rate further limits the frequencies.
     calibration : Calibration
         Required to present surfaces, but not for `excite`.
     plate_file : PlateFile
-        Stored with the data; its ``amplifier_gain`` is the full scale.
+        Plate file, which is stored with the data. Its ``amplifier_gain`` is the full scale.
     full_scale_v : float
-        V peak at the plate of a full-scale sine; default: the calibration's.
+        V peak at the plate of a full-scale sine; by default, as in the calibration.
     rate_hz : float
         Samples per second.
     channel : int
         1 or 2.
     attention_s : float
-        The carrier stops after this time without a command or `check`; 0: never.
+        Time without a command or `check` after which the carrier stops; 0 means never.
     drive : DriveOfLevel
         The drive for a plate in a quantity other than µm; default: the calibration's.
 
     Raises
     ------
     UserError
-        If the full scale is unknown, or two sources disagree; or the rate is too low for the
-        frequencies.
+        If the full scale is unknown, if two sources disagree, or if the sampling rate is too low.
     """
 
     name = "sound"
@@ -160,7 +159,7 @@ class SoundCard(PlateDriver):
         self._stream: Any = None
         self._underflows = 0
         self._unattended = False
-        self._aborted = False  # stopped here, so that nothing more is played
+        self._aborted = False  # Stop here, so that nothing more is played.
 
     def _connect(self) -> PlateIdentity:
         self._close()
@@ -200,7 +199,7 @@ class SoundCard(PlateDriver):
                 f"sound device '{self.device}': it cannot be opened with {CHANNELS} channels at "
                 f"{carrier.rate_hz:g} Hz ({error})"
             ) from error
-        # Cards report no serial number: another card or channel counts as another device.
+        # Cards report no serial number, so each card and channel counts as a device.
         return PlateIdentity(
             manufacturer="sound card",
             model=str(about["name"]),
@@ -249,7 +248,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _until_ramped(self) -> None:
-        """Wait until the device has requested the last sample of a ramp."""
+        """Wait until the device has requested all samples of a ramp."""
         begun_s = self._machine.now()
         while self._carrier.level != self._carrier.target:
             if self._machine.now() - begun_s > RAMP_S + ENDS_S:
@@ -273,7 +272,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _attend(self) -> None:
-        """Signal to the carrier that the session is alive; raise a pending fault."""
+        """Inform the carrier that the session is alive; raise a pending fault."""
         name = f"sound device '{self.device}'"
         if self._stream is None:
             raise ConnectionLost(f"{name}: not connected")
@@ -331,7 +330,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     ------
     UserError
         If the device does not exist, an option is unknown, the full scale is missing, or the
-        calibration cannot be used.
+        calibration is unusable.
     """
     device, options, plate = addresses.opened(address, SoundCard.name, OPTIONS)
     if not device:

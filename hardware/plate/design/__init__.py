@@ -1,1 +1,1 @@
-"""Design of plates: from requirements to sizes."""
+"""Design plates that meet given requirements."""

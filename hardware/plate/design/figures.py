@@ -1,4 +1,4 @@
-"""Figures of the plate's models: Figs. 8, 9, 11 and 12 of the paper."""
+"""Plot the results of the plate models, as in Figs. 8, 9, 11 and 12 of the paper."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a fraction of the plate
 def deflection_figure(
     section: BeamSection, voltage_v: float = 15.0, wanted_um_peak: float = 1.5
 ) -> Any:
-    """Draw Fig. 8: dynamic deflection against half-wave length."""
+    """Plot Fig. 8: dynamic deflection against half-wave length."""
     figure, axes = canvas()
     half_wave = np.linspace(2, 20, 200)
     axes.plot(half_wave, section.dynamic_deflection_um_peak(half_wave, voltage_v), color=BLUE)
@@ -55,22 +55,22 @@ def frequency_figure(
     measured: tuple[float, float] | None = None,
     harmonic_peak: tuple[float, float] | None = None,
 ) -> Any:
-    """Draw Fig. 9: resonance against half-wave length by beam, Timoshenko's beam and FE.
+    """Plot Fig. 9: resonance against half-wave length, by three models.
 
     Parameters
     ----------
     printed, wide : BeamSection
-        The paper's section and the plane-strain one.
+        Section of the paper, and section in plane strain.
     numerical_khz : mapping of float to float, optional
         Finite-element frequencies in kHz by half wave in mm.
     floor_hz : float
-        Lowest frequency that the squeeze number allows.
+        Lowest frequency allowed by the squeeze number.
     least_mm : float, optional
-        Shortest half wave that the amplitude allows. If given, the admissible range is shaded.
+        Shortest half wave allowed by the amplitude. If given, the admissible range is shaded.
     measured : tuple of 2 floats, optional
         Half wave in mm and frequency in kHz of a measured plate.
     harmonic_peak : tuple of 2 floats, optional
-        Half wave in mm and frequency in kHz of the peak in the whole plate's harmonic analysis.
+        Half wave in mm and frequency in kHz of the peak in a harmonic analysis of the whole plate.
     """
     figure, axes = canvas()
     half_wave = np.linspace(8, 21, 200)
@@ -118,16 +118,16 @@ def frequency_figure(
 
 @styled
 def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = None) -> Any:
-    """Draw Fig. 11: a mode's shape on the touch surface, in perspective and from above.
+    """Plot Fig. 11: the shape of a mode on the touch surface, in perspective and from above.
 
     Parameters
     ----------
     found : Modes
         Modes of a whole plate.
     mode : int, optional
-        Index of the mode; default: the driven one.
+        Index of the mode; by default, the driven mode.
     title : str, optional
-        Default: the mode's frequency.
+        Title; by default, the frequency of the mode.
     """
     from matplotlib.figure import Figure  # noqa: PLC0415 - only needed for figures, see figure_style
 
@@ -148,7 +148,7 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
         edgecolor="#55555560",
         antialiased=True,
         shade=False,
-        rasterized=True,  # as vectors, 10,000 faces would take half a minute to write
+        rasterized=True,  # Writing 10,000 faces as vectors would take half a minute.
     )
     drawn.set_clip_on(False)
     upper.set_box_aspect((np.ptp(x), np.ptp(y), 2 * height), zoom=1.3)
@@ -171,19 +171,19 @@ def mode_figure(found: Modes, mode: int | None = None, *, title: str | None = No
 
 @styled
 def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
-    """Draw the amplitude on the touch surface at resonance, µm peak to peak, with nodal lines.
+    """Plot the amplitude on the touch surface at resonance, with nodal lines.
 
     Parameters
     ----------
     found : Modes
-        Modes of a plate; all of them are superposed.
+        Modes of a plate, which are superposed.
     voltage_v : float
-        Drive, V peak.
+        Drive voltage in V peak.
     """
     edge = harmonic(found, voltage_v=voltage_v)
     loss = 1 / found.parts.layout.ceramic.quality_factor
     top, amplitude_um_peak = surface_response_um(found, edge.peak_hz, voltage_v, loss)
-    # The component in phase with the largest amplitude is zero on the nodal lines.
+    # On nodal lines, the component in phase with the largest amplitude is zero.
     largest = amplitude_um_peak[np.argmax(np.abs(amplitude_um_peak))]
     together = np.real(amplitude_um_peak * np.conj(largest) / np.abs(largest))
     x, y, w = _on_a_grid(found, top, together)
@@ -205,20 +205,20 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
 
 
 def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
-    """Return x, y (mm) and scaled w of a mode on a fine regular grid on the touch surface."""
+    """Interpolate x, y (in mm) and scaled w of a mode on a fine grid on the touch surface."""
     top = found.parts.on_top
     x, y, w = _on_a_grid(found, top, found.shape[index, 2, top])
     return x, y, w / np.nanmax(np.abs(w))
 
 
 def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
-    """Interpolate x, y (mm) and w on the whole touch surface from the values at its nodes."""
+    """Interpolate x, y (in mm) and w on a grid from the values at the nodes."""
     from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
 
     parts = found.parts
     at = parts.nodes[:2, top] * 1e3
     half = np.array([parts.layout.length_mm, parts.layout.width_mm]) / 2
-    if parts.quarter:  # mirrored, so that the interpolation is smooth across the planes
+    if parts.quarter:  # Mirrored, so that the interpolation is smooth across planes of symmetry.
         for axis, mirror in enumerate(parts.mirrors):
             other = at.copy()
             other[axis] *= -1
@@ -227,7 +227,7 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
         w = w[unique]
     x, y = np.meshgrid(np.linspace(-half[0], half[0], 131), np.linspace(-half[1], half[1], 77))
     smooth, nearest = (griddata(at.T, w, (x, y), method=method) for method in ("cubic", "nearest"))
-    # The rim of a disc is beyond its outermost nodes.
+    # The edge of a disc is beyond the outermost nodes.
     on_plate = parts.layout.outline.holds(x, y)
     return x, y, np.where(on_plate, np.where(np.isnan(smooth), nearest, smooth), np.nan)
 
@@ -246,7 +246,7 @@ def harmonic_figure(
     *,
     voltage_v: float = 15.0,
 ) -> Any:
-    """Draw Fig. 12: amplitude of a surface point against frequency.
+    """Plot Fig. 12: amplitude at a point of the touch surface against frequency.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def harmonic_figure(
     published : tuple of 2 floats, optional
         Frequency in kHz and amplitude in µm peak to peak of a published peak.
     voltage_v : float
-        Drive of the curves, V peak; only shown in the title.
+        Drive voltage in V peak, for the title.
     """
     figure, axes = canvas()
     styles = ((BLUE, "-"), (ORANGE, "--"), (GREEN, "-."), (VERMILION, ":"))

@@ -1,4 +1,4 @@
-"""A plate's design brief: the TOML file of `slipscale plate design`, and its validation."""
+"""Read and validate the TOML file with requirements for `slipscale plate design`."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, P1_91_TA
 LIMITS = PlateLimits()
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
-Span = Annotated[float, Field(gt=0, le=300)]  # workspace in mm; larger ones cannot be meshed
-Length = Annotated[float, Field(ge=2, le=300)]  # ceramic in mm; shorter ones would be too many
+Span = Annotated[float, Field(gt=0, le=300)]  # largest workspace in mm that can be meshed
+Length = Annotated[float, Field(ge=2, le=300)]  # shortest ceramic in mm
 AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: the limit of linear bending
 QUALITY_MAX = 2_000.0  # commercial hard piezoceramics reach about 1,500
 Border = Annotated[float, Field(ge=0, le=50)]
@@ -26,14 +26,14 @@ Row = tuple[float, ...]  # `slipscale.hardware.plate.materials.Piezoceramic` che
 
 
 class Requirements(FrozenTable):
-    """The plate's requirements; the defaults are the paper's (Sections II and III)."""
+    """Requirements for a plate. The defaults are those in Sections II and III of the paper."""
 
     workspace_mm: tuple[Span, Span] = (57.0, 45.0)
     finger_place: Literal["middle", "edge"] = "middle"
     voltage_v: Positive = 15.0
     amplitude_um_peak: Annotated[float, Field(gt=0, le=AMPLITUDE_MAX_UM_PEAK)] = 1.5
     roughness_um: Positive = 0.6
-    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # fingers do not press harder
+    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # largest force of a finger
     squeeze_number: Positive = 10.0
     squeeze_amplitude_um_peak: NotNegative = 3.0
     squeeze_roughness_um: Positive = 1.6
@@ -49,14 +49,14 @@ class Requirements(FrozenTable):
 
 
 class BeamConstants(FrozenTable):
-    """The ceramic's constants for the beam model."""
+    """Constants of the ceramic for the beam model."""
 
     modulus_pa: Positive = P1_91_TABLE_II.modulus_pa
     d31_m_v: Annotated[float, Field(ge=-1e-7, le=1e-7)] = P1_91_TABLE_II.d31_m_v
 
 
 class FullConstants(FrozenTable):
-    """The ceramic's constants for Timoshenko's beam and the finite elements."""
+    """Constants of the ceramic for Timoshenko's beam and for finite elements."""
 
     stiffness_pa: tuple[Row, ...] = P1_91.stiffness_pa
     coupling_c_m2: tuple[Row, ...] = P1_91.coupling_c_m2
@@ -64,7 +64,7 @@ class FullConstants(FrozenTable):
 
 
 class Ceramic(FrozenTable):
-    """The available ceramics."""
+    """Available ceramics."""
 
     name: str = "P1-91"
     lengths_mm: Annotated[tuple[Length, ...], Field(min_length=1)] = (11.0, 15.0)
@@ -78,7 +78,7 @@ class Ceramic(FrozenTable):
 
 
 class PassivePlate(FrozenTable):
-    """The passive plate."""
+    """Passive plate."""
 
     name: str = COPPER_BERYLLIUM.name
     thickness_mm: Positive = 2.0
@@ -89,7 +89,7 @@ class PassivePlate(FrozenTable):
 
 
 class _Outline(FrozenTable):
-    """A rectangle, given by its size, or a disc, given by its diameter."""
+    """Outline of a rectangle with a size, or of a disc with a diameter."""
 
     size_mm: tuple[Length, Length] | None = None
     diameter_mm: Length | None = None
@@ -101,24 +101,24 @@ class _Outline(FrozenTable):
         return self
 
     def region(self, at_mm: tuple[float, float] = (0.0, 0.0)) -> Region:
-        """Return the shape with its middle at a place."""
+        """Return the shape with its centre at a given position."""
         if self.diameter_mm is None:
             return Region(at_mm=at_mm, size_mm=self.size_mm or (0.0, 0.0))
         return Region(at_mm=at_mm, size_mm=(self.diameter_mm,) * 2, disc=True)
 
 
 class DrawnPatch(_Outline):
-    """One piezo element at any position; positions count from the middle of the plate."""
+    """Piezo element at any position, measured from the centre of the plate."""
 
     at_mm: tuple[Finite, Finite] = (0.0, 0.0)
     polarity: Literal[1, -1] = 1
 
 
 class DrawnPlate(_Outline):
-    """A plate with elements at any positions, solved as it is drawn."""
+    """Plate with piezo elements at given positions."""
 
     name: str
-    # The most driven mode of this band is used; by default, the frequencies of shipped drivers.
+    # The mode that is driven most strongly in this band is used.
     band_hz: tuple[Positive, Positive] = (LIMITS.frequency_min_hz, LIMITS.frequency_max_hz)
     finger_at_mm: tuple[Finite, Finite] = (0.0, 0.0)
     patch: Annotated[tuple[DrawnPatch, ...], Field(min_length=1)]
@@ -132,7 +132,7 @@ class DrawnPlate(_Outline):
 
 
 class Brief(FrozenTable):
-    """The complete brief; an empty brief describes the paper's plate."""
+    """Complete design brief. An empty brief describes the paper's plate."""
 
     title: str = "Biet 2007"
     requirements: Requirements = Requirements()
@@ -150,11 +150,11 @@ class Brief(FrozenTable):
 
 
 def read(path: Path) -> Brief:
-    """Read the brief in a TOML file.
+    """Read a design brief from a TOML file.
 
     Raises
     ------
     UserError
-        If the file cannot be read, is not valid TOML, or has errors; all errors are listed.
+        If the file cannot be read, is not valid TOML, or has errors. All errors are listed.
     """
     return read_toml(path, Brief)

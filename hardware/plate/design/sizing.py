@@ -1,9 +1,9 @@
-"""From a plate's requirements to half waves and sizes that meet them: Section III as a procedure.
+"""Compute half waves and plate sizes from requirements, following Section III of the paper.
 
-The amplitude requires a sufficiently long half wave (equation 37). The squeeze number requires a
-sufficiently high frequency, and thus a sufficiently short half wave. Candidates in between are
-worth solving with finite elements, which decide whether they are admissible (`verdict`). A plate
-with n ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
+The required amplitude determines a shortest half wave (equation 37). The required squeeze number
+determines a lowest frequency, and thus a longest half wave. Plates in between are candidates, and
+finite elements decide whether they are admissible (`verdict`). A plate with n ceramics in a row is
+driven in its free-free mode with n + 1 nodal lines.
 """
 
 from __future__ import annotations
@@ -23,12 +23,12 @@ from slipscale.stimuli.film.reynolds import WorkingPoint
 if TYPE_CHECKING:
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
 
-_COLUMNS_MORE = 4  # additional ceramics to consider, beyond those that the workspace requires
+_COLUMNS_MORE = 4  # ceramics to consider beyond those that the workspace requires
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """One plate size.
+    """Candidate for the size of a plate.
 
     Parameters
     ----------
@@ -39,17 +39,17 @@ class Candidate:
     length_mm, width_mm : float
         Size of the plate.
     half_wave_mm : float
-        Distance between nodal lines under the ceramics: their length/(n + 1/2), for the n + 1
-        lines of a free-free beam without a border; the paper divides by n + 1.
+        Distance between nodal lines under the ceramics: total length/(n + 1/2) for a free-free beam
+        without a border, which has n + 1 nodal lines. The paper divides by n + 1.
     frequency_hz : float
         Resonance of Timoshenko's beam in plane strain at that half wave.
     amplitude_um_peak : float
-        Deflection at resonance from equation (37). The finite-element model gives two thirds of it
-        at the plate's edge and less than half in its middle, see `verdict`.
+        Deflection at resonance from equation (37). The finite-element model gives two thirds of
+        this value at the edge and less than half in the middle of the plate, see `verdict`.
     squeeze_number : float
-        At that frequency, for the worst case of the brief.
+        Squeeze number at this frequency, in the worst case of the brief.
     beam_admissible : bool
-        Whether the half wave is within the bounds, so that the beam model admits the plate.
+        Whether the half wave is within the bounds from the beam model.
     """
 
     ceramic_length_mm: float
@@ -66,28 +66,28 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """The designs that a brief allows.
+    """Designs that a brief allows.
 
     Parameters
     ----------
     frequency_min_hz : float
-        Lowest frequency: from the squeeze number or as required, whichever is higher.
+        Lowest frequency: from the squeeze number, or the required one if higher.
     half_wave_min_mm : float
         Shortest half wave that reaches the amplitude.
     half_wave_max_mm : float
-        Longest half wave above the lowest frequency, from Timoshenko's beam in plane strain.
+        Longest half wave for the lowest frequency, from Timoshenko's beam in plane strain.
     half_wave_max_printed_mm : float
-        The same from the paper's equation (38).
+        Longest half wave for the lowest frequency, from equation (38) of the paper.
     relative_friction : float
-        From Reynolds' equation (3), at the brief's amplitude, roughness and force and the lowest
-        frequency.
+        Relative friction from Reynolds' equation (3), at the lowest frequency and at the amplitude,
+        roughness and force in the brief.
     relative_friction_band : tuple of 2 floats
-        Minimum and maximum from the second model, shared load
-        (`slipscale.stimuli.film.shared_load`), which is not validated.
+        Minimum and maximum from the model of a shared load (`slipscale.stimuli.film.shared_load`),
+        which is not validated.
     relative_friction_closed_form : float
-        As `relative_friction`, from the closed form (13), which the paper uses for its design.
+        Relative friction from the closed form (13), which the paper uses.
     closed_form_holds : bool
-        Whether the squeeze number there is at least 10, the paper's criterion.
+        Whether the squeeze number is at least 10, the paper's criterion.
     candidates : tuple of Candidate
         Plates that cover the workspace, admissible or not.
     """
@@ -104,17 +104,17 @@ class Design:
 
     @property
     def beam_admissible(self) -> tuple[Candidate, ...]:
-        """The plates that are worth solving with finite elements."""
+        """Candidates that are worth solving with finite elements."""
         return tuple(plate for plate in self.candidates if plate.beam_admissible)
 
 
 def design(brief: Brief) -> Design:
-    """Return the half waves and plates that a brief allows.
+    """Compute the half waves and plates that a brief allows.
 
     Raises
     ------
     UserError
-        If the film would carry more than the finger presses, so that no friction is left to feel.
+        If the film would carry the whole finger, so that there would be no friction.
     """
     wanted = brief.requirements
     printed, wide = sections(brief)
@@ -188,7 +188,7 @@ def design(brief: Brief) -> Design:
 
 
 def sections(brief: Brief) -> tuple[BeamSection, BeamSection]:
-    """Return the brief's beam sections: the paper's kind, and plane strain from full matrices."""
+    """Return the beam sections for a brief: as in the paper, and in plane strain."""
     resonator, ceramic = resonator_of(brief), ceramic_of(brief)
     thickness = {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
@@ -206,7 +206,7 @@ def sections(brief: Brief) -> tuple[BeamSection, BeamSection]:
 
 
 def resonator_of(brief: Brief) -> Isotropic:
-    """Return the brief's resonator material."""
+    """Return the material of the resonator."""
     return Isotropic(
         name=brief.resonator.name,
         young_pa=brief.resonator.young_pa,
@@ -216,7 +216,7 @@ def resonator_of(brief: Brief) -> Isotropic:
 
 
 def ceramic_of(brief: Brief) -> Piezoceramic:
-    """Return the brief's ceramic with its full matrices."""
+    """Return the ceramic with its full matrices."""
     full = brief.ceramic.full
     return Piezoceramic(
         name=brief.ceramic.name,
@@ -229,7 +229,7 @@ def ceramic_of(brief: Brief) -> Piezoceramic:
 
 
 def layout_of(brief: Brief, plate: Candidate) -> Layout:
-    """Return a candidate as a layout for finite elements."""
+    """Convert a candidate to a layout for finite elements."""
     return Layout(
         length_mm=plate.length_mm,
         width_mm=plate.width_mm,
@@ -242,7 +242,7 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
 
 
 def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Return a drawn plate as a layout. Raises UserError if a patch does not fit."""
+    """Convert a drawn plate to a layout. Raises UserError if a patch does not fit."""
     outline = plate.region()
     patches = [
         Patch(region=each.region(each.at_mm), polarity=each.polarity) for each in plate.patch
@@ -260,7 +260,7 @@ def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
 
 
 def _layers(brief: Brief) -> dict[str, Any]:
-    """Return the properties that all layouts of a brief share."""
+    """Return the properties that are common to all layouts for a brief."""
     return {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
         "resonator_thickness_mm": brief.resonator.thickness_mm,
@@ -270,5 +270,5 @@ def _layers(brief: Brief) -> dict[str, Any]:
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:
-    """Return how many pieces, with gaps between them, cover a span."""
+    """Return the number of pieces with gaps that cover a span."""
     return max(1, math.ceil((span_mm + gap_mm) / (piece_mm + gap_mm) - 1e-9))

@@ -1,9 +1,9 @@
-"""Check with finite elements whether a plate meets its requirements at the finger's position.
+"""Check with finite elements whether a plate meets the requirements.
 
-The beam of equation (37) bends uniformly across its width and therefore overestimates the
-amplitude: the paper's plate reaches two thirds of that value at its edge and less than half in its
-middle. The beam model selects the plates worth solving. The solutions are judged here, on meshes
-that are refined until the amplitude changes by less than 4 %.
+The beam model of equation (37) bends uniformly across its width and overestimates the amplitude:
+the paper's plate reaches two thirds of the predicted value at its edge and less than half in its
+middle. The beam model therefore only selects plates to solve. The mesh is refined until the
+amplitude changes by less than 4 %.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ from slipscale.stimuli.surface import pp_from_peak
 if TYPE_CHECKING:
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
 
-CONVERGED = 0.04  # of the amplitude, from one mesh to the next
+CONVERGED = 0.04  # largest change of the amplitude between meshes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """A plate's driven mode from finite elements, with shorted electrodes and the ceramic's Q.
+    """Driven mode of a plate from finite elements, with shorted electrodes and the ceramic's Q.
 
     Parameters
     ----------
     resonance_hz : float
         Resonance of the mode that the ceramics drive most strongly.
     amplitude_um_peak : dict of str to float
-        Amplitude by position, for the brief's voltage. A candidate has "middle" and "edge": the
-        antinode nearest to the middle, on the mid line and at the edge. A drawn plate has
-        "finger" and "largest": the finger's position, and the touch surface's maximum.
+        Amplitude by position, for the voltage in the brief. Positions of a candidate are "middle"
+        and "edge": the antinode nearest to the centre, on the centre line and at the edge.
+        Positions of a drawn plate are "finger" (position of the finger) and "largest" (maximum on
+        the touch surface).
     unknowns : int
-        Number of displacements solved for.
+        Number of unknown displacements.
     uncertainty : float or None
-        Largest relative difference between the amplitudes and those of the previous mesh; None if
-        only one mesh was solved.
+        Largest relative change of the amplitudes from the previous mesh; None for a single mesh.
     """
 
     resonance_hz: float
@@ -55,16 +55,16 @@ class Solution:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Judged:
-    """The verdict on a plate.
+    """Verdict on a plate.
 
     Parameters
     ----------
     solution : Solution or None
-        None if the beam model already rules the plate out, or the plate could not be solved.
+        Solution; None if the beam model excludes the plate or the plate could not be solved.
     why_not : tuple of str
         Unmet requirements; empty if the plate meets all of them.
     needs : tuple of str
-        Requirements beyond a driver's shipped limits: such a plate requires a plate file.
+        Requirements beyond the default limits of a driver, for which a plate file is required.
     """
 
     solution: Solution | None
@@ -73,12 +73,12 @@ class Judged:
 
     @property
     def admissible(self) -> bool:
-        """Whether the plate meets every requirement."""
+        """Whether the plate meets all requirements."""
         return not self.why_not
 
 
 def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple[Modes, Solution]:
-    """Return a plate's modes and its response to the drive. Raises UserError."""
+    """Compute a candidate's modes and its response to the drive. Raises UserError."""
     layout = layout_of(brief, candidate)
     found = plate_modes(layout, near_hz=candidate.frequency_hz, density=density)
     voltage_v = brief.requirements.voltage_v
@@ -93,11 +93,11 @@ def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple
 
 
 def solve_drawn(brief: Brief, plate: DrawnPlate, density: Density) -> tuple[Modes, Solution]:
-    """Return a drawn plate's modes and its response to the drive. Raises UserError."""
+    """Compute a drawn plate's modes and its response to the drive. Raises UserError."""
     layout = drawn_layout(brief, plate)
     low_hz, high_hz = plate.band_hz
     middle_hz, count, reach_hz = (low_hz + high_hz) / 2, MODE_COUNT // 2, 0.0
-    while reach_hz < (high_hz - low_hz) / 2:  # until the modes cover the band
+    while reach_hz < (high_hz - low_hz) / 2:  # Repeat until the modes cover the band.
         count *= 2
         found = modes(layout, middle_hz, count, density=density)
         reach_hz = float(np.abs(found.frequency_hz - middle_hz).max())
@@ -122,7 +122,7 @@ def _solution(found: Modes, amplitude_um_peak: dict[str, float]) -> Solution:
 
 
 def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]]) -> Solution:
-    """Refine the mesh until the solution agrees with the previous one; return the last solution.
+    """Refine the mesh until the amplitudes converge, and return the last solution.
 
     Raises
     ------
@@ -147,7 +147,7 @@ def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]
 
 
 def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged:
-    """Return whether a plate meets the brief; solve it unless the beam model rules it out."""
+    """Check whether a candidate meets the brief, unless the beam model excludes it."""
     if not candidate.beam_admissible:
         return Judged(
             solution=None,
@@ -164,7 +164,7 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
 
 
 def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Judged:
-    """Return whether a drawn plate meets the brief. Raises UserError if it cannot be solved."""
+    """Check whether a drawn plate meets the brief. Raises UserError if it cannot be solved."""
     layout = placed(brief, plate)
     solution = converged(layout, lambda density: solve_drawn(brief, plate, density))
     verdict = judged(brief, solution, frequency_min_hz, place="finger")
@@ -175,7 +175,7 @@ def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Jud
 
 
 def placed(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Return a drawn plate's layout. Raises UserError if a patch or the finger is off the plate."""
+    """Return the layout of a drawn plate. Raises UserError if a part is outside the plate."""
     layout = drawn_layout(brief, plate)
     if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
         raise UserError(
@@ -188,7 +188,7 @@ def placed(brief: Brief, plate: DrawnPlate) -> Layout:
 def judged(
     brief: Brief, solution: Solution, frequency_min_hz: float, *, place: str | None = None
 ) -> Judged:
-    """Compare a solved plate with the brief and with the driver's shipped limits."""
+    """Compare a solved plate with the brief and with the default limits of the driver."""
     wanted, limits = brief.requirements, PlateLimits()
     place = place or wanted.finger_place
     amplitude_um_peak = solution.amplitude_um_peak[place]
