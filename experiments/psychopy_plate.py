@@ -34,9 +34,8 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
     ----------
     spec : str
         As for ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE`` or a
-        laboratory's own backend. A script need not call `check` in every frame, because the
-        heartbeat of a serial board continues as long as the script runs, unless the SPEC specifies
-        otherwise.
+        laboratory's own backend. A script need not call `check` in every frame: by default, the
+        heartbeat of a serial board continues as long as the script runs.
     """
 
     def __init__(self, spec: str = "mock") -> None:

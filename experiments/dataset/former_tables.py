@@ -5,8 +5,8 @@ written, the tables are the only copy. The rules are:
 
 - A run's table is left unchanged if a rebuild would lose a row, or lose a value because of damage.
 - A run's table is left unchanged if the run's journal is lost or truncated within its first record.
-- In a table of several participants or sessions, rows that no journal provides are kept, and so
-  are single values of participants with a lost, truncated or damaged journal.
+- In tables of several participants or sessions, rows that no journal provides are kept. Single
+  values of participants with a lost, truncated or damaged journal are also kept.
 - All such data are reported until the journal is restored or the row is deleted.
 
 Rows of participants who withdrew are always removed.

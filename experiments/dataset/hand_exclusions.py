@@ -60,8 +60,8 @@ def decide(
     Raises
     ------
     UserError
-        If the data set has no data from this participant, if the reason is empty, if the
-        participant already has this status, or if the file cannot be read or written.
+        If the participant has no data or already has this status, the reason is empty, or the file
+        cannot be read or written.
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():

@@ -1,9 +1,8 @@
 """Merge two data sets into a new one, for example from two computers that share a study.
 
 Journals are copied unchanged, and the tables are built from the journals. All contradictions are
-reported together before anything is written. The new data set is written under a temporary name and
-renamed when it is complete, so an interrupted merge leaves no data set and can be repeated with the
-same command.
+reported together before anything is written. The new data set is renamed from a temporary name when
+it is complete. An interrupted merge therefore leaves no data set and can be repeated.
 """
 
 from __future__ import annotations
@@ -55,11 +54,10 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     Raises
     ------
     UserError
-        If one of the folders is not a data set or is in use by a session, if ``out`` already
-        exists, or if the data sets contradict each other: different runs under the same name,
-        pilots and participants, different versions of the study, the same participant under two
-        labels, or a participant who withdrew from only one data set. One message lists all
-        contradictions.
+        If a folder is not a data set or is in use by a session, or if ``out`` already exists. Also
+        if the data sets contradict each other; one message then lists all contradictions: pilots
+        and participants, different runs under the same name, versions of the study, a participant
+        under two labels, or a withdrawal from only one data set.
     """
     sources = (one, other)
     for folder in sources:

@@ -1,7 +1,7 @@
 """Compare a data set with its journals, and report differences by file and row.
 
 The journals are the source of truth. Their own integrity is checked by their running hash and by
-the sidecars, which contain the number of records at the time when the tables were written.
+the number of records in the sidecars.
 """
 
 from __future__ import annotations

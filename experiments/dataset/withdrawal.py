@@ -4,9 +4,8 @@ A withdrawal applies to the data set, its backups and the merged sets that inclu
 list of tasks is recorded before the first file is removed, and the withdrawal is marked as finished
 last. Each step can be repeated, so the same command finishes an interrupted withdrawal.
 
-The label is not used again. The label of the replacement is R followed by the old label, so the
-replacement has the same position in the counterbalancing, which is derived from the number at the
-end of a label.
+The label is not used again. The replacement's label is R followed by the old label. Both labels end
+in the same number, which determines the position in the counterbalancing.
 """
 
 from __future__ import annotations
@@ -92,8 +91,8 @@ def _todo(dataset: Path, participant: str) -> Pending:
     Raises
     ------
     UserError
-        If the data set has no such participant, one of their sessions is running, or a copy is not
-        connected, so that its data would remain.
+        If the data set has no such participant, one of their sessions is running, or a copy of the
+        data is not connected.
     """
     todo = pending(dataset).get(participant)
     if todo is None:

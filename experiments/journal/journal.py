@@ -11,8 +11,8 @@ The rules for flushing data to disk are:
 - `Journal.wait_for` is a barrier, at which a session waits for the last answer before each
   question. A power failure loses nothing that was written before a barrier.
 - `Journal.write` combines both. `append` is used only for records for which a trial must not wait.
-- If the disk fails, the unconfirmed records are removed from the file, and the next call of
-  `append`, `wait_for`, `check` (at each frame) or `close` raises an error.
+- If the disk fails, unconfirmed records are removed from the file. The next call of `append`,
+  `wait_for`, `check` (at each frame) or `close` then raises an error.
 
 `slipscale.experiments.session.session` resumes an interrupted run by replaying these records.
 

@@ -116,9 +116,9 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     """Create our lock file, unless another session has a plausible one.
 
-    If two sessions start simultaneously, only one of them may create the lock file or replace an
-    old one. Each session therefore first creates a temporary file, which only one of them can do,
-    then checks the lock file, and finally renames the temporary file to the name of the lock file.
+    If two sessions start simultaneously, only one of them may create or replace the lock file. A
+    session therefore creates a temporary file, which only one session can do, checks the existing
+    lock file, and renames the temporary file.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")

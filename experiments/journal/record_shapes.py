@@ -213,8 +213,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
     """Return the records of a run with unusable ones replaced by marks, and the reasons.
 
     A record of kind `DAMAGED` replaces each invalid record. A record is invalid if its content does
-    not match its kind, or if it is out of order (for example, a step that ends without a
-    beginning).
+    not match its kind, or if it is out of order.
     """
     kept: list[Record] = []
     damage: list[Damage] = []

@@ -1,7 +1,7 @@
 """The interface of a protocol: options, steps, columns and simulated answers.
 
-A protocol is declared once, as a `Protocol`; `registry` finds it by its entry point. It draws all
-random numbers from its `Context`, so the same seed and labels produce the same run.
+A protocol is declared as a `Protocol`, which `registry` finds by its entry point. A protocol draws
+all random numbers from its `Context`, so the same seed and labels produce the same run.
 `building_blocks` contains parts that several protocols share.
 """
 
@@ -94,7 +94,7 @@ class Context:
     condition : str
         The combination of factor levels; each combination has its own orders.
     task : str
-        The task label, used for its trials and its random numbers.
+        The label of the task, used for its trials and its random numbers.
     """
 
     seed: int
@@ -179,7 +179,7 @@ class TrialRecord:
     measured: Mapping[str, Value] = field(default_factory=dict)
 
     def answer(self, name: str) -> Value:
-        """Return the value of an answer; None if it was not given."""
+        """Return the value of an answer; None if the question was not answered."""
         value: Value = self.answers.get(name, {}).get("value")
         return value
 
@@ -267,9 +267,9 @@ class Protocol:
         lead to, in µm peak to peak, from the options and the context. By default, the amplitudes
         are collected in a rehearsal.
     finest_level : callable, optional
-        Returns the smallest amplitude difference that matters to the task, and the amplitude at
-        which it occurs, in µm peak to peak, from the options and the context. The plate must hold
-        its amplitude more precisely than this difference.
+        Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
+        in µm peak to peak, from the options and the context. The plate must hold its amplitude more
+        precisely than this difference.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable

@@ -150,9 +150,8 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     Raises
     ------
     UserError
-        If the run already exists (possibly under an equivalent participant label); if the data set
-        has the other mode or another study; if the plate is simulated but the run is not a pilot;
-        or if the window cannot be opened.
+        If the run already exists, the data set has another mode or study, the plate of a
+        participant's run is simulated, or the window cannot be opened.
     PlateFault
         If the rig failed; the journal can be resumed.
     """

@@ -46,9 +46,8 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     The title and authors of the shipped study are not copied. The study name is derived from the
     file name.
 
-    The schema is written next to the file and named in its first line, so that editors with support
-    for TOML schemas (Even Better TOML, Taplo) can complete and check the file. An existing schema
-    is replaced, because it contains no user data.
+    The schema is written next to the file, so that editors with support for TOML schemas (Even
+    Better TOML, Taplo) can complete and check the file. An existing schema is replaced.
     """
     if path.exists():
         raise UserError(f"{path} already exists; name a new file")

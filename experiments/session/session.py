@@ -1,9 +1,9 @@
 """The session loop, which carries out a protocol's steps.
 
-**A step is over when its answer is in the journal; only then does the protocol receive the answer.
-The next question is asked only after that answer is on disk.** Therefore, a crash loses at most the
-step in progress, and a power cut at most the last answer. Resuming runs the same loop, which reads
-the first answers from the journal. Data are flushed to disk while surfaces are presented and
+A step is over when its answer is in the journal; only then does the protocol receive the answer.
+The next question is asked only after that answer is on disk. A crash therefore loses at most the
+step in progress, and a power cut at most the last answer. A resumed run uses the same loop, which
+reads the first answers from the journal. Data are flushed to disk while surfaces are presented and
 explored.
 """
 

@@ -2,8 +2,8 @@
 
 A *script* is the sequence of presentations in a trial: one surface and its exploration, or several
 intervals with the silences between them. After a fault, a pause or a crash, the script is repeated
-from its first step before the participant answers a question or feels the next interval. An answer
-is recorded only if the surface is present and the participant has just felt it.
+from its first step before the participant continues. An answer is recorded only if the surface is
+present and the participant has just felt it.
 
 Outside a trial, a surface remains on the plate until the protocol silences the plate. If a trial
 silences its surface before the question, the surface remains part of the script

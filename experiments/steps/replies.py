@@ -29,9 +29,8 @@ class Reply:
         Time from screen onset to the key press that completed the answer; None if the time ran
         out.
     time_source : str
-        Source of the time: "ptb" (the device's time stamp of the key press), "window" (when the
-        window received the key), "operator" (when the operator submitted the answer), "simulated"
-        or "scripted".
+        Source of the time: "ptb" (the device's time stamp), "window" (receipt of the key by the
+        window), "operator" (submission by the operator), "simulated" or "scripted".
     timed_out : bool
         Whether the time limit was reached.
     rejected : tuple of str

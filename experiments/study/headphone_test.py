@@ -4,9 +4,8 @@ The test plays 200 Hz tones, of which one is quieter and one is in antiphase (Wo
 and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
 the air. The test detects headphones that are not worn, not plugged in or not selected. The test by
 Milne et al. (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but rejects a
-fifth of the headphone users, which is too many if an operator is present. The antiphase tone cannot
-reveal a silent side, so noise is first played to each ear. If a participant fails, the operator
-decides what to do.
+fifth of the headphone users. The antiphase tone cannot reveal a silent side, so noise is first
+played to each ear. If a participant fails, the operator decides what to do.
 """
 
 from __future__ import annotations

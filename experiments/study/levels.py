@@ -1,8 +1,8 @@
 """Define the meaning of a study's levels, and check whether they can be presented.
 
 A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
-parameter. A level can be presented if the parameter is in range, the plate limit is respected, and
-the plate, the serial line and the air film respond fast enough
+parameter. A level can be presented if it is in range, does not exceed the plate's limit, and if the
+plate, the serial line and the air film respond fast enough
 (`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
 """
 

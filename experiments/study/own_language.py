@@ -1,8 +1,8 @@
 """Read the texts files of languages that a study defines, and insert them into the study's text.
 
-The texts files are inserted when the study is read, because journals and the data set's ``code``
-folder store the study's text as the record of what a participant read. Slipscale ships only
-languages that its developers could check, because participants cannot detect a bad translation.
+The texts files are inserted when the study is read, because the stored text of the study is the
+record of what a participant read. Slipscale ships only languages that its developers could check,
+because participants cannot detect a bad translation.
 """
 
 from __future__ import annotations

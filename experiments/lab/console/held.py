@@ -1,8 +1,8 @@
 """Run a slipscale command only as long as its standard input stays open.
 
-The console keeps the other end of the pipe open while a plate bench page is open. When the page is
-closed, or when the console ends or is killed, the pipe closes, and the command receives the signal
-to switch the plate off (`slipscale.hardware.signals`).
+The console keeps the other end of the pipe open while a plate bench page is open. When the page or
+the console is closed, the pipe closes, and the command receives the signal to switch the plate off
+(`slipscale.hardware.signals`).
 
 Data written to the pipe become the command's standard input.
 

@@ -1,8 +1,7 @@
 """Apply changes from the editor's form to the text of a study file, and keep its comments.
 
-The functions are pure: a change returns a new text, and nothing is written. If the form cannot make
-a change (the text is not TOML, or a table is written in a form that cannot be extended), the change
-is rejected and must be made in the file itself.
+The functions are pure: a change returns a new text, and nothing is written. Changes that the form
+cannot make are rejected and must be made in the file itself, for example if the text is not TOML.
 """
 
 from __future__ import annotations

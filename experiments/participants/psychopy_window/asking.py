@@ -70,13 +70,13 @@ class Asking(Unmoved):
                 assert_never(question)
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question, the entry, and why the last entry was rejected."""
+        """Return the question, the entry, and the reason for a rejected entry."""
         prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
         left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
         return (prompt, *self._body(), *self._foot(), *self._way_back(), *left)
 
     def _foot(self) -> Scene:
-        """Return the hint, and why the last entry was rejected."""
+        """Return the hint and the reason for a rejected entry."""
         hint = () if self._touch else (scene.hint(self._hint),)
         if not self._notice:
             return hint

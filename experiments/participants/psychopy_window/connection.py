@@ -42,7 +42,7 @@ class WindowLost(RigError):
 
 
 class Connection:
-    """Detects that the X server is gone; does nothing on platforms without X11."""
+    """Detects the loss of the X server; does nothing on platforms without X11."""
 
     def __init__(self) -> None:
         self.lost = False

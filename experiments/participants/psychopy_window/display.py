@@ -1,4 +1,4 @@
-"""The PsychoPy window: opens on the selected screen, draws scenes and paces the frames.
+"""The PsychoPy window, which draws scenes on the selected screen and paces the frames.
 
 PsychoPy is imported when the window opens, because the import takes seconds and reads
 ``sys.argv``, the display and the home directory.
@@ -138,7 +138,7 @@ class Display:
     clock : Clock
         The session clock, used to time the frames.
     full_screen : bool
-        Fill the screen and hide the mouse.
+        Whether to fill the screen and hide the mouse.
     screen : int
         0, 1, ...
     size : tuple of int

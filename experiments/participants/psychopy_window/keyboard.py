@@ -242,10 +242,10 @@ class Keyboard:
     def _hear_keys_where_accents_are_composed(self) -> None:
         """Make X11 send keys to the window itself, not to the child window that is drawn on.
 
-        X11 sends keys to the smallest window under the pointer that listens for keys. pyglet's
-        child window listens, but Xlib composes accents (dead keys, Compose) only for the window of
-        the input context. With the pointer inside the child, ^ e would be received as e. The child
-        therefore stops listening, and X11 passes its keys on to the outer window.
+        X11 sends keys to the smallest window under the pointer that listens for keys. Xlib composes
+        accents (dead keys, Compose) only for the window of the input context, not for pyglet's
+        child window, which would receive ^ e as e. The child therefore stops listening, and X11
+        passes the keys on to the outer window.
         """
         xlib, handle = self._pyglet.libs.x11.xlib, self._handle
         everything_else = handle._default_event_mask & ~(  # noqa: SLF001  pyglet offers no other way

@@ -1,9 +1,9 @@
 """The contents of a screen as plain data: texts, key caps and bars, readable from 1 m.
 
-Lengths are fractions of the screen height, the origin is at the centre, and y points up. On a 24
-inch monitor (0.30 m high), the smallest text that participants must read has a size of 0.036 and an
-x-height of 5.8 mm (0.54 of the size in Noto Sans). At 1 m, this is 20 minutes of arc, four times
-the size that normal vision requires to distinguish letters.
+Lengths are fractions of the screen height, the origin is at the centre, and y points up. The
+smallest text that participants must read has a size of 0.036. Its x-height is 5.8 mm on a 24 inch
+monitor (0.54 of the size in Noto Sans). At 1 m, this is 20 minutes of arc, four times the size that
+normal vision requires to distinguish letters.
 """
 
 from __future__ import annotations

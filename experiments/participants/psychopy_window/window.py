@@ -38,9 +38,9 @@ class PsychoPyWindow:
     clock : Clock
         The session's clock, for onsets and response times.
     pilot : bool
-        Show on every screen that this is a pilot run.
+        Whether every screen shows that this is a pilot run.
     full_screen : bool
-        Fill the screen and hide the mouse.
+        Whether to fill the screen and hide the mouse.
     screen : int
         Monitor number: 0, 1, ...
     size : tuple of int

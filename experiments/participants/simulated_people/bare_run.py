@@ -1,9 +1,9 @@
 """Run a protocol with a simulated person only, without session, plate or journal, for planning.
 
-The protocol, the order of its questions, the person and the answers are the same as in a full
-session on the mock plate, but a run is many times faster. There are two differences. A texture is
-felt as its mean amplitude; in a session it is felt at several points of the stroke. A notch of an
-adjustment takes only the person's time; on a plate, the amplitude also has to settle.
+The questions and answers are the same as in a session on the mock plate, but a run is many times
+faster. There are two differences. A texture is felt as its mean amplitude; in a session it is felt
+at several points of the stroke. A notch of an adjustment takes only the person's time; on a plate,
+the amplitude also has to settle.
 """
 
 from __future__ import annotations

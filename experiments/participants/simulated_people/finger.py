@@ -1,4 +1,4 @@
-"""The finger of a simulated participant, which strokes the plate at an individual speed and force.
+"""The finger of a simulated participant, with an individual speed and force.
 
 =================  ========================  ==================================================
 what               value                     source

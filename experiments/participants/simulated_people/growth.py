@@ -1,8 +1,8 @@
 """The growth of sensation with the levels of a study: one stated assumption per quantity.
 
-The paper reports sensations for four amplitudes of one plate (`population`). For another quantity,
-we assume that the ends of a study's range feel like the ends of the paper's range, that sensation
-between them follows the table below, and that people differ as much as in the paper.
+The paper reports sensations for four amplitudes of one plate (`population`). For other quantities,
+we assume that the ends of a study's range feel like the ends of the paper's range, and that people
+differ as much. Between the ends, sensation follows the table below.
 """
 
 from __future__ import annotations

@@ -351,8 +351,8 @@ def read_population(name: str) -> Population:
     Raises
     ------
     UserError
-        If the population does not exist, the file has errors (all are reported at once, with line
-        numbers), or a package uses the name of a shipped population.
+        If the population does not exist, the file has errors, or a package uses the name of a
+        shipped population.
     """
     if name in POPULATIONS and name in behaviour_names():
         raise UserError(

@@ -1,9 +1,9 @@
 """Generate the answers of one simulated person, independently of plate, clock and files.
 
-Every answer depends only on the seed, the participant, the run, the trial, the question, the number
-of earlier answers to this question in the trial, and the sensations. Only answers on disk count as
-earlier answers. An interrupted and resumed pilot therefore gives the same data as an uninterrupted
-one, and a question that a protocol repeats gets a new answer.
+Every answer depends only on the sensations and on the seed, participant, run, trial, question and
+number of earlier answers to the question. Only answers on disk count as earlier answers. A resumed
+pilot therefore gives the same data as an uninterrupted one, and a repeated question gets a new
+answer.
 """
 
 from __future__ import annotations

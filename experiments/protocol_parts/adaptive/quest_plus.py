@@ -1,9 +1,9 @@
 """QUEST+: present the level at which the next answer is expected to be most informative.
 
 Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease in the posterior's entropy
-is the mutual information between answer and parameters: the entropy of the predicted answer, minus
-the mean entropy of the answer given the parameters. Both terms are products of a fixed table and
-the posterior.
+is the mutual information between answer and parameters. This is the entropy of the predicted
+answer, minus the mean entropy of the answer given the parameters. Both terms are products of a
+fixed table and the posterior.
 """
 
 from __future__ import annotations
@@ -152,7 +152,7 @@ class QuestPlusTrack:
     rule : QuestPlus
         The grids.
     posterior : array, shape (combinations,)
-        Weights with sum 1; read-only.
+        Weights of the parameter combinations, with sum 1; read-only.
     trials : int
         Number of answers so far.
     """

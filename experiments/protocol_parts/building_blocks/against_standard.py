@@ -78,12 +78,12 @@ class AgainstStandard(RatedSurfaces):
         self._left = 0  # number of trials until the standard is due again
 
     def start(self) -> Steps:
-        """Make the standard due before the next trial."""
+        """Request the standard before the next trial."""
         self._left = 0
         yield from ()
 
     def between(self) -> Steps:
-        """Yield a rest if one is due; the standard is then also due."""
+        """Yield a rest if one is due; after a rest, the standard is also due."""
         if self.rest_due:
             self._left = 0
         yield from super().between()

@@ -36,8 +36,8 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     Raises
     ------
     UserError
-        If there is only one kind, which would have to follow itself, or if generating the order
-        would take more than a second, because the exact counts become too long.
+        If there is only one kind, or so many copies that generating the order would take more than
+        a second.
     """
     if kinds == 1 and each > 1:
         raise UserError(ALONE)

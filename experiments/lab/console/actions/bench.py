@@ -23,9 +23,9 @@ TYPED = "typed"  # the operator types the readings, point by point
 class Calibrate(Form):
     """Calibrate the folder's plate; without ``keep``, the plate is only measured.
 
-    ``table`` names a CSV file in the folder with earlier readings, and ``serial`` the device that
-    drove the plate during these readings; with `TYPED`, the operator types each reading. The sweep
-    range is in Hz and V peak; empty fields take the command's defaults.
+    ``table`` names a CSV file with earlier readings, and ``serial`` the device that drove the plate
+    at that time. With `TYPED`, the operator types each reading. The sweep range is in Hz and V
+    peak; empty fields take the command's defaults.
     """
 
     by: Annotated[str, Field(min_length=1, max_length=200)]
