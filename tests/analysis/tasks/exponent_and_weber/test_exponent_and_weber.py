@@ -135,7 +135,7 @@ def test_an_exponent_that_may_be_none_is_said_to_be_so():
     "tasks,words",
     [
         (NotComputed("no trials of forced choice"), "no Weber fraction (no trials"),
-        ((task([0.04] * 5, standard=None),), "difference: no standard above 0"),
+        ((task([0.04] * 5, standard=None),), "difference: there is no standard above 0"),
         ((task([0.04, None, None, None, 0.05]),), "a Weber fraction: 2 (at least 3 are needed)"),
     ],
 )
