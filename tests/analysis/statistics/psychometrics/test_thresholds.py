@@ -311,7 +311,7 @@ def test_catch_trials_of_no_vibration_tell_the_guess_rate_of_yes():
 @pytest.mark.parametrize(
     "levels,correct,words",
     [
-        ([0.1, 0.2, 0.3], [20, 20, 20], "every answer is the same"),
+        ([0.1, 0.2, 0.3], [20, 20, 20], "all answers are the same"),
         ([0.1], [12], r"levels above 0: 1 \(at least 2 are needed\)"),
         ([0.0, 0.1], [9, 15], "levels above 0: 1"),
         ([0.1, 0.2, 0.3, 0.4], [20, 15, 12, 9], "do not improve|far outside"),
