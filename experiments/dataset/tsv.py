@@ -15,7 +15,7 @@ DIGITS = 6
 
 
 def cell(value: Value) -> str:
-    r"""Return a value in the form in which tables contain it.
+    r"""Format a value for a table.
 
     >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
     ('n/a', '2', '12.345679', 'a b')

@@ -64,7 +64,7 @@ class RunSummary:
     doing : str
         The step that started last: its type, a colon, and the name of the question, if any.
     consent : {"", "yes", "no"}
-        The participant's last answer; empty if the study does not ask for consent.
+        The participant's last answer; empty if the participant was not asked.
     """
 
     trials: int = 0

@@ -274,7 +274,7 @@ class Protocol:
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
         Returns whether any surface depends on position, from the options. If so, the finger's
-        position must be measured. By default, no surface does.
+        position must be measured. The default is False.
     textures : bool
         Whether the protocol presents the study's textures. If so, ``texture`` must be one of its
         columns, unless its trials have intervals.

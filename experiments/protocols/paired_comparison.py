@@ -1,9 +1,9 @@
 """Paired comparison: for each pair of surfaces, the participant chooses the more slippery one.
 
-With ``triads``, three surfaces are presented in rising or falling order, and the participant
-judges which of the two steps between them is larger. These judgements give a difference scale
-(Maloney and Yang 2003, J. Vis. 3(8):5). Pairs include the study's textures. Triads do not, because
-textures have no order.
+With ``triads``, three surfaces are presented in rising or falling order, and the participant judges
+which of the two steps between them is larger. These judgements give a difference scale (Maloney and
+Yang 2003, J. Vis. 3(8):5). Pairs include the study's textures; triads do not include textures,
+which have no order.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Sequences follow ISO/TS 9241-411:2012. In one dimension, targets alternate betwe
 dimensions, targets are opposite discs on a ring. Each movement begins when the participant selects
 the start, so that an interruption never lengthens a movement time.
 
-With feedback, the plate has one level within the target bar and another elsewhere, along the
+With feedback, the plate has one level on the target bar and another level elsewhere along the
 stroke. The finger's position must be measured. `slipscale.analysis.tasks.pointing` computes the
 throughput.
 """

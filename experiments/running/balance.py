@@ -70,7 +70,7 @@ def order_balance(
 
 
 def task_balance(first: Iterable[str]) -> str:
-    """Describe in one sentence how often each task in ``first`` (one per run) comes first."""
+    """Describe in one sentence how often each task comes first, given every run's first task."""
     counts = Counter(first)
     each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
     even = len(counts) > 1 and len(set(counts.values())) == 1

@@ -124,7 +124,7 @@ def open_sources(
     opened: dict[Kind, NamedSource] = {}
     for kind, spec in specs.used.items():
         source = stack.enter_context(open_source(kind, spec, surroundings))
-        if isinstance(source, EmulatedStage):  # the stage moves under the simulated finger
+        if isinstance(source, EmulatedStage):  # this stage moves the simulated finger
             surroundings = replace(surroundings, finger=source)
         opened[kind] = NamedSource(spec=spec, source=source)
     return opened

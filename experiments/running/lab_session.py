@@ -162,7 +162,7 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     path = plan.journal_path(dataset)
     state = run_state(path)
     if state != "free":
-        # `Journal.create` also checks this, but only after the plate has moved.
+        # Reported before anything is opened; `Journal.create` also checks this.
         raise UserError(
             f"participant {plan.participant} already has a run ({state}): {path}; "
             f"{remedy(path, state)}"

@@ -5,7 +5,7 @@ Rules:
 - a window is a target with a tolerance, such as 80 mm/s ± 30 %; a factor named
   ``finger_speed_mm_s`` or ``normal_force_n`` replaces the target in its conditions;
 - the finger's mean speed, mean normal force and direction in an exploration are compared with the
-  windows; what no sensor measures is not compared;
+  windows, unless no sensor measures them;
 - with ``passive``, a stage moves at the speed and in the direction, and only the force is compared;
 - a trial with any exploration outside its window is rejected (voided) and repeated, at most
   ``repeat`` times.

@@ -24,7 +24,7 @@ T = TypeVar("T")
 
 
 class Behaviour:
-    """A simulated person with the behaviour of Slipscale's; subclass it to change parts.
+    """Slipscale's simulated person; subclass it to change parts of the behaviour.
 
     Draw random numbers only from `stream`, so that an interrupted pilot continues with the same
     answers.

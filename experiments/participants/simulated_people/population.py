@@ -2,7 +2,8 @@
 
 A participant feels a surface of amplitude *A* as a sensation between 0 (not slippery) and 100 (the
 most slippery surface imaginable). Across the population, the sensation at *A* follows a beta
-distribution on 0-100. A participant's position in it, as a standard normal deviate, is
+distribution on 0-100. A participant's position in this distribution, as a standard normal deviate,
+is
 
     sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
 

@@ -109,7 +109,7 @@ class ForcedChoice(IntervalTask[Choice]):
         self.tracks = AnsweredTracks(start)
         drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
         self._catch_at = sorted(drawn[: options.catch_trials])  # answers before each of them
-        self._missed = 0  # numbers of trials without an answer
+        self._missed = 0  # number of trials without an answer
         self._again: dict[int, int] = {}  # track -> number of the trial that its next trial repeats
         self._practice_left = options.practice
         self._repetitions_left = 0
@@ -217,7 +217,8 @@ class ForcedChoice(IntervalTask[Choice]):
         self._missed += missed
         if condition.track is not None and not missed and number not in voided:
             self.tracks.answer(number, correct=correct)
-        # Unanswered trials count towards a track's upper limit; other trials are repeated once.
+        # Unanswered trials of a track are always repeated; other unanswered trials are repeated
+        # once.
         comes_again = missed and not dropped
         comes_again &= condition.track is not None or trial.repeats is None
         return (*voided, number) if comes_again else voided

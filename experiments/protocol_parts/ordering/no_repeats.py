@@ -27,11 +27,11 @@ MOST = 1200
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     """Return ``each`` copies of 0 ... kinds - 1 in a random order without equal neighbours.
 
-    All such orders are equally likely. The kinds are inserted one after the other. A kind's copies
-    are cut into groups, which separate equal neighbours and are also inserted elsewhere. The
-    numbers of groups are drawn with probabilities proportional to the exact number of orders that
-    result from each choice; all other choices are uniform shuffles. Once the counts are cached, the
-    time is linear in the number of copies.
+    All such orders are equally likely. The kinds are inserted one after the other. The copies of a
+    kind are divided into groups. Some groups separate equal neighbours; the others are inserted
+    elsewhere. The numbers of groups are drawn with probabilities proportional to the exact number
+    of orders that result from each choice; all other choices are uniform shuffles. Once the counts
+    are cached, the time is linear in the number of copies.
 
     Raises
     ------
