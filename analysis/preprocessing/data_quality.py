@@ -1,4 +1,4 @@
-"""Flag participants with unusual data; a flag excludes only if the study says so.
+"""Flag participants with unusual data, and exclude them only if the study requires it.
 
 Thresholds, and flags that exclude participants, are set in the study file before the data are
 examined. The report gives the numbers of flagged and excluded participants, and shows results with
@@ -161,7 +161,7 @@ def _robust_sd(values: np.ndarray) -> float:
 def _split_half(
     work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
 ) -> np.ndarray:
-    """Return each participant's correlation between the two halves' amplitude means."""
+    """Return the correlation between amplitude means in the two halves, per participant."""
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)

@@ -35,7 +35,7 @@ class Rule:
     zeros : str
         How the rule treats an estimate of zero.
     table3 : str
-        Whether this rule can have produced the paper's Table III, and why.
+        Whether this rule could have produced the paper's Table III, and why.
     source : str
         Reference that describes the rule.
     needs : str

@@ -1,7 +1,7 @@
 """Find the files that a study file refers to.
 
-Every string in the study file that is the name of an existing file counts, so new keys need no
-change here. TOML files found this way are searched as well (a plate file names its calibration).
+A string in the study file counts as a file name if the file exists, so new keys need no change
+here. TOML files found this way are searched as well (a plate file names its calibration).
 """
 
 from __future__ import annotations

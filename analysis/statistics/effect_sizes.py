@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 #: Relative sums of squares below this value are treated as rounding errors.
 TINY = 1e-12
-#: Largest t for which an interval is computed; for larger ones, SciPy would need minutes.
+#: Largest t for which an interval is computed; for larger values, SciPy would need minutes.
 LARGEST_T = 1e4
 #: Largest F for which an interval is computed.
 LARGEST_F = 1e4

@@ -45,7 +45,7 @@ class Equivalence:
 def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
     """Test whether a mean difference of logarithms lies between -log(bound) and log(bound).
 
-    Schuirmann (1987), J. Pharmacokinet. Biopharm. 15, 657-680.
+    For the method, see Schuirmann (1987), J. Pharmacokinet. Biopharm. 15, 657-680.
 
     Parameters
     ----------

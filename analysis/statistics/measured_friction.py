@@ -90,8 +90,8 @@ class MeasuredFriction:
     participants : tuple of ParticipantLine
         Participants for whom a line was fitted.
     left_out : tuple of str
-        Participants excluded because they had too few trials, or the same friction or rating in
-        all.
+        Participants excluded because they had too few trials, or because friction or ratings did
+        not vary.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes.
     correlation : MeanCorrelation or NotComputed

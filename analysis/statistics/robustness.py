@@ -1,4 +1,4 @@
-"""Compare the main results with and without the flagged participants."""
+"""Compare the main results with and without flagged participants."""
 
 from __future__ import annotations
 

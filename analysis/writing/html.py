@@ -22,7 +22,7 @@ try:
 except PackageNotFoundError:  # a checkout that is not installed
     VERSION = "unknown"
 REPORTING = "slipscale.analysis.reporting"
-#: Start tag of a caption -> word before its number.
+#: Start tag of a caption -> word that precedes the caption's number.
 KINDS = {"<figcaption>": "Figure", "<caption>": "Table"}
 #: Tables with at most this many rows stay on one printed page.
 ROWS_TOGETHER = 8

@@ -247,7 +247,7 @@ class IntegratedModel:
     def _end(
         self, best: Maximum, place: int, edge: float, fall: float
     ) -> tuple[float, Maximum, bool]:
-        """Search outwards for the point at which the profile log likelihood is down by ``fall``.
+        """Search outwards to where the profile log likelihood is ``fall`` below its maximum.
 
         The square root of the drop is nearly linear in the parameter, so a few Newton steps are
         enough.

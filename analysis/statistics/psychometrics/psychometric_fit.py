@@ -226,7 +226,7 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
 def profile(
     model: Model, counts: Counts, fits: Fits, parameter: int, *, drop: float
 ) -> tuple[Array, Array]:
-    """Return the parameter values at which the profile log likelihood is down by ``drop``.
+    """Return where the profile log likelihood is ``drop`` below its maximum.
 
     Parameters
     ----------

@@ -165,7 +165,7 @@ def exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def mean_exponent(tables: Array, log_amplitude: Sequence[float]) -> Array:
-    """Return the mean of the participants' exponents, ignoring participants without one."""
+    """Return the mean of participants' exponents, ignoring missing exponents."""
     found = exponents(tables, log_amplitude)
     return _ratio(np.nansum(found, axis=1), np.isfinite(found).sum(axis=1), np.nan)
 

@@ -39,7 +39,7 @@ class PairedT:
     Parameters
     ----------
     ratio : float
-        Ratio of the geometric mean at the larger amplitude to the one at the smaller amplitude.
+        Geometric mean at the larger amplitude, divided by geometric mean at the smaller amplitude.
     ratio_interval : ConfidenceInterval
         t-based interval for the ratio, computed on logarithms.
     t, df, p, p_holm : float, int, float, float

@@ -10,7 +10,7 @@ from slipscale.analysis.json_form import JsonObject, record
 
 
 def flat(results: Iterable[object]) -> pd.DataFrame:
-    """Return results as a table; for its columns, see `flat_rows`."""
+    """Return results as a table; for the columns, see `flat_rows`."""
     return pd.DataFrame(flat_rows({}, results))
 
 

@@ -88,7 +88,7 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 
 
 def finding(found: Finding, quantity: Quantity) -> str:
-    """Return a sentence on the paper's finding: participants felt a less slippery surface.
+    """Return a sentence that compares the answers with the paper's finding.
 
     The code book covers only slipperiness, so for other properties, the sentence does not mention
     verbal reports.

@@ -171,7 +171,7 @@ class DescendingDifference:
     catch : CatchAnswers
         Answers to steps without a change.
     signal_detection, psychometric, verbal_reports, finding
-        Results described in the respective classes.
+        Results of each analysis; see the respective classes.
     weber : PsychometricCurve or NotComputed
         Curve of "yes" against the Weber fraction of the step.
     thresholds : Mapping
@@ -402,7 +402,7 @@ def _sensitivity(hits: int, changes: int, false_alarms: int, catches: int) -> Se
 
 
 def finding(changes: pd.DataFrame, book: Codebook) -> Finding:
-    """Count the participants who agree with the paper's finding.
+    """Count the participants who confirm the paper's finding.
 
     "All of the subjects feel clearly the difference during the test, and they immediately say
     that it is 'less slippery'" (Section IV-B).

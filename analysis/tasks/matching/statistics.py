@@ -61,7 +61,7 @@ class MatchedReference:
     matches, participants : int
         Numbers of matches and participants.
     mean_um_pp : float
-        Mean across participants of their mean match.
+        Mean of participants' mean matches.
     bias_um_pp : MeanOverParticipants or NotComputed
         Mean of match minus reference (constant error), tested against 0.
     variability_um_pp : float or None

@@ -51,7 +51,7 @@ class FactorRatings:
     friedman : Friedman or NotComputed
         Test of all levels; not computed for two levels.
     pairs : tuple of RatedPair
-        Comparisons of pairs of levels; the fields for surfaces contain levels.
+        Comparisons of pairs of levels, stored in the fields for surfaces.
     """
 
     task: str

@@ -65,7 +65,8 @@ def read_choices(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Table files, and their names matched by `slipscale.experiments.dataset.schema.TABLE_NAME`.
+        Table files, and matches of `slipscale.experiments.dataset.schema.TABLE_NAME` with their
+        names.
     counts : dict
         Receives the numbers of rows read, and of rows excluded for each reason.
 
