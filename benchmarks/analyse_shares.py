@@ -2,9 +2,10 @@
 
     .venv/bin/python -m benchmarks.analyse_shares [--participants 14]
 
-Runs in one fresh process: first the packages are imported one by one, each after those that it
-needs, then the command runs with its larger parts timed. A part does not contain the parts that it
-calls. The sum differs from the time of the command alone by less than the timer's overhead.
+Runs in one fresh process, after a pilot in another one that stores the compiled modules. First,
+the packages are imported one by one, each after those that it needs; then the command runs with
+its larger parts timed. A part does not contain the parts that it calls. The sum differs from the
+time of the command alone by less than the timer's overhead.
 """
 
 from __future__ import annotations
@@ -22,6 +23,8 @@ from importlib import import_module
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
+
+from benchmarks.analyse_scale import environment
 
 LEAST_SHARE = 0.01  # smaller parts are not printed
 #: Label -> modules whose import is timed, in this order.
@@ -108,7 +111,7 @@ def main() -> None:
         data = Path(place, "data")
         words = ("pilot", "--participants", str(options.participants), "--out", str(data))
         command = [sys.executable, "-m", "slipscale", *words]
-        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL, env=environment())
         spent_s = shares(data, Path(place, "out"))
     total_s = sum(spent_s.values())
     for label, part_s in spent_s.items():

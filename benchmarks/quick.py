@@ -25,7 +25,7 @@ from tempfile import TemporaryDirectory
 
 import pandas as pd
 
-from benchmarks.analyse_scale import write_dataset
+from benchmarks.analyse_scale import environment, write_dataset
 from benchmarks.models import FILM, marched, own_assembly, stock_assembly
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
@@ -84,7 +84,8 @@ def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], obj
             run_simulated(Path(empty), plan, "mock")
 
     def python(*words: str) -> Callable[[], object]:
-        return lambda: subprocess.run([sys.executable, *words], check=True, capture_output=True)
+        command = [sys.executable, *words]
+        return lambda: subprocess.run(command, check=True, capture_output=True, env=environment())
 
     return {
         "slipscale --help / python -c pass": (
