@@ -1,8 +1,9 @@
 """Run all tests: make test.
 
-Tests marked `clock` wait in real time for a board, a window or a browser. They run one after
-another in their own process, before the other tests. The other tests have the lowest priority,
-so that a board answers in time on two busy cores, and no core is idle while a test waits.
+Tests marked `clock` wait in real time for a board, a window or a browser. Those of boards run one
+after another in their own process, as do those that need a display. Displays have a lower priority,
+and the other tests the lowest, so that a board answers in time on two busy cores, and no core is
+idle while a test waits.
 """
 
 import re
@@ -12,10 +13,11 @@ import sys
 import tempfile
 from collections import Counter
 from collections.abc import Iterable
+from contextlib import ExitStack
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-MARK = "pytest.mark.clock"
+MARK, DISPLAY = "pytest.mark.clock", "display"  # found in the text of the tests
 WORKERS = ["-n", "2", "--dist", "worksteal"]
 NOTHING_CHOSEN = 5  # pytest's status, if a choice such as -k leaves no test
 
@@ -44,25 +46,35 @@ def shown(lines: Iterable[str]) -> str:
     return line
 
 
+def nice(steps: int) -> list[str]:
+    """Return the words that start a command with a lower priority, where the system has them."""
+    return ["nice", "-n", str(steps)] if shutil.which("nice") else []
+
+
 def main(options: list[str]) -> int:
     """Run the tests that pytest's options select; return the exit status."""
     pytest = [sys.executable, "-m", "pytest", *options]
     if any((ROOT / word.partition("::")[0]).exists() for word in options):  # folders, files, tests
         return subprocess.call([*pytest, *WORKERS], cwd=ROOT)
     apart = [each for each in (ROOT / "tests").rglob("test_*.py") if MARK in each.read_text()]
-    last = ["nice", "-n", "19"] if shutil.which("nice") else []
-    clock = [*pytest, "-m", "clock", "-p", "no:cacheprovider", *map(str, apart)]
-    computing = [*last, *pytest, "-m", "not clock", *WORKERS]
-    with (
-        tempfile.TemporaryFile("w+") as waited,
-        subprocess.Popen(clock, cwd=ROOT, stdout=waited) as waiting,
-    ):
+    displays = [each for each in apart if DISPLAY in each.read_text()]
+    boards = [each for each in apart if each not in displays]
+    clock = [*pytest, "-m", "clock", "-p", "no:cacheprovider"]
+    with ExitStack() as running:
+        waiting = []
+        for priority, tests in (([], boards), (nice(10), displays)):
+            words = running.enter_context(tempfile.TemporaryFile("w+"))
+            command = [*priority, *clock, *map(str, tests)]
+            process = running.enter_context(subprocess.Popen(command, cwd=ROOT, stdout=words))
+            waiting.append((process, words))
+        computing = [*nice(19), *pytest, "-m", "not clock", *WORKERS]
         with subprocess.Popen(computing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as others:
             summaries = [shown(others.stdout or ())]
-        statuses = {others.wait(), waiting.wait()} - {NOTHING_CHOSEN}
+        statuses = {others.wait(), *(each.wait() for each, _ in waiting)} - {NOTHING_CHOSEN}
         print("Tests that wait in real time:")
-        waited.seek(0)
-        summaries.append(shown(waited))
+        for _, words in waiting:
+            words.seek(0)
+            summaries.append(shown(words))
     print(f"Together: {total(summaries)}")
     return max(statuses, default=NOTHING_CHOSEN)
 
