@@ -165,7 +165,7 @@ def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval
     Parameters
     ----------
     values : array, shape (participants, amplitudes)
-        Complete values from at least three participants.
+        Values of at least three participants, without missing cells.
     """
     from scipy import stats  # noqa: PLC0415
 

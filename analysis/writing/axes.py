@@ -33,7 +33,7 @@ DIGIT = 0.62
 def amplitude_axis(
     axes: Axes, amplitudes: NDArray[np.float64], quantity: Quantity = PLATE_AMPLITUDE
 ) -> None:
-    """Set ticks at the presented levels, with spacing to scale.
+    """Place ticks at the presented levels, to scale.
 
     If the levels need a logarithmic axis, 0 is drawn next to it.
     """

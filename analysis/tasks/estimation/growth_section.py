@@ -92,7 +92,7 @@ def _of_friction(found: FrictionGrowth) -> str:
     """Return a sentence on the best function of the predicted reduction in friction."""
     compared = found.comparison
     weight = grouped(compared.models[compared.best].weight)
-    verb = "is not clearly better than the next" if compared.undecided else "fits best"
+    verb = "is not clearly better than the next function" if compared.undecided else "fits best"
     return (
         "As a function of the predicted reduction in friction, 1 − µ′/µ (Reynolds equation, h_r "
         f"0.6 µm, 30.5 kHz, 0.5 N), {apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; all "

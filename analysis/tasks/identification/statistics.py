@@ -166,7 +166,7 @@ def _task(task: str, rows: pd.DataFrame, confidence: float) -> TaskIdentificatio
 
 IDENTIFICATION: Statistic[tuple[TaskIdentification, ...]] = Statistic(
     key="identification",
-    meaning="identification: table of presented and named stimuli, information transferred",
+    meaning="identification: confusion matrix and information transferred",
     compute=identifications,
     methods="Information transferred is the mutual information between the presented and the named "
     "stimulus [[miller1956]], with the Miller–Madow bias correction.",

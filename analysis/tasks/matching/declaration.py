@@ -210,7 +210,7 @@ ANALYSIS = of_one_statistic(
     rows=lambda task: [_row(each) for each in task],
     session_tables=mean_by_session(
         TRIALS,
-        "match less reference",
+        "match minus reference",
         "{q.unit_in_short}",
         lambda rows: (rows["matched_um_pp"] - rows["reference_um_pp"]).astype(float),
     ),

@@ -154,7 +154,7 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     compute=lambda inputs: matching(inputs.data.of(TRIALS), inputs.data.choices.confidence),
     conclusions={
         r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} {q.unit}: matches differ from the reference",
-        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: the direction of turning matters",
+        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: matches depend on their direction",
     },
     headlines={
         r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match minus reference, "

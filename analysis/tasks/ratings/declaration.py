@@ -151,7 +151,7 @@ def _blocks(
 def _rating_table(task: TaskRatings, quantity: Quantity) -> Markup:
     ends = ("At the left end", "At the right end")
     if task.categories is not None:
-        ends = ("In the lowest", "In the highest")
+        ends = ("In the lowest category", "In the highest category")
     rows = [
         [
             each.surface,

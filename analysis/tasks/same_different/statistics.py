@@ -173,7 +173,7 @@ def _pair(rows: pd.DataFrame, one: str, other: str, confidence: float) -> PairSe
 
 SAME_DIFFERENT: Statistic[tuple[TaskPairs, ...]] = Statistic(
     key="same_different",
-    meaning="same–different: d' of each pair by the differencing model, and the criterion",
+    meaning="same–different: d' and criterion of each pair, by the differencing model",
     compute=pairs,
     methods="Same–different sensitivity d' was computed with the differencing model (Macmillan & "
     "Creelman, 2005), after the log-linear correction [[hautus1995]].",

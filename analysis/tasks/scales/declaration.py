@@ -58,7 +58,8 @@ def _fit(found: TaskScale) -> str:
         )
     if found.differences:
         texts.append(
-            f"Maximum likelihood difference scaling; noise: {number(found.differences.noise)} of "
+            "Maximum likelihood difference scaling; the noise is "
+            f"{number(found.differences.noise)} of "
             f"the whole scale, CI {bracketed(found.differences.noise_interval)}."
         )
     return " ".join(texts)

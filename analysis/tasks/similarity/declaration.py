@@ -67,8 +67,9 @@ def _weights(task: TaskMap, axes: list[str]) -> Markup:
             for each in task.people
         ],
         "Weights of squared distances along the group map's axes, for participants who rated every "
-        "pair; r²: proportion of variance explained in their squared dissimilarities. The axes are "
-        "those of the group map; they are not estimated together with the weights as in INDSCAL.",
+        "pair; r²: proportion of variance explained in their squared dissimilarities. The axes "
+        "come from the group map; unlike in INDSCAL, they are not estimated together with the "
+        "weights.",
     )
 
 

@@ -138,7 +138,7 @@ def test_people_of_one_session_each_are_not_compared_within(table_by_hand):
 @pytest.mark.parametrize(
     "study, measure",
     [
-        ("matching", "matching, match less reference"),
+        ("matching", "matching, match minus reference"),
         ("constant_stimuli", "constantstimuli, threshold"),
         ("visual_analogue_scale", "visualanalogue, mean rating"),
         ("ratio_to_standard", "ratiotostandard, mean ratio"),
