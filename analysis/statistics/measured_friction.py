@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.preprocessing.sufficiency import TINY
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -26,11 +27,8 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
-
-    Array = NDArray[np.float64]
 
 FEWEST_TRIALS = 4  # Fisher's interval needs four points, and a line through three is uninformative
 # Fisher's z is infinite for a perfect correlation.

@@ -10,6 +10,7 @@ import numpy as np
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.variance_components import reml_components
@@ -17,11 +18,8 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import NDArray
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
-
-    Array = NDArray[np.float64]
 
 #: Correlations this close to 1 are treated as 1, for which Fisher's z is infinite.
 CLOSE_TO_ONE = 1 - 1e-9

@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.statistics.arrays import Array
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 #: Starting values of the search: the participant and interaction components, each relative to the
 #: repetition variance.

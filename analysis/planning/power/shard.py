@@ -32,6 +32,7 @@ from slipscale.analysis.planning.simulated.fast_tests import (
     tables,
 )
 from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.repeated_measures.omnibus import page_trend
 from slipscale.faults import UserError
@@ -43,8 +44,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.planning.power.grid import Condition
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.reading.dataset import Dataset
-
-    Array = NDArray[np.float64]
 
 #: Version of the simulation. A different version changes all seeds and invalidates the cache.
 VERSION = 2

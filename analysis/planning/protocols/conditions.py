@@ -22,6 +22,7 @@ from slipscale.analysis.planning.protocols.precision import thresholds_of
 from slipscale.analysis.planning.protocols.studies import EXPONENT, ProtocolStudy, seed_of
 from slipscale.analysis.planning.simulated.estimates import means
 from slipscale.analysis.planning.simulated.fast_tests import Tables, pairwise
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
@@ -32,11 +33,7 @@ from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from slipscale.experiments.participants.simulated_people.population import Population
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

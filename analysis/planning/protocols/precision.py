@@ -24,16 +24,13 @@ from slipscale.analysis.planning.protocols.studies import EXPONENT, ProtocolStud
 from slipscale.analysis.planning.simulated.estimates import simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import exponents, half_widths, tables
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
 from slipscale.experiments.study.file import parse_study
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from slipscale.experiments.participants.simulated_people.population import Population
-
-    Array = NDArray[np.float64]
 
 QUANTILES = (5, 95)
 CONFIDENCE = 0.95

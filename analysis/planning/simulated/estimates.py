@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.planning.simulated.orders import draw_orders
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.experiments.participants.simulated_people.habits import (
     ROUND_TO_PERCENT,
     Frame,
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
 
     from slipscale.experiments.protocol_parts.ordering.orders import Rule
 
-    Array = NDArray[np.float64]
     #: Names of factors, each with its levels.
     Factors = tuple[tuple[str, tuple[str, ...]], ...]
 

@@ -17,6 +17,7 @@ import numpy as np
 
 from slipscale.analysis.planning.simulated.estimates import Ratings, means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.holm import holm_rows
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.repeated_measures import batched
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

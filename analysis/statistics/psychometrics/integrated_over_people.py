@@ -24,10 +24,10 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
 
+from slipscale.analysis.statistics.arrays import Array
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 #: Default extent of the grids for random effects, in standard deviations from 0.
 FARTHEST_NODE = 5.0

@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MOST
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 
 def repeated_measures_f(tables: Array) -> Array:

@@ -21,6 +21,7 @@ import numpy as np
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
@@ -34,8 +35,6 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 #: Search ranges for d', criterion and standard deviations. Counts cannot determine a larger d'.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0

@@ -11,6 +11,7 @@ import pandas as pd
 
 from slipscale.analysis.json_form import OurName, record
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.jackknife import jackknife
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -21,8 +22,6 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
-
-    Array = NDArray[np.float64]
 
 #: An effect is not identifiable if the other columns leave less than this fraction of its variance.
 IDENTIFIABLE = 1e-6

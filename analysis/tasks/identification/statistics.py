@@ -25,6 +25,7 @@ import pandas as pd
 from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -34,11 +35,7 @@ from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from slipscale.analysis.reading.delimited import Problems
-
-    Array = NDArray[np.float64]
 
 ITEMS = ("presented", "named")
 

@@ -36,9 +36,6 @@ if TYPE_CHECKING:
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 
 def _title(found: TaskProductions) -> str:

@@ -35,11 +35,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from slipscale.stimuli.quantity import Quantity
-
-    Array = NDArray[np.float64]
 
 #: Field -> column name, if they differ.
 COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}

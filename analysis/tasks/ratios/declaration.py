@@ -22,11 +22,8 @@ if TYPE_CHECKING:
     import pandas as pd
     from markupsafe import Markup
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from slipscale.stimuli.quantity import Quantity
-
-    Array = NDArray[np.float64]
 
 
 def _title(found: TaskRatios, quantity: Quantity) -> str:

@@ -26,6 +26,7 @@ import numpy as np
 from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
 from slipscale.analysis.reading.task_tables import by_task
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.similarity.reading import RATED, SORTED, TRIALS
@@ -33,9 +34,6 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 #: Smallest number of items; with fewer, any map fits.
 FEWEST_ITEMS = 4

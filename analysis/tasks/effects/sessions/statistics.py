@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sessions import sessions_of
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -21,11 +22,7 @@ from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova, session_anova
 
 if TYPE_CHECKING:
-    import numpy as np
     import pandas as pd
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -13,6 +13,7 @@ import numpy as np
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
@@ -25,11 +26,7 @@ from slipscale.analysis.tasks.estimation.growth.hierarchical_sampler import (
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from slipscale.analysis.preprocessing.log_transform import Prepared
-
-    Array = NDArray[np.float64]
 
 PREDICTIONS = 400  # number of data sets drawn from the posterior for the checks
 #: Chains agree if the potential scale reduction is below this limit (Vehtari et al. 2021, Bayesian

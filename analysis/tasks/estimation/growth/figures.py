@@ -27,12 +27,9 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
     from slipscale.analysis.statistics.not_computed import NotComputed
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
-
-    Array = NDArray[np.float64]
 
 
 @styled

@@ -30,14 +30,12 @@ import numpy as np
 
 from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from slipscale.analysis.statistics.arrays import Array
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 #: Standard deviations of the priors.
 PRIOR_SD = {"A": 2.5, "B": 1.5, "ta": 1.0, "tb": 0.5, "s": 1.0}

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.tasks.estimation.growth.growth_models import (
     MODELS,
     UNDECIDED,
@@ -21,9 +22,6 @@ from slipscale.analysis.tasks.estimation.growth.growth_models import (
 
 if TYPE_CHECKING:
     import pandas as pd
-    from numpy.typing import NDArray
-
-    Array = NDArray[np.float64]
 
 #: Smallest number of points: models have up to four parameters, for which AICc needs six points.
 FEWEST_TRIALS, FEWEST_STIMULI = 6, 3
