@@ -42,31 +42,26 @@ def _value(name: str) -> Callable[[TrialRecord], Value]:
 MEASURED: Mapping[str, Column] = {
     SPEED: Column(
         value=_value(SPEED),
-        kind="number",
         description="Mean speed of the finger while it explored the surface: path length "
         "divided by contact time",
         units="mm/s",
     ),
     STROKES: Column(
         value=_value(STROKES),
-        kind="number",
         description="Number of strokes of 5 mm or more in one direction during the exploration",
     ),
     COEFFICIENT: Column(
         value=_value(COEFFICIENT),
-        kind="number",
         description="Coefficient of friction while the finger slid during the exploration: median "
         "of lateral force magnitude divided by normal force",
     ),
     NORMAL_FORCE: Column(
         value=_value(NORMAL_FORCE),
-        kind="number",
         description="Mean normal force while the finger slid during the exploration",
         units="N",
     ),
     SLIP_RATE: Column(
         value=_value(SLIP_RATE),
-        kind="number",
         description="Number of slips per second while the finger slid: drops in the ratio of "
         "lateral to normal force by more than 10 %, while the normal force is at least half its "
         "mean. Slips faster than half the sensor's sampling rate are not detected",
@@ -74,13 +69,11 @@ MEASURED: Mapping[str, Column] = {
     ),
     SLIP_DEPTH: Column(
         value=_value(SLIP_DEPTH),
-        kind="number",
         description="Median drop in the ratio of lateral to normal force in a slip, as a fraction "
         "of the value before it; n/a without a slip",
     ),
     CHANGES: Column(
         value=_value(CHANGES),
-        kind="number",
         description="Number of times that the finger triggered the change of a transient during "
         "the exploration",
     ),
@@ -92,20 +85,17 @@ MEASURED: Mapping[str, Column] = {
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
-        kind="number",
         description="Peak drive voltage at the plate once the surface had settled (for a "
         "texture, at its mean)",
         units="V",
     ),
     "plate_temperature_c": Column(
         value=_value("plate_temperature_c"),
-        kind="number",
         description="Temperature of the plate, or of its board, once the surface had settled",
         units="Cel",
     ),
     SECOND_READBACK: Column(
         value=_value(SECOND_READBACK),
-        kind="number",
         description="{q.in_full_title} read back from the second actuator once the surface had "
         "settled{q.behind}",
         units="{q.bids}",

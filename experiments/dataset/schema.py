@@ -193,19 +193,16 @@ def _interval_columns(number: int) -> dict[str, Column]:
         ),
         f"{INTERVAL}{number}_level": Column(
             value=lambda record: getattr(surface(record), "level", None),
-            kind="number",
             description=f"{{q.in_full_title}} commanded {which}{{q.behind}}",
             units="{q.bids}",
         ),
         f"{INTERVAL}{number}_readback_level": Column(
             value=field("readback_level"),
-            kind="number",
             description=f"{{q.in_full_title}} read back {which} once settled{{q.behind}}",
             units="{q.bids}",
         ),
         f"{INTERVAL}{number}_onset": Column(
             value=field("onset_s"),
-            kind="number",
             description=(
                 f"Time at which the surface {which} had settled, from the beginning of the session"
             ),
@@ -213,7 +210,6 @@ def _interval_columns(number: int) -> dict[str, Column]:
         ),
         f"{INTERVAL}{number}_exploration_time": Column(
             value=field("exploration_time_s"),
-            kind="number",
             description=f"Duration for which the surface {which} was stroked",
             units="s",
         ),
@@ -236,7 +232,6 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
     return intervals | {
         "trial": Column(
             value=lambda record: record.trial.number,
-            kind="number",
             description="Trial number in order of presentation, from 1",
         ),
         "phase": Column(
@@ -253,38 +248,32 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         ),
         "level": Column(
             value=lambda record: record.surface.level if record.surface else None,
-            kind="number",
             description="{q.in_full_title} commanded{q.behind}" + largest,
             units="{q.bids}",
         ),
         "level_readback": Column(
             value=lambda record: record.readback_level,
-            kind="number",
             description="{q.in_full_title} read back from the plate once settled{q.behind}" + mean,
             units="{q.bids}",
         ),
         "response_time": Column(
             value=lambda record: answered(record, "response_time_s"),
-            kind="number",
             description="Time from the question to the key press that completed "
             f"'{quantity.named(protocol.answer)}'",
             units="s",
         ),
         "onset": Column(
             value=lambda record: record.onset_s,
-            kind="number",
             description="Time at which the surface had settled, from the beginning of the session",
             units="s",
         ),
         "duration": Column(
             value=lambda record: record.end_s - record.onset_s,
-            kind="number",
             description="Time from the settled surface to the end of the trial",
             units="s",
         ),
         "exploration_time": Column(
             value=lambda record: record.exploration_time_s,
-            kind="number",
             description="Duration for which the surface was stroked before the question",
             units="s",
         ),
@@ -310,7 +299,6 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         ),
         "repeats": Column(
             value=lambda record: record.trial.repeats,
-            kind="number",
             description="Number of the voided or timed-out trial that this trial repeats",
         ),
         "flag": Column(

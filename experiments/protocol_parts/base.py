@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
@@ -184,6 +185,18 @@ class TrialRecord:
         return value
 
 
+def truth(value: Value) -> str | None:
+    """Return a yes/no value as the text of a table cell."""
+    return None if value is None else "true" if value else "false"
+
+
+def _of_its_name(record: TrialRecord, name: str = "") -> Value:
+    """Return the factor or the answer with a column's name, which the column's protocol knows."""
+    factors = record.trial.factors
+    value = factors[name] if name in factors else record.answer(name)
+    return truth(value) if isinstance(value, bool) else value
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Column:
     """A column of the data set: its value for each trial, and its sidecar description.
@@ -191,7 +204,9 @@ class Column:
     Parameters
     ----------
     value : callable
-        Returns the column's value for a trial; None is written as missing.
+        Returns the column's value for a trial; None is written as missing. By default, the trial's
+        factor of the column's name, or else the answer to the question of that name; a logical
+        value is written as true or false.
     kind : {"number", "label", "text"}
         Cell type: a number, one of a few words (or a name), or free text.
     description : str
@@ -204,12 +219,22 @@ class Column:
         Whether the column has this name in files of every quantity.
     """
 
-    value: Callable[[TrialRecord], Value]
-    kind: Kind
+    value: Callable[[TrialRecord], Value] = _of_its_name
+    kind: Kind = "number"
     description: str
     units: str = ""
     levels: Mapping[str, str] = field(default_factory=dict)
     as_stated: bool = False
+
+
+def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
+    """Return columns in which those without a ``value`` read the factor or answer of their name."""
+    return {
+        name: replace(column, value=partial(_of_its_name, name=name))
+        if column.value is _of_its_name
+        else column
+        for name, column in columns.items()
+    }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -315,6 +340,8 @@ class Protocol:
     package: str = ""
 
     def __post_init__(self) -> None:
+        for part in ("design", "stimulus", "response"):
+            object.__setattr__(self, part, _read_by_name(getattr(self, part)))
         columns = [*self.design.items(), *self.stimulus.items(), *self.response.items()]
         own = [name for name, _ in columns]
         named = {key for key in self.options.model_fields if in_um(key) != key}

@@ -109,14 +109,9 @@ PROTOCOL = Protocol(
     response={
         "rating": Column(
             value=_rating,
-            kind="number",
             description="Number of the chosen category: 1 is the lowest (the least {q.adjective})",
         ),
-        "categories": Column(
-            value=lambda record: record.trial.factors["categories"],
-            kind="number",
-            description="Number of categories",
-        ),
+        "categories": Column(description="Number of categories"),
     },
     textures=True,
 )

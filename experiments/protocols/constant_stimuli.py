@@ -19,6 +19,7 @@ from slipscale.experiments.protocol_parts.base import (
     Context,
     Protocol,
     TrialRecord,
+    truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     DESIGN,
@@ -26,7 +27,6 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     ComparingOptions,
     Shown,
     sought,
-    truth,
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedPerson, compared
@@ -190,15 +190,6 @@ def _answer(step: Ask, person: SimulatedPerson) -> Value:
     return compared(step, person)
 
 
-def _column(name: str, description: str, units: str = "") -> Column:
-    return Column(
-        value=lambda record: record.trial.factors[name],
-        kind="number",
-        description=description,
-        units=units,
-    )
-
-
 PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
@@ -214,15 +205,13 @@ PROTOCOL = Protocol(
     simulated={"response": _answer},
     design=DESIGN,
     stimulus={
-        "standard_level": _column(
-            "standard_level", "{q.title} of the standard{q.behind}", units="{q.bids}"
+        "standard_level": Column(
+            description="{q.title} of the standard{q.behind}", units="{q.bids}"
         ),
-        "comparison_level": _column(
-            "comparison_level", "{q.title} of the comparison{q.behind}", units="{q.bids}"
+        "comparison_level": Column(
+            description="{q.title} of the comparison{q.behind}", units="{q.bids}"
         ),
-        "comparison_interval": _column(
-            "comparison_interval", ("Interval that contained the comparison")
-        ),
+        "comparison_interval": Column(description="Interval that contained the comparison"),
     },
     response={
         "response": Column(

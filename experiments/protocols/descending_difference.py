@@ -207,21 +207,12 @@ PROTOCOL = Protocol(
         "confidence": any_choice,
     },
     design={
-        "series": Column(
-            value=lambda record: record.trial.factors["series"],
-            kind="number",
-            description="Descending series, from 1",
-        ),
-        "step": Column(
-            value=lambda record: record.trial.factors["step"],
-            kind="number",
-            description="Step within the series, catch steps included, from 1",
-        ),
+        "series": Column(description="Descending series, from 1"),
+        "step": Column(description="Step within the series, catch steps included, from 1"),
     },
     stimulus={
         "level_before": Column(
             value=lambda record: _amplitude(record.before),
-            kind="number",
             description="{q.in_full_title} before the step{q.behind}",
             units="{q.bids}",
         ),
@@ -240,14 +231,11 @@ PROTOCOL = Protocol(
             levels={"yes": "a difference was felt", "no": "no difference was felt"},
         ),
         "verbal_report": Column(
-            value=lambda record: record.answer("verbal_report"),
             kind="text",
             description="Answer to: what has been removed? In the participant's own words",
         ),
         "confidence": Column(
-            value=lambda record: record.answer("confidence"),
-            kind="number",
-            description="Certainty of the participant, 1 (a guess) to 4 (certain)",
+            description="Certainty of the participant, 1 (a guess) to 4 (certain)"
         ),
     },
 )

@@ -111,10 +111,7 @@ PROTOCOL = Protocol(
     design=DESIGN,
     stimulus={
         "standard_level": Column(
-            value=_standard,
-            kind="number",
-            description="{q.title} of the standard{q.behind}",
-            units="{q.bids}",
+            value=_standard, description="{q.title} of the standard{q.behind}", units="{q.bids}"
         ),
         **STIMULUS,
     },

@@ -148,7 +148,6 @@ PROTOCOL = Protocol(
     },
     response={
         "named": Column(
-            value=lambda record: record.answer("named"),
             kind="label",
             description="The surface that the participant named: its {q.name} in {q.unit_in_full}",
         ),

@@ -23,7 +23,7 @@ from slipscale.experiments.protocol_parts.base import (
 )
 from slipscale.experiments.protocol_parts.base import Protocol as ProtocolDeclaration
 from slipscale.experiments.protocol_parts.building_blocks.against_standard import STANDARD_COLUMN
-from slipscale.experiments.protocol_parts.building_blocks.comparing import PAIR, IntervalTask, truth
+from slipscale.experiments.protocol_parts.building_blocks.comparing import PAIR, IntervalTask
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
@@ -216,13 +216,8 @@ PROTOCOL = ProtocolDeclaration(
     instructions="limits.instructions",
     simulated={"different": notices_difference},
     design={
-        "series": Column(
-            value=lambda record: record.trial.factors["series"],
-            kind="number",
-            description="Series, from 1",
-        ),
+        "series": Column(description="Series, from 1"),
         "direction": Column(
-            value=lambda record: record.trial.factors["direction"],
             kind="label",
             description="Direction of the series",
             levels={
@@ -234,15 +229,12 @@ PROTOCOL = ProtocolDeclaration(
     stimulus={
         **STANDARD_COLUMN,
         "comparison_level": Column(
-            value=lambda record: record.trial.factors["comparison_level"],
-            kind="number",
             description="{q.title} of the surface that was compared with the standard{q.behind}",
             units="{q.bids}",
         ),
     },
     response={
         "different": Column(
-            value=lambda record: truth(record.answer("different")),
             kind="label",
             description="Whether the participant said that the surfaces were different",
             levels={"true": "different", "false": "the same"},

@@ -142,22 +142,15 @@ PROTOCOL = Protocol(
     stimulus=TEXTURE,
     response={
         "estimate": Column(
-            value=lambda record: record.answer("estimate"),
-            kind="number",
-            description="Magnitude estimate of {q.judged} as typed, on the participant's own scale",
+            description="Magnitude estimate of {q.judged} as typed, on the participant's own scale"
         ),
         "scale_top": Column(
             value=lambda record: record.run_answers.get("scale_top"),
-            kind="number",
             description=(
                 "Number that the participant would assign to the most {q.adjective} surface "
                 "imaginable, asked before the run"
             ),
         ),
-        "modulus": Column(
-            value=lambda record: record.trial.factors["modulus"],
-            kind="number",
-            description="Number assigned to the standard; n/a with a free modulus",
-        ),
+        "modulus": Column(description="Number assigned to the standard; n/a with a free modulus"),
     },
 )

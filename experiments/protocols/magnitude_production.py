@@ -229,18 +229,9 @@ PROTOCOL = Protocol(
     simulated={"produced_level": until_number},
     design={
         **DESIGN_COLUMNS,
-        "number": Column(
-            value=lambda record: record.trial.factors["number"],
-            kind="number",
-            description="Number shown to the participant",
-        ),
-        "modulus": Column(
-            value=lambda record: record.trial.factors["modulus"],
-            kind="number",
-            description="Number assigned to the standard",
-        ),
+        "number": Column(description="Number shown to the participant"),
+        "modulus": Column(description="Number assigned to the standard"),
         "began": Column(
-            value=lambda record: record.trial.factors["began"],
             kind="label",
             description="Starting point of the plate",
             levels={

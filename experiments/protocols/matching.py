@@ -21,11 +21,11 @@ from slipscale.experiments.protocol_parts.base import (
     Positive,
     Protocol,
     Switch,
+    truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.adjusting import adjusted_columns
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     IntervalTask,
-    truth,
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.building_blocks.pacing import RestedOptions
@@ -242,7 +242,6 @@ PROTOCOL = Protocol(
     simulated={"matched_level": until_equal},
     design={
         "direction": Column(
-            value=lambda record: record.trial.factors["direction"],
             kind="label",
             description="Side from which the reference was approached",
             levels={
@@ -266,7 +265,6 @@ PROTOCOL = Protocol(
                 if "matched_level" in record.answers
                 else None
             ),
-            kind="number",
             description="Number of times the reference was presented again during the adjustment",
         ),
     },

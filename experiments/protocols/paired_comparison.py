@@ -127,10 +127,8 @@ PROTOCOL = Protocol(
     stimulus=surface_names("stimulus1", "stimulus2", "stimulus3"),
     response={
         "response": Column(
-            value=lambda record: record.answer("response"),
-            kind="number",
             description="The interval that was more {q.adjective}; for three, the larger "
-            "step: 1 from the first to the second, 2 from the second to the third",
+            "step: 1 from the first to the second, 2 from the second to the third"
         ),
     },
     intervals=lambda options: SIZE[options.form],

@@ -319,15 +319,6 @@ def _answer(step: Ask, person: SimulatedPerson) -> str:
     return Selection(x_mm, y_mm, time_s).value
 
 
-def _factor(name: str, description: str) -> Column:
-    return Column(
-        value=lambda record: record.trial.factors[name],
-        kind="number",
-        description=description,
-        units="mm" if name.endswith("_mm") else "",
-    )
-
-
 def _selected(name: str, description: str, units: str) -> Column:
     def value(record: TrialRecord) -> float | None:
         found = Selection.of(record.answer("selection"))
@@ -362,9 +353,8 @@ PROTOCOL = Protocol(
     instructions="pointing.instructions",
     simulated={"selection": _answer},
     design={
-        "sequence": _factor("sequence", "Sequence of movements, including practice, from 1"),
+        "sequence": Column(description="Sequence of movements, including practice, from 1"),
         "feedback": Column(
-            value=lambda record: record.trial.factors["feedback"],
             kind="label",
             description="Feedback by the plate",
             levels={
@@ -374,12 +364,14 @@ PROTOCOL = Protocol(
         ),
     },
     stimulus={
-        "distance_mm": _factor("distance_mm", "Distance between the centres of start and target"),
-        "width_mm": _factor("width_mm", "Width of the target"),
+        "distance_mm": Column(
+            description="Distance between the centres of start and target", units="mm"
+        ),
+        "width_mm": Column(description="Width of the target", units="mm"),
         **{
-            f"{name}_{axis}_mm": _factor(
-                f"{name}_{axis}_mm",
-                f"Centre of the {name}, from the middle of the screen to the {way}",
+            f"{name}_{axis}_mm": Column(
+                description=f"Centre of the {name}, from the middle of the screen to the {way}",
+                units="mm",
             )
             for name in ("start", "target")
             for axis, way in (("x", "right"), ("y", "top"))

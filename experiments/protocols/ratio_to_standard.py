@@ -116,17 +116,12 @@ PROTOCOL = Protocol(
     stimulus={
         **STANDARD_COLUMN,
         "comparison_level": Column(
-            value=lambda record: record.trial.factors["comparison_level"],
-            kind="number",
-            description="{q.title} of the surface judged{q.behind}",
-            units="{q.bids}",
+            description="{q.title} of the surface judged{q.behind}", units="{q.bids}"
         ),
     },
     response={
         "ratio": Column(
-            value=lambda record: record.answer("ratio"),
-            kind="number",
-            description="How many times as {q.adjective} as the standard, as typed; above 0",
+            description="How many times as {q.adjective} as the standard, as typed; above 0"
         ),
     },
     intervals=lambda options: JUDGED if options.in_each_trial else 0,

@@ -20,7 +20,6 @@ from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     in_both_orders,
     surface_names,
     the_two_ends,
-    truth,
     with_catch_trials,
 )
 from slipscale.experiments.protocol_parts.simulated_answers import notices_difference
@@ -85,7 +84,6 @@ PROTOCOL = Protocol(
     stimulus=surface_names("first", "second"),
     response={
         "response": Column(
-            value=lambda record: truth(record.answer("response")),
             kind="label",
             description="Whether the participant said that the surfaces were different",
             levels={"true": "different", "false": "the same"},

@@ -112,9 +112,7 @@ PROTOCOL = Protocol(
     stimulus=surface_names("first", "second"),
     response={
         "dissimilarity": Column(
-            value=lambda record: record.answer("dissimilarity"),
-            kind="number",
-            description="Position of the mark on the line: 0 identical, 100 completely different",
+            description="Position of the mark on the line: 0 identical, 100 completely different"
         ),
     },
     intervals=lambda _: PAIR,

@@ -119,9 +119,7 @@ PROTOCOL = Protocol(
     },
     response={
         "group": Column(
-            value=lambda record: record.answer("group"),
-            kind="number",
-            description="Number of the participant's group; group numbers have no order",
+            description="Number of the participant's group; group numbers have no order"
         ),
     },
     textures=True,

@@ -13,7 +13,7 @@ from typing import Annotated, Literal
 from pydantic import Field, ValidationInfo, field_validator
 
 from slipscale.experiments.protocol_parts.base import Column, Context, Count, Protocol, Switch
-from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN, truth
+from slipscale.experiments.protocol_parts.building_blocks.comparing import DESIGN
 from slipscale.experiments.protocol_parts.building_blocks.rated_surfaces import (
     BLOCK,
     TEXTURE,
@@ -196,23 +196,12 @@ PROTOCOL = Protocol(
     stimulus=TEXTURE,
     response={
         "rating": Column(
-            value=lambda record: record.answer("rating"),
-            kind="number",
             description="Position of the mark on the line: 0 is the left end (the least "
-            "{q.adjective}), 100 the right end",
+            "{q.adjective}), 100 the right end"
         ),
-        "resolution": Column(
-            value=lambda record: record.trial.factors["resolution"],
-            kind="number",
-            description="Distance between adjacent mark positions",
-        ),
-        "cursor_start": Column(
-            value=lambda record: record.trial.factors["cursor_start"],
-            kind="number",
-            description="Position from which keys moved the mark, 0 to 100",
-        ),
+        "resolution": Column(description="Distance between adjacent mark positions"),
+        "cursor_start": Column(description="Position from which keys moved the mark, 0 to 100"),
         "cursor_shown": Column(
-            value=lambda record: truth(record.trial.factors["cursor_shown"]),
             kind="label",
             description=(
                 "Whether the mark was visible at this position before the first press or click"

@@ -141,18 +141,10 @@ PROTOCOL = Protocol(
     simulated={"chosen": compared, "sure": any_choice},
     texts=TEXTS,
     stimulus={
-        "rougher": Column(
-            value=lambda record: record.trial.factors["rougher"],
-            kind="number",
-            description="Interval that held the rougher surface",
-        ),
+        "rougher": Column(description="Interval that held the rougher surface"),
     },
     response={
-        "chosen": Column(
-            value=lambda record: record.answer("chosen"),
-            kind="number",
-            description="Interval that the participant chose",
-        ),
+        "chosen": Column(description="Interval that the participant chose"),
         "right": Column(
             value=right,
             kind="label",
@@ -160,7 +152,6 @@ PROTOCOL = Protocol(
             levels={"true": "right", "false": "wrong"},
         ),
         "sure": Column(
-            value=lambda record: record.answer("sure"),
             kind="label",
             description="Whether the participant was sure",
             levels={"yes": "sure", "no": "not sure"},

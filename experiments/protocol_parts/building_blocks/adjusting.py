@@ -32,20 +32,16 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
     return {
         name: Column(
             value=lambda record: record.answer(name),
-            kind="number",
             description=f"{description}, commanded{{q.behind}}",
             units="{q.bids}",
         ),
         f"{name.removesuffix('_level')}_readback_level": Column(
             value=lambda record: of("readback_level", record),
-            kind="number",
             description="That {q.name} as read back from the plate{q.behind}",
             units="{q.bids}",
         ),
         "turns": Column(
-            value=turns,
-            kind="number",
-            description="Number of changes of the {q.name} during the adjustment",
+            value=turns, description="Number of changes of the {q.name} during the adjustment"
         ),
         "trace": Column(
             value=trace,

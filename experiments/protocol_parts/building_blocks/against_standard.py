@@ -107,10 +107,5 @@ class AgainstStandard(RatedSurfaces):
 #: Design columns, and the columns that describe the standard.
 DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
 STANDARD_COLUMN: Mapping[str, Column] = {
-    "standard_level": Column(
-        value=lambda record: record.trial.factors["standard_level"],
-        kind="number",
-        description="{q.title} of the standard{q.behind}",
-        units="{q.bids}",
-    ),
+    "standard_level": Column(description="{q.title} of the standard{q.behind}", units="{q.bids}"),
 }

@@ -244,15 +244,9 @@ class Comparing(IntervalTask[Shown]):
         return again
 
 
-def truth(value: Value) -> str | None:
-    """Return a yes/no value as the text of a table cell."""
-    return None if value is None else "true" if value else "false"
-
-
 #: The design column for tasks with a fixed plan of trials.
 DESIGN: Mapping[str, Column] = {
     "catch": Column(
-        value=lambda record: truth(record.trial.factors["catch"]),
         kind="label",
         description="Whether it is a practice or catch trial, which is not part of the plan",
         levels={"true": "not part of the plan", "false": "part of the plan"},

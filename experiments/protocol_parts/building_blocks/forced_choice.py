@@ -14,12 +14,18 @@ from typing import Literal, NamedTuple
 from slipscale.experiments.languages.texts import answers
 from slipscale.experiments.protocol_parts.adaptive.answered_tracks import AnsweredTracks
 from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
-from slipscale.experiments.protocol_parts.base import Column, Context, Count, Positive, TrialRecord
+from slipscale.experiments.protocol_parts.base import (
+    Column,
+    Context,
+    Count,
+    Positive,
+    TrialRecord,
+    truth,
+)
 from slipscale.experiments.protocol_parts.building_blocks.adaptive_options import AdaptiveOptions
 from slipscale.experiments.protocol_parts.building_blocks.comparing import (
     IntervalTask,
     sought,
-    truth,
 )
 from slipscale.experiments.protocol_parts.building_blocks.repeating import Repetition, part_over
 from slipscale.experiments.protocol_parts.simulated_answers import SimulatedAnswer, compared
@@ -241,12 +247,9 @@ def _correct(record: TrialRecord) -> str | None:
 
 DESIGN: Mapping[str, Column] = {
     "track": Column(
-        value=lambda record: record.trial.factors["track"],
-        kind="number",
-        description="Track that chose the level, numbered from 1; n/a in practice and catch trials",
+        description="Track that chose the level, numbered from 1; n/a in practice and catch trials"
     ),
     "catch": Column(
-        value=lambda record: truth(record.trial.factors["catch"]),
         kind="label",
         description="Whether it is a catch trial",
         levels={"true": "at the highest level, to check attention", "false": "none"},
@@ -254,23 +257,13 @@ DESIGN: Mapping[str, Column] = {
 }
 STIMULUS: Mapping[str, Column] = {
     "track_level": Column(
-        value=lambda record: record.trial.factors["track_level"],
-        kind="number",
         description="Difference between the target surface and the others{q.behind}",
         units="{q.bids}",
     ),
-    "target_interval": Column(
-        value=lambda record: record.trial.factors["target_interval"],
-        kind="number",
-        description="Interval that contained the target surface",
-    ),
+    "target_interval": Column(description="Interval that contained the target surface"),
 }
 RESPONSE: Mapping[str, Column] = {
-    "response": Column(
-        value=lambda record: record.answer("response"),
-        kind="number",
-        description="Interval that the participant chose",
-    ),
+    "response": Column(description="Interval that the participant chose"),
     "correct": Column(
         value=_correct,
         kind="label",

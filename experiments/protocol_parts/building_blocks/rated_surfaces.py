@@ -271,11 +271,7 @@ class RatedSurfaces(Repeating[Presentation]):
 
 
 BLOCK = {
-    "block": Column(
-        value=lambda record: record.trial.factors["block"],
-        kind="number",
-        description="Block of presentation, including practice, from 1",
-    ),
+    "block": Column(description="Block of presentation, including practice, from 1"),
 }
 TEXTURE = {
     "texture": Column(
