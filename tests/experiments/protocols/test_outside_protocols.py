@@ -271,7 +271,7 @@ def test_two_packages_that_give_the_same_name_are_refused(monkeypatch):
 
 def test_a_question_that_compares_is_never_answered_by_chance(pilot):
     question = ChoiceQuestion(prompt="?", options=(("a", "a"), ("b", "b")))
-    with pytest.raises(UserError, match="compares nothing"):
+    with pytest.raises(UserError, match="does not compare surfaces"):
         compared(Ask(name="grip", question=question), None)
 
 
