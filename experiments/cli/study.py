@@ -168,7 +168,7 @@ def _refuse_without_timeline(args: Namespace) -> None:
     """Reject options that require ``--timeline``."""
     for name in ("population", "json"):
         if getattr(args, name):
-            raise UserError(f"--{name}: expected --timeline as well")
+            raise UserError(f"--{name} requires --timeline")
 
 
 def _figure_path(args: Namespace) -> Path | None:

@@ -97,7 +97,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
     """Return the journals that have lost data since their tables were written, with these tables.
 
-    A journal only grows, so it must still contain the number of records stated in the sidecar.
+    A journal only grows, so it must still contain the records that the sidecar describes.
     """
     found: dict[Problem, list[PurePosixPath]] = {}
     for run in runs:
@@ -145,7 +145,7 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
         )
     now = run.records[count - 1].hash
     if known and now and not run.damage and now != known:
-        return f"its first {count} records differ from the ones its tables were made from"
+        return f"its first {count} records differ from the records from which its tables were made"
     return ""
 
 
@@ -217,7 +217,7 @@ def _keep_rows(
     files[name] = table(header, [[row.get(column, MISSING) for column in header] for row in rows])
 
 
-KEPT = "it was kept. Restore the journal, or delete the row and build again"
+KEPT = "the row was kept. Restore the journal, or delete the row and build again"
 
 
 def _rows(path: Path) -> list[Row]:

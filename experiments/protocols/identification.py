@@ -143,13 +143,13 @@ PROTOCOL = Protocol(
         "presented": Column(
             value=lambda record: name_of(record.surface) if record.surface else None,
             kind="label",
-            description="The surface that was presented: its {q.name} in {q.unit_in_full}",
+            description="Surface that was presented: the {q.name} in {q.unit_in_full}",
         ),
     },
     response={
         "named": Column(
             kind="label",
-            description="The surface that the participant named: its {q.name} in {q.unit_in_full}",
+            description="Surface that the participant named: the {q.name} in {q.unit_in_full}",
         ),
     },
     check=check,

@@ -140,7 +140,7 @@ def check(options: Pointing, context: Context) -> None:
     if widest_mm > min(options.distances_mm):
         raise UserError(
             f"pointing: a width of {widest_mm:g} mm overlaps a start at "
-            f"{min(options.distances_mm):g} mm, expected widths up to the smallest distance"
+            f"{min(options.distances_mm):g} mm; expected widths up to the smallest distance"
         )
     room = (HALF_WIDTH if options.dimensions == 1 else HALF_HEIGHT) * options.screen_height_mm
     farthest_mm = _radius_mm(options, max(options.distances_mm)) + widest_mm / 2

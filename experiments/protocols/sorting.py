@@ -114,12 +114,14 @@ PROTOCOL = Protocol(
         "item": Column(
             value=lambda record: name_of(record.surface) if record.surface else None,
             kind="label",
-            description="The surface: its {q.name} in {q.unit_in_full}, or the texture's name",
+            description="Surface: the {q.name} in {q.unit_in_full}, or the texture's name",
         ),
     },
     response={
         "group": Column(
-            description="Number of the participant's group; group numbers have no order"
+            description=(
+                "Number of the group that the participant chose; group numbers have no order"
+            ),
         ),
     },
     textures=True,

@@ -92,7 +92,7 @@ class Thresholds(FrozenTable):
     )
     zero_share: Share = setting(
         0.25,
-        "Flag zeros: more than this proportion of the estimates for amplitudes above 0 is zero.",
+        "Flag zeros: more than this proportion of the estimates for amplitudes above 0 are zero.",
     )
     timed_out_share: Share = setting(
         0.1, "Flag timed_out: largest accepted proportion of trials without an answer."
@@ -106,8 +106,8 @@ class Thresholds(FrozenTable):
     outlier_sd: Annotated[float, Field(gt=0)] = setting(
         4.5,
         "Flag outlying: an estimate deviates from the participant's own pattern by more than this "
-        "many robust standard deviations (1.4826 times the median absolute deviation of the log "
-        "residuals; the variance is the mean of this amplitude's and the overall variance).",
+        "number of robust standard deviations (1.4826 times the median absolute deviation of the "
+        "log residuals; the variance is the mean of this amplitude's and the overall variance).",
         unit="robust standard deviations",
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = setting(

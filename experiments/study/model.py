@@ -201,8 +201,8 @@ class Study(FrozenTable):
     )
     stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = setting(
         None,
-        "How participants are to stroke the surfaces, and what happens to trials outside these "
-        "limits; default: as they like.",
+        "Requirements for strokes, and what happens to trials that do not meet them; default: "
+        "none.",
     )
     masking_noise: MaskingNoise | None = setting(
         None, "Pink noise in the headphones while the plate may be audible; default: none."

@@ -78,8 +78,7 @@ class PlateSettings(FrozenTable):
     )
     level: Positive = setting(
         PlateLimits().level,
-        "Largest amplitude that may be presented; a larger one in the study is an error, and is "
-        "never sent to the plate.",
+        "Largest amplitude that may be presented; a larger amplitude in the study is an error.",
     )
     tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
         None,

@@ -116,9 +116,9 @@ def _edited(visits: list[tuple[str, Visit]], file: str, name: str, text: str) ->
     people = ", ".join([*dict.fromkeys(other)][:MOST_NAMED])
     more = ", ..." if len(other) > MOST_NAMED else ""
     return (
-        f"{file} was edited after participants were run with it ({people}{more}): their "
-        "journals keep the earlier version, and later participants get the new one. Restore "
-        "the file, or give the changed study another name and another data folder"
+        f"{file} has been edited since participants took part ({people}{more}): their journals "
+        "keep the earlier version, and later participants get the new version. Restore the file, "
+        "or give the changed study another name and another data folder"
     )
 
 

@@ -138,8 +138,8 @@ def _listen(host: str, port: int) -> socket.socket:
         return socket.create_server((host, port))
     except OSError as error:
         raise UserError(
-            f"port {port} at {host}: {error.strerror}; is another console open there? Name "
-            "another port with --port, or 0 for any free one"
+            f"port {port} at {host}: {error.strerror}; is another console open there? Name another "
+            "port with --port, or 0 for any free port"
         ) from None
 
 

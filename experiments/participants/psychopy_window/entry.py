@@ -302,7 +302,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     if isinstance(question, ChoiceQuestion | ComparisonQuestion):
         return KeyEntry(choice_keys(question))
     if isinstance(question, VisualAnalogueQuestion | PointingQuestion):
-        raise TypeError("this question cannot be an entry: it uses a separate screen")
+        raise TypeError("this question has no answer field, because it uses a separate screen")
     if isinstance(question, NumberQuestion | WholeNumberQuestion | TextQuestion):
         return TypedEntry(question)
     assert_never(question)

@@ -308,7 +308,8 @@ class Respondent:
         time_s: object = behaviour.ask(lambda: person.duration_s(step, usual_s))
         if not isinstance(time_s, int | float) or not 0 <= time_s < math.inf:
             raise UserError(
-                f"{behaviour.named} takes {time_s!r} for a step, expected seconds, 0 or more"
+                f"{behaviour.named} takes {time_s!r} for a step; expected a number of seconds, 0 "
+                "or more"
             )
         return float(time_s)
 

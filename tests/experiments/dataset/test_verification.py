@@ -271,7 +271,7 @@ def test_a_journal_forged_with_all_its_hashes_is_told_by_the_sidecar(dataset):
         forged.append(sound)
         before = made.hash
     put(dataset, forged)
-    assert "differ from the ones its tables were made from" in told(verify(dataset))[0]
+    assert "differ from the records from which its tables were made" in told(verify(dataset))[0]
 
 
 def test_a_journal_under_another_participants_name_is_not_taken_for_hers(dataset):

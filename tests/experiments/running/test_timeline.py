@@ -115,8 +115,8 @@ def test_the_timeline_is_told_as_json_for_other_people_too(capsys):
 @pytest.mark.parametrize(
     "words, expected",
     [
-        (["--json"], "--json: expected --timeline"),
-        (["--population", "realistic"], "--population: expected --timeline"),
+        (["--json"], "--json requires --timeline"),
+        (["--population", "realistic"], "--population requires --timeline"),
         (["--timeline", "--population", "nobody"], "'nobody'"),
     ],
 )

@@ -126,7 +126,7 @@ ODD = {
     "the clock was set back": (set_back, "the clock of this computer was changed"),
     "the study was edited between participants": (
         edited,
-        "biet.toml was edited after participants were run with it (01, 02)",
+        "biet.toml has been edited since participants took part (01, 02)",
     ),
     "another console is open": (another_console, "is open (port 8499)"),
 }
