@@ -11,7 +11,7 @@ class YesNoWords:
 
     ``trials``, ``down`` (trials with a change) and ``catch`` (trials without) are given in singular
     and plural. The probability of "yes" depends on ``size`` and is listed for ``each``. Sensitivity
-    is listed by ``kind``, ``at`` a value.
+    is listed ``at`` a value.
     """
 
     size: str
@@ -21,7 +21,6 @@ class YesNoWords:
     down: tuple[str, str] = ("stimulus", "stimuli")
     catch: tuple[str, str] = ("catch trial", "catch trials")
     each: str = "level"
-    kind: str = "level"
     at: str = "at"
 
 
@@ -33,6 +32,5 @@ STEPS = YesNoWords(
     catch=("catch step", "catch steps"),
     each="step down",
     size="the size of the step",
-    kind="step size",
     at="for steps of",
 )

@@ -64,9 +64,9 @@ def check_installed(forms: Sequence[str]) -> None:
             import weasyprint  # noqa: F401, PLC0415
         except OSError as error:
             raise UserError(
-                f"--forms pdf: WeasyPrint cannot load its text layout, Pango ({error}); expected "
-                "Pango installed (Debian: libpango-1.0-0 libpangoft2-1.0-0), or print report.html "
-                "from a browser"
+                "--forms pdf: WeasyPrint cannot load Pango, its text layout library "
+                f"({error}); install Pango (Debian: libpango-1.0-0 libpangoft2-1.0-0), or "
+                "print report.html from a browser"
             ) from None
 
 

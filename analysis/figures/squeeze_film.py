@@ -105,7 +105,7 @@ def film_figure() -> Figure:
         xlabel="Position under the finger, from its centre (mm)",
         ylabel="Mean pressure / p0",
         xlim=(-1.05, 1.05),
-        title="Pressure, mean over a period",
+        title="Mean pressure over one period",
     )
     lower.legend(loc="upper center", bbox_to_anchor=(0.5, -0.28), ncols=1)
     return figure

@@ -73,15 +73,17 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     name = analysis.dataset.name
     if len(cells) < FEWEST or cells.shape[1] < 2:  # noqa: PLR2004
         raise UserError(
-            f"--from {name}: {len(cells)} people with an estimate at each of {cells.shape[1]} "
-            f"amplitudes; expected {FEWEST} people and 2 amplitudes or more"
+            f"--from {name}: {len(cells)} people with an estimate at each of "
+            f"{cells.shape[1]} amplitudes; expected at least {FEWEST} people and 2 "
+            "amplitudes"
         )
     mean, sd = cells.mean().to_numpy(float), cells.std(ddof=1).to_numpy(float)
     if (mean <= 0).any() or (mean >= 100).any() or (sd <= 0).any():  # noqa: PLR2004
         raise UserError(
-            f"--from {name}: mean estimates range from {mean.min():.3g} to {mean.max():.3g} "
-            f"under the normalisation '{analysis.rule}'; expected different means between 0 "
-            "and 100, as with --normalise scale_top or grand_maximum"
+            f"--from {name}: mean estimates range from {mean.min():.3g} to "
+            f"{mean.max():.3g} under the normalisation '{analysis.rule}'; expected means "
+            "that differ and lie between 0 and 100, as with --normalise scale_top or "
+            "grand_maximum"
         )
     found: dict[str, Any] = {
         "amplitude_um_pp": tuple(cells.columns.to_numpy(float).tolist()),
@@ -182,7 +184,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
     share = float((np.abs(steps - steps.round()) < 1e-6).mean())  # noqa: PLR2004 - floats
     excess = (share - ROUND_BY_CHANCE) / (1 - ROUND_BY_CHANCE)
     return {"habits.rounding": round(max(excess, 0.0), 4)}, (
-        f"{share:.0%} of estimates are round numbers numbers"
+        f"{share:.0%} of estimates are round numbers"
     )
 
 

@@ -53,7 +53,7 @@ def changing_tops(data: Dataset) -> list[str]:
     if not len(several):
         return []
     sentence = (
-        f"Mixed scales: {listed(several)} declared more than one scale top; scale_top divides "
+        f"{listed(several)} declared more than one scale top; the rule scale_top divides "
         "each estimate by the scale top of its own trial."
     )
     return [sentence]
@@ -66,8 +66,9 @@ def beyond_tops(data: Dataset) -> list[str]:
         return []
     who = sorted(data.estimates.loc[above, PARTICIPANT].astype(str).unique())
     sentence = (
-        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared scale "
-        f"top ({listed(who)}): was the top declared for this scale? They are used unchanged."
+        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared "
+        f"scale top ({listed(who)}). They are used unchanged; check that the scale top was "
+        "declared for this scale."
     )
     return [sentence]
 
@@ -95,29 +96,31 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
         return []  # other tasks have their own messages
     if participants == 1:
         notes.append(
-            "One participant: means are shown; standard deviations require at least two "
-            "participants, intervals and tests at least three."
+            "There is only one participant, so only means are shown: standard deviations "
+            "require at least two participants, and intervals and tests at least three."
         )
     elif participants < FEWEST:
         notes.append(
-            "Two participants: means and their spread are shown; intervals, tests and exponents "
-            "require at least three."
+            "There are only two participants, so only means and their spread are shown: "
+            "intervals, tests and exponents require at least three."
         )
     if amplitudes == 1:
         notes.append(
-            f"Only one {quantity.level}: there are no comparisons, growth functions or tests."
+            f"There is only one {quantity.level}, so there are no comparisons, growth "
+            "functions or tests."
         )
     if participants and not (cells.to_numpy() > 0).any():
         notes.append(
-            "All estimates are zero: there is no spread, and there are no growth functions or "
-            "tests."
+            "All estimates are zero, so there are no standard deviations, growth "
+            "functions or tests."
         )
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):
         notes.append(
-            f"Participants without an estimate for at least one {quantity.level}: {len(missing)} "
-            f"of {participants} ({listed(missing)}). Means use all participants; "
-            "within-participant intervals and tests use only complete ones."
+            f"{len(missing)} of {participants} participants have no estimate for at least "
+            f"one {quantity.level} ({listed(missing)}). Means use all participants; "
+            "within-participant intervals and tests use only participants with complete "
+            "data."
         )
     return notes
 
@@ -139,9 +142,10 @@ def scales(cells: pd.DataFrame, rule: str) -> list[str]:
     if apart < SCALES_APART:
         return []
     sentence = (
-        f"Participants used scales up to {apart:.0f} times larger or smaller than the median "
-        f"participant's; '{rule}' preserves these differences, so the largest numbers dominate the "
-        "means. Compare --normalise modulus_equalisation."
+        f"Participants used scales up to {apart:.0f} times larger or smaller than the "
+        f"median participant's; the rule '{rule}' preserves these differences, so the "
+        "largest numbers dominate the means. Compare with --normalise "
+        "modulus_equalisation."
     )
     return [sentence]
 
@@ -154,8 +158,8 @@ def unequal(prepared: Prepared | None) -> list[str]:
     if counts.min() == counts.max():
         return []
     sentence = (
-        f"Unequal repetitions: {counts.min()} to {counts.max()} estimates of a "
-        f"{prepared.quantity.stimulus} per participant; each participant's mean has the same "
-        "weight, whatever the number of repetitions."
+        f"The number of repetitions differs: there are {counts.min()} to {counts.max()} "
+        f"estimates of a {prepared.quantity.stimulus} per participant. Each participant's "
+        "mean has the same weight, whatever the number of repetitions."
     )
     return [sentence]

@@ -221,8 +221,9 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     if below.isna().any():
         who = sorted(trials.loc[below.isna(), PARTICIPANT].astype(str).unique())
         raise UserError(
-            f"normalisation '{rule}' needs {RULES[rule].needs}; missing for {listed(who)}. "
-            f"These data allow: --normalise {', '.join(normalise_by_all(trials))}"
+            f"normalisation '{rule}' requires {RULES[rule].needs} (missing for "
+            f"{listed(who)}); with these data, expected one of "
+            f"{', '.join(normalise_by_all(trials))}"
         )
     return _scaled(trials, rule, below)
 

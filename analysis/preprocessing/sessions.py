@@ -59,6 +59,7 @@ def pooled(data: Dataset) -> list[str]:
     )
     sentence = (
         f"Sessions {', '.join(known)} are combined: each participant's mean is over all of "
-        f"their sessions. {compared}. To analyse one session: --in-session {known[0]}."
+        f"their sessions. {compared}. To analyse a single session, use --in-session "
+        f"{known[0]}."
     )
     return [sentence]

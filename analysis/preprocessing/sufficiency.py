@@ -12,6 +12,6 @@ def few(what: str, there: int, needed: int = FEWEST) -> str:
     """Return a message about insufficient data.
 
     >>> few("amplitudes", 1, 2)
-    'amplitudes: 1 (at least 2 are needed)'
+    'too few amplitudes (1; at least 2 are needed)'
     """
-    return f"{what}: {there} (at least {needed} are needed)"
+    return f"too few {what} ({there}; at least {needed} are needed)"

@@ -112,8 +112,8 @@ def read_bundle(path: Path) -> Bundle:
     listed = {file.path: file.sha256 for file in manifest.files}
     if STUDY not in files or sha256(files[STUDY]) != listed.get(STUDY):
         raise UserError(
-            f"--plan {path}: {STUDY} is missing or not the file that was frozen (its SHA-256 "
-            "differs), so nothing can be compared with it"
+            f"--plan {path}: {STUDY} is missing or is not the frozen file (its SHA-256 "
+            "differs), so nothing can be compared with the plan"
         )
     return Bundle(
         name=path.name,
@@ -136,8 +136,8 @@ def _manifest(path: Path, content: bytes) -> Manifest:
         manifest = json.loads(content)
         if isinstance(manifest, dict) and manifest.get("format", FORMAT) != FORMAT:
             raise UserError(
-                f"--plan {path}: written in format {manifest['format']!r}; this Slipscale reads "
-                f"format {FORMAT}"
+                f"--plan {path}: its format is {manifest['format']!r}, but this version of "
+                f"Slipscale reads format {FORMAT}"
             )
         found = Manifest.model_validate(manifest)
     except (ValueError, RecursionError) as error:

@@ -126,7 +126,9 @@ def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
     yield from (f"{each}." for each in differences[:MOST_DIFFERENCES])
     if len(differences) > MOST_DIFFERENCES:
         more = len(differences) - MOST_DIFFERENCES
-        yield f"{more} more differences from the journals; slipscale data verify lists all."
+        yield (
+            f"There are {more} more differences from the journals; slipscale data verify lists all."
+        )
 
 
 def _flat(table: object, key: str = "") -> dict[str, object]:

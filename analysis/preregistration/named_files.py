@@ -60,7 +60,7 @@ def _gather(
             content = path.read_bytes()
         except OSError as error:
             raise UserError(
-                f"{path}: named by the study's {key}, cannot be read ({error.strerror})"
+                f"{path}: cannot be read ({error.strerror}); the study's {key} names this file"
             ) from None
         found[path.resolve()] = NamedFile(key=f"{prefix}{key}", path=path, content=content)
         if path.suffix == ".toml":

@@ -129,7 +129,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
         ]
         for each in power.get("conditions", [])
     ]
-    titles = ("Participants", "Ratings per surface", "Effect", "Power of the weakest")
+    titles = ("Participants", "Ratings per surface", "Effect", "Power of the weakest comparison")
     columns = html.columns(*titles)
     section.blocks += [html.paragraph(each) for each in _remarks(power, plan.participants)]
     section.blocks.append(
@@ -141,7 +141,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
         )
     )
     if "power/power.svg" in contents:
-        alt = "Power against participants"
+        alt = "Power by number of participants"
         section.blocks.append(
             Markup('<figure><img src="power/power.svg" alt="{}"></figure>').format(alt)
         )

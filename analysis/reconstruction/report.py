@@ -133,17 +133,18 @@ def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
     yield one.reason
     if isfinite(one.low):
         high = outward(one.high, down=False)
-        extent = f"and {high}" if isfinite(one.high) else "and any larger value"
         low = outward(one.low, down=True)
-        yield f"every data set and pairing gives a value between {low} {extent}"
+        extent = f"between {low} and {high}" if isfinite(one.high) else f"of at least {low}"
+        yield f"every data set and pairing gives a value {extent}"
     if one.pairs is not None:
         yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares fit"
     if one.correlation_low is not None:
         yield (
-            f"it leaves a correlation of {one.correlation_low:.3f} to {one.correlation_high:.3f}"
+            f"the printed value requires a correlation of {one.correlation_low:.3f} to "
+            f"{one.correlation_high:.3f}"
         )
     if one.example:
-        yield f"printed by {ratings(one.labels, one.example)}"
+        yield f"obtained with {ratings(one.labels, one.example)}"
 
 
 def interval_json(column: IntervalColumn) -> Json:
@@ -217,7 +218,7 @@ def _uncounted_lines(answer: ColumnAnswer) -> Iterator[str]:
         often = Counter(answer.witness)
         shown = ", ".join(f"{value:g} ({often[value]})" for value in sorted(often)[:SHOWN_VALUES])
         more = " ..." if len(often) > SHOWN_VALUES else ""
-        yield f"  one data set, checked; rating (how often): {shown}{more}"
+        yield f"  one verified data set, as rating (frequency): {shown}{more}"
     else:
         yield "  a short search found no data set, which does not prove that there is none"
 

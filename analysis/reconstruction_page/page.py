@@ -92,7 +92,7 @@ def _facts(source: Source) -> list[tuple[str, str]]:
     tests = [("Impossible tests", f"{impossible} of {len(source.tests)}")] if source.tests else []
     return [
         ("Columns", str(len(answers))),
-        ("Without any data set", ", ".join(none) or "none"),
+        ("Columns without any data set", ", ".join(none) or "none"),
         *tests,
         ("Equally likely", source.measure),
         ("Random seed for the samples", str(source.seed)),
@@ -127,17 +127,17 @@ def _column(source: Source, place: int) -> html.ReportSection:
         return section
     up_to = cumulative(solutions, samples, source.measure)
     ends = _axis_ends(solutions, samples)
-    over = "all data sets" if up_to.exact else f"{DRAWN:,} data sets drawn"
+    over = "all data sets" if up_to.exact else f"{DRAWN:,} uniformly drawn data sets"
     section.blocks += [
         html.figure(
             svg(histogram_figure(histogram(solutions, samples), ends), salt=f"histogram{place}"),
-            f"How many of the {solutions.column.n} participants gave each rating, over {DRAWN:,} "
-            "data sets drawn uniformly.",
+            f"How many of the {solutions.column.n} participants gave each rating in {DRAWN:,} "
+            "uniformly drawn data sets.",
             f"Histogram of the ratings at {answer.label} with bands",
         ),
         html.figure(
             svg(cumulative_figure(up_to, ends), salt=f"cumulative{place}"),
-            f"Proportion of ratings up to a value, over {over}.",
+            f"Proportion of ratings up to a value in {over}.",
             f"Cumulative distribution of the ratings at {answer.label} with bands",
         ),
     ]
@@ -307,8 +307,8 @@ def _samples(text: str) -> html.ReportSection:
     address = "data:text/csv;base64," + b64encode(text.encode()).decode()
     link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
         address,
-        f"{WITH_THE_PAGE} data sets of each column, one rating per row; column, sample, "
-        "place, rating. The order does not identify participants.",
+        f"{WITH_THE_PAGE} data sets of each column, one rating per row, with the columns column, "
+        "sample, place and rating. The order does not identify participants.",
     )
     return html.ReportSection("Samples", [link])
 

@@ -9,7 +9,7 @@ from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
 from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
 from slipscale.analysis.tasks.kind import Analysis
-from slipscale.analysis.writing.numbers import unit_number
+from slipscale.analysis.writing.numbers import joined, unit_number
 from slipscale.analysis.writing.references import REFERENCES, Reference
 from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
@@ -17,9 +17,10 @@ from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 CITATION = re.compile(r"\[\[([a-z0-9 ]+)\]\]")
 ZEROS: dict[ZeroRule, str] = {
     "exclude": "Estimates of zero were excluded from computations on logarithms.",
-    "half_minimum": "For logarithms, estimates of zero were replaced by half the smallest "
-    "positive normalised estimate.",
-    "refuse": "Data with estimates of zero would have been rejected.",
+    "half_minimum": "Before logarithms were taken, estimates of zero were replaced by half the "
+    "smallest positive normalised estimate.",
+    "refuse": "If there had been estimates of zero, no results would have been computed on "
+    "logarithms.",
 }
 #: Primary analysis -> sentence with a placeholder for the quantity ``q``.
 PRIMARY: dict[Primary, str] = {
@@ -64,7 +65,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     texts.append(" ".join(done))
     level = unit_number(1 - choices.confidence, 3).rstrip("0")
     versions = {name: version for name, version in software.items() if name in CITED}
-    used = ", ".join(CITED[name].format(version) for name, version in versions.items())
+    used = joined([CITED[name].format(version) for name, version in versions.items()])
     texts.append(
         f"Tests were two-sided unless stated otherwise, with a significance level of {level}; "
         f"intervals have a confidence level of {100 * choices.confidence:g} %. Data were analysed "

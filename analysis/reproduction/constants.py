@@ -25,7 +25,8 @@ def alpha() -> Outcome:
         published="1.81",
         ours=BeamSection.printed().alpha,
         unit="",
-        reason="123 GPa over Table II's c11p of 67.9 GPa; Appendix B's 73.4 GPa would give 1.67",
+        reason="123 GPa divided by Table II's c11p of 67.9 GPa; Appendix B's 73.4 GPa would give "
+        "1.67",
     )
 
 
@@ -112,7 +113,7 @@ def first_test_share() -> Outcome:
         ours=float(interval.low),
         unit="share",
         reason=(
-            "lower end of the 95 % interval of 12 of 12 (Clopper and Pearson); the paper "
+            "lower limit of the 95 % interval for 12 of 12 (Clopper and Pearson); the paper "
             "reports no catch trials, so the rate of false alarms is unknown"
         ),
     )

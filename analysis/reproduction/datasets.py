@@ -31,8 +31,8 @@ ENDS = ("lowest", "highest")
 
 WHOLE_RATINGS = (
     "whole ratings from 0 to 100 are assumed: mean and maximum deviation together give "
-    "extreme ratings of 40.00, 30.00, 40.00 and 100.00, and means of non-integer ratings "
-    "would all four fit n = 12 with a probability of 2e-4"
+    "extreme ratings of 40.00, 30.00, 40.00 and 100.00, and four means of non-integer "
+    "ratings would all fit n = 12 with a probability of only 2e-4"
 )
 
 

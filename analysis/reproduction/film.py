@@ -120,7 +120,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_squeeze, 30_500, 1.15, 0.6),
         "15.9",
         "",
-        "2.3 µm is peak to peak, h_vib is 1.15 µm; equation (4) with l0²",
+        "2.3 µm is peak to peak, so h_vib is 1.15 µm; computed with equation (4) and l0²",
     ),
     # Section II-C: the paper's criterion
     "fig3.25kHz": item(

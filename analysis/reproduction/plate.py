@@ -62,7 +62,9 @@ def fig9_fe(half_wave_mm: float) -> Outcome:
 
     reason = "printed only as a point of Fig. 9, which is not available as numbers"
     if half_wave_mm == 11:  # noqa: PLR2004 - the one size where two modes mix
-        reason += "; mixes with the width's stretching at 36.7 kHz (its partner: 36.9 kHz)"
+        reason += (
+            "; the mode couples with the width's stretching at 36.7 kHz (its partner: 36.9 kHz)"
+        )
     ours = half_wave_frequency_hz(Layout.half_wave(half_wave_mm)) / 1e3
     return Outcome(published=None, ours=ours, unit="kHz", reason=reason)
 
@@ -163,7 +165,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _printed().half_wave_for_amplitude_mm(1.5, 15.0),
         "8.2",
         "mm",
-        "equation (37) with Table II's d31; Appendix B's constants would give another",
+        "equation (37) with Table II's d31; Appendix B's constants would give another value",
     ),
     "neutral_line": item(
         lambda: _printed().neutral_ratio,

@@ -33,7 +33,7 @@ SAME_MAXIMUM = 1e-3
 #: Diagonal elements of the random effects' Cholesky factor below this value, in residual standard
 #: deviations, count as being at their bound. lme4's `isSingular` uses 1e-4 by default.
 AT_ITS_BOUND = 1e-2
-BOUND_SENTENCE = "a variance or correlation is on its boundary"
+BOUND_SENTENCE = "an estimated variance or correlation is on the boundary of its range"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,7 +108,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     spread = fit.cov_re.to_numpy(float)
     at_one_um = np.array([1.0, -centre])
     if not np.isfinite(se):
-        return NotComputed("the model could not be fitted (no standard error)")
+        return NotComputed("the model could not be fitted (no standard error was obtained)")
     n = frame["who"].nunique()
     slope = float(fit.fe_params["lx"])
     half = float(stats.t.ppf((1 + data.choices.confidence) / 2, n - 1)) * se
@@ -146,8 +146,8 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         data.zero_sentence: data.refused,
         few("participants", n): n < FEWEST,
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
-        f"{n} participants: at most {AT_MOST} are supported; with more, the t interval for "
-        "participants' exponents (power_law) gives the same estimate": n > AT_MOST,
+        f"there are {n} participants, but at most {AT_MOST} are supported; with more, the "
+        "t interval for participants' exponents (power_law) gives the same estimate": n > AT_MOST,
         f"at most two estimates above {data.quantity.value(0)} per participant, which leaves no "
         "residuals": len(frame) <= 2 * n,
         "the estimates of each participant are all the same": len(frame) > 0

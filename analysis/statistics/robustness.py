@@ -51,7 +51,7 @@ class SubsetSummary:
 def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:
     """Return the main results for all participants and, if any remain, for those without flags."""
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
-    sets = {"all analysed": everyone}
+    sets = {"all analysed participants": everyone}
     if flagged and kept.any():
         trials = everyone.trials.loc[kept, [PARTICIPANT, "amplitude_um_pp", "normalised"]]
         trials = trials.reset_index(drop=True)

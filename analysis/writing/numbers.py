@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, TypeVar
 
@@ -81,6 +81,15 @@ def grouped(value: float | None, decimals: int = 2) -> str:
     '1 234.50'
     """
     return number(value, decimals, thousands=" ")
+
+
+def joined(words: Sequence[str]) -> str:
+    """Join words for a sentence.
+
+    >>> joined(["a", "b", "c"]), joined(["a"])
+    ('a, b and c', 'a')
+    """
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
 
 
 def counted(count: int, one: str, many: str) -> str:

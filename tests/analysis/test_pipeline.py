@@ -102,12 +102,12 @@ def test_what_the_user_typed_cannot_become_markup(dataset, page):
 @pytest.mark.parametrize(
     "text, sentence",
     [
-        ("a,0,1\na,0.5,2\na,1.2,5\n", "One participant"),
-        ("a,1.2,1\nb,1.2,2\nc,1.2,4\n", "Only one amplitude"),
+        ("a,0,1\na,0.5,2\na,1.2,5\n", "There is only one participant"),
+        ("a,1.2,1\nb,1.2,2\nc,1.2,4\n", "There is only one amplitude"),
         ("a,0,0\na,1,0\nb,0,0\nb,1,0\n", "All estimates are zero"),
         (
             "a,0,1\na,1,5\nb,0,2\nb,1,3\nc,1,4\n",
-            "Participants without an estimate for at least one amplitude: 1 of 3",
+            "1 of 3 participants have no estimate for at least one amplitude",
         ),
     ],
 )

@@ -14,7 +14,7 @@ fitted <- "^(mixed_model|reliability|growth|difference\\.(psychometric|weber)|di
 on_grids <- "^(thresholds|exponent_and_weber)\\..*(function|maximum_likelihood|weber|population|expected_exponent|ekman)|^similarity\\..*stress|^factors\\..*mixed"
 close_grids <- 4e-2
 same_maximum <- 1e-3 # difference between log likelihoods
-at_its_bound <- "a variance or correlation is on its boundary"
+at_its_bound <- "an estimated variance or correlation is on the boundary of its range"
 
 words <- c("participant_id", "session", "run", "flags", "name", "task", "surface", "group", "measure",
            "method", "stimulus1", "stimulus2", "stimulus3", "direction", "began", "bound", "first", "second")

@@ -71,7 +71,7 @@ def curves_figure(found: Distribution) -> Figure:
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]
     for number, each in enumerate(found.results[:CURVES]):
         means = [each.found.numbers.get(name, np.nan) for name in names]
-        label = f"one study each ({min(CURVES, len(found.results))})" if number == 0 else None
+        label = f"single studies ({min(CURVES, len(found.results))})" if number == 0 else None
         axes.plot(amplitudes, means, color=PALE, linewidth=0.8, alpha=0.7, label=label)
     spreads = [found.by_name[name] for name in names]
     axes.fill_between(

@@ -158,7 +158,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             html.figure(
                 svg(figures["results"], salt="results"),
                 f"Number of studies that gave each value, for at most the first {PANELS} "
-                "results: the line is the median, the band contains 5 to 95 %.",
+                "results. Line: median; band: 5 to 95 % of the studies.",
                 "Histograms of results across studies",
             )
         )

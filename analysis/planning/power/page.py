@@ -94,9 +94,9 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
         blocks.append(
             html.figure(
                 svg(catch_figure(found), salt="catch"),
-                "Effect of catch steps: how precisely the false-alarm rate is known, and the "
-                "smallest d' that can be claimed. Bands: 95 % Monte Carlo intervals of the "
-                "means.",
+                "Effect of the number of catch steps on the precision of the false-alarm "
+                "rate and on the smallest d' that can be claimed. Bands: 95 % Monte Carlo "
+                "intervals of the means.",
                 "Two panels of curves against the number of catch steps",
             )
         )
@@ -124,4 +124,6 @@ def _table(found: Sequence[Row]) -> Markup:
         ]
         for row in found
     ]
-    return html.table(columns, rows, "Power of every test, and the exponent's half-width.")
+    return html.table(
+        columns, rows, "Power of every test, and half-width of the interval for the exponent."
+    )

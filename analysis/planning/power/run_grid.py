@@ -185,7 +185,7 @@ def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, 
         from distributed import Client, as_completed  # noqa: PLC0415 - an extra
     except ModuleNotFoundError:
         raise UserError(
-            f"--scheduler {scheduler}: Dask is not installed; expected the extra slipscale[cluster]"
+            f"--scheduler {scheduler}: Dask is not installed; install the extra slipscale[cluster]"
         ) from None
     try:
         client = Client(scheduler, timeout=REACHED_S)  # type: ignore[no-untyped-call]

@@ -82,8 +82,9 @@ class ShardCache:
             _write(self.path(shard), f"{hashlib.sha256(body.encode()).hexdigest()}\n{body}")
         except OSError as error:
             raise UserError(
-                f"--cache {self.folder}: cannot write ({error.strerror}); the existing shards "
-                "are complete: free some space and run the same command again"
+                f"--cache {self.folder}: cannot be written ({error.strerror}); the "
+                "existing shards are complete: free some space and run the same command "
+                "again"
             ) from None
 
 

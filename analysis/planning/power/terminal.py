@@ -30,7 +30,8 @@ def print_power(design: Design, found: Sequence[Row], target: float) -> None:
     target_console = Console()
     target_console.width = max(target_console.width, WIDTH)
     table = Table(
-        title=f"Power: proportion of {found[0].weakest.studies:,} simulated studies",
+        title=f"Power: proportion of significant results in {found[0].weakest.studies:,} "
+        "simulated studies",
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,

@@ -99,8 +99,8 @@ class Solutions:
                 return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
             return (
-                "quartiles must be compared for each data set, and without them there are "
-                f"{self._unfiltered:,}, more than {LISTED:,}"
+                "quartiles must be checked in each data set, but without them there are "
+                f"{self._unfiltered:,} data sets, more than {LISTED:,}"
             )
         return ""
 

@@ -27,13 +27,13 @@ def require_comparable(columns: Sequence[Solutions]) -> None:
         If there are fewer than two columns, or they differ in n or scale.
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
-        raise UserError("conclusions compare columns: expected two or more in the table")
+        raise UserError("conclusions compare columns: expected two or more columns")
     first = columns[0].column
     for other in (solutions.column for solutions in columns[1:]):
         if (other.n, other.scale) != (first.n, first.scale):
             raise UserError(
                 f"columns '{first.label}' and '{other.label}' differ in n or scale; conclusions "
-                "across columns expect the same participants and the same scale"
+                "across columns require the same participants and the same scale"
             )
 
 

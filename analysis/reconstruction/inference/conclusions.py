@@ -131,7 +131,9 @@ def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
 
     n, (one, other) = columns[0].column.n, labels(columns)
     ps = [float(binomtest(int(k), n).pvalue) for k in range(int(count.low), int(count.high) + 1)]
-    words = f"participants of {n} who rated {other} above {one} (sign test, ties against)"
+    words = (
+        f"participants (of {n}) who rated {other} above {one} (sign test; ties count as not above)"
+    )
     return _concluded("sign", words, columns, count, (min(ps), max(ps)))
 
 

@@ -50,7 +50,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
         If there are fewer than two columns.
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
-        raise UserError("conclusions compare columns: expected two or more in the table")
+        raise UserError("conclusions compare columns: expected two or more columns")
     groups = [group_of(solutions) for solutions in columns]
     found = [test(a, b) for a, b in combinations(groups, 2) for test in (_students_t, _welchs_t)]
     return [*found, _one_way_f(groups)]

@@ -103,7 +103,7 @@ class _File(FrozenTable):
             for label in test.columns:
                 if label not in labels:
                     known = ", ".join(repr(known) for known in labels)
-                    words = f"unknown column {label!r}; expected some of {known}"
+                    words = f"unknown column {label!r}; expected one or more of {known}"
                     yield ("test", place, "columns"), {"msg": words}
 
     def labels(self) -> list[str]:

@@ -33,9 +33,9 @@ def in_words(column: Column) -> str:
         printed = getattr(column, name)
         if printed is not None:
             parts.append(f"{words} {printed.text}")
-    parts += [f"{value} given by somebody" for value in column.present]
-    parts += [f"{value} given by nobody" for value in column.absent]
-    parts += [f"{value} given by {times}" for value, times in column.frequencies]
+    parts += [f"{value} given at least once" for value in column.present]
+    parts += [f"{value} never given" for value in column.absent]
+    parts += [f"{value} given {times} times" for value, times in column.frequencies]
     parts += [f"{value} given by {share.text} %" for value, share in column.percentages]
     scale = column.scale
     ends = {
@@ -56,7 +56,7 @@ def assumptions(column: Column) -> Iterator[str]:
     yield f"n = {column.n} contains no missing ratings"
     far = {"minimum": scale.minimum, "maximum": scale.maximum}
     if derived := [f"{name} {float(far[name]):g}" for name in far if name in column.assumed]:
-        yield f"the scale ends where the SD allows no rating ({' and '.join(derived)})"
+        yield f"the scale ends where the SD rules out further ratings ({' and '.join(derived)})"
     if "sd_convention" in column.assumed:
         yield "the SD divides by n - 1 (not stated)"
     yield f"rounding: {column.rounding}"

@@ -8,7 +8,7 @@ from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
-from slipscale.analysis.writing.numbers import grouped, p_value, reliable
+from slipscale.analysis.writing.numbers import counted, grouped, p_value, reliable
 
 
 def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
@@ -22,10 +22,11 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         level = analysis.dataset.choices.confidence
         verdict = "violated" if reliable(anova.mauchly_p, level) else "not rejected"
         texts.append(
-            f"Sphericity is {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
-            f"{p_value(anova.mauchly_p)}. The analysis of variance is always corrected: "
-            f"Greenhouse-Geisser ε = {grouped(anova.epsilon_gg, 3)}, {p_value(anova.p_gg)} "
-            f"(Huynh-Feldt: {grouped(anova.epsilon_hf, 3)}, {p_value(anova.p_hf)})."
+            f"Sphericity was {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
+            f"{p_value(anova.mauchly_p)}. The analysis of variance is always corrected for "
+            f"non-sphericity. Here, Greenhouse-Geisser ε = {grouped(anova.epsilon_gg, 3)}, "
+            f"{p_value(anova.p_gg)} (Huynh-Feldt ε = {grouped(anova.epsilon_hf, 3)}, "
+            f"{p_value(anova.p_hf)})."
         )
     elif anova.df1 > 1:
         texts.append(
@@ -40,8 +41,9 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     if anova.n_incomplete:
         texts.append(
-            "Participants excluded from the analysis of variance because a log estimate is missing "
-            f"for at least one {quantity.level}: {anova.n_incomplete}."
+            f"{counted(anova.n_incomplete, 'participant was', 'participants were')} "
+            "excluded from the analysis of variance because a log estimate is missing for "
+            f"at least one {quantity.level}."
         )
     if texts:
         section.gist, *rest = texts

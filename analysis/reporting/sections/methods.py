@@ -16,11 +16,12 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 SEEDS_LISTED = 12
 #: `Dataset.unchanged` -> statement about when the study's choices were made.
 FROZEN = {
-    True: "Set in the study file before data collection (the session records contain its SHA-256)",
-    False: "Set in code/study.toml, which differs from the study file used in the sessions, so "
-    "possibly after data collection",
-    None: "Set in code/study.toml or analysis.toml; the session records do not show whether this "
-    "was before data collection",
+    True: "Settings from the study file, fixed before data collection (the session records "
+    "contain the file's SHA-256)",
+    False: "Settings from code/study.toml, which differs from the study file used in the "
+    "sessions, so they may have been chosen after data collection",
+    None: "Settings from code/study.toml or analysis.toml; the session records do not show "
+    "whether they were chosen before data collection",
 }
 
 

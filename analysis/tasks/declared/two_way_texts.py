@@ -63,9 +63,10 @@ def anova_sentence(
     )
     return (
         f"In an analysis of variance of log estimates with {factor} and {quantity.name} as "
-        f"within-participant factors (n = {n}, Greenhouse-Geisser), {levels} {means}, "
-        f"{_statistics(effects[0])}; the effect of {quantity.name} {growth} between {levels} "
-        f"(interaction), {_statistics(effects[2])}."
+        f"within-participant factors (n = {n}, Greenhouse–Geisser-corrected), estimates "
+        f"{means} between {levels}, {_statistics(effects[0])}; the effect of "
+        f"{quantity.name} {growth} between {levels} (interaction), "
+        f"{_statistics(effects[2])}."
     )
 
 

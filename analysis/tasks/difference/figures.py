@@ -144,7 +144,13 @@ def _against_size(
         middle, low, high = curve(fit, fine, confidence)
         axes.plot(fine, middle, color=BLUE, linewidth=1.8, label="logistic curve", zorder=2)
         axes.fill_between(
-            fine, low, high, color="#CCE3F0", linewidth=0, label=f"its {level} band", zorder=0
+            fine,
+            low,
+            high,
+            color="#CCE3F0",
+            linewidth=0,
+            label=f"{level} band of the curve",
+            zorder=0,
         )
         if fit.half_yes is not None and fit.half_yes_interval is not None:
             ends = fit.half_yes_interval
@@ -158,7 +164,7 @@ def _against_size(
                 markersize=9,
                 capsize=3,
                 zorder=3,
-                label=f"half “{quantity.yes}”, {level} interval",
+                label=f"half of the answers “{quantity.yes}” ({level} interval)",
             )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps)
@@ -178,7 +184,7 @@ def _against_size(
             linewidth=1.8,
             clip_on=False,
             zorder=4,
-            label=f"all answers, {level} interval" if size == sizes[-1] else None,
+            label=f"all answers ({level} interval)" if size == sizes[-1] else None,
         )
     axes.set_xticks(sizes, ["0\n(catch)" if s == 0 else f"{s:g}" for s in sizes])
     axes.set_xlim(sizes[0] - 0.06 * span, sizes[-1] + 0.06 * span)
@@ -210,7 +216,7 @@ def _participants(axes: Axes, steps: pd.DataFrame) -> None:
         markerfacecolor="none",
         markeredgecolor=PALE,
         markeredgewidth=1.1,
-        label="participants (area: number)",
+        label="participants (area: their number)",
     )
     for size, share, people in rows:
         axes.scatter(

@@ -103,7 +103,8 @@ def d_primes(
     people = int(who.max()) + 1 if len(who) else 0
     if 0.0 not in kinds:
         return NotComputed(
-            "no catch steps: sensitivity cannot be separated from a tendency to say yes"
+            "there are no catch steps, so sensitivity cannot be separated from a tendency "
+            "to answer “yes”"
         )
     if people < FEWEST:
         return NotComputed(few("participants", people))

@@ -28,7 +28,9 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     )
     texts = [intervals]
     if fit:
-        texts.append(f"Curve: logistic; pointwise band with {fit.df} degrees of freedom.")
+        texts.append(
+            f"Curve: logistic function, with a pointwise band ({fit.df} degrees of freedom)."
+        )
     if 1 < found.participants <= LINES_AT_MOST:
         texts.append(
             "Rings: individual participants' proportions; larger rings represent more participants."
@@ -69,7 +71,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         return section
     words = found.verbal_reports
     if isinstance(words, NotComputed):
-        section.blocks.append(html.paragraph(f"Verbal reports: {words.reason}.", "note"))
+        section.blocks.append(html.paragraph(f"There are {words.reason}.", "note"))
         return section
     section.blocks.append(
         html.table(
@@ -92,7 +94,8 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             f"Answers to “What has been removed?”: {words.n} reports, coded with {words.codebook}. "
             "A report can belong to several categories. Less slippery: "
             f"{words.meaning.get('less_slippery', 0)}; more slippery: "
-            f"{words.meaning.get('more_slippery', 0)}; unclear: {words.meaning.get('unclear', 0)}.",
+            f"{words.meaning.get('more_slippery', 0)}; unclear: "
+            f"{words.meaning.get('unclear', 0)}.",
         )
     )
     coders = found.coders
@@ -100,7 +103,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         section.blocks.append(
             html.paragraph(
                 f"Two coders ({' and '.join(coders.coders)}) agreed on {coders.agreed} of "
-                f"{coders.reports} reports, Cohen's κ = {grouped(coders.kappa)}, 95 % "
+                f"{coders.reports} reports, Cohen's κ = {grouped(coders.kappa)}, 95 % CI "
                 f"{interval(*coders.interval)}."
             )
         )

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.writing.numbers import (
     bracketed,
+    joined,
     level_of,
     number,
     of_size,
     p_value,
     reliable,
 )
-from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.probit import DPrimeOfSize
@@ -57,17 +58,17 @@ def psychometric(
     if found.half_yes is not None and found.half_yes > 0:
         own = of_size(found.half_yes)
         bounds = (
-            "with an unbounded interval"
+            "with an unbounded confidence interval"
             if found.half_yes_interval is None
             else f"{level} CI {bracketed(found.half_yes_interval, own)}"
         )
         at = written(own(found.half_yes))
-        half = f"; half of the answers are “{quantity.yes}” at {at}, {bounds}"
+        half = f"; half of the answers were “{quantity.yes}” at {at}, {bounds}"
     return (
-        f"“{capitalised(quantity.yes)}” {verb} on {size}, log odds "
-        f"{write(found.log_odds_per_unit)} {per}, {level} CI {bracketed(found.interval, write)}, "
-        f"t({found.df}) = {number(found.t)}, {p_value(found.p)}{half} ({found.answers} answers "
-        f"from {found.n} participants)."
+        f"The answer “{quantity.yes}” {verb} on {size}, log odds "
+        f"{write(found.log_odds_per_unit)} {per}, {level} CI "
+        f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
+        f"{p_value(found.p)}{half} ({found.answers} answers from {found.n} participants)."
     )
 
 
@@ -80,9 +81,9 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
     values = sorted(one.threshold_um_pp.value for one in own)
     text = (
         f"Individual thresholds, available for {len(own)} of {len(found.thresholds)} participants, "
-        f"range from {number(values[0])} to {write(number(values[-1]))}, median "
+        f"range from {number(values[0])} to {write(number(values[-1]))} with a median of "
         f"{write(number(median(values)))} (logistic curves with individual false-alarm and lapse "
-        "rates; individuals.csv has their intervals)."
+        "rates; individuals.csv lists their intervals)."
     )
     return [text]
 
@@ -134,8 +135,8 @@ def difference_sentences(
         return texts
     pooled, words = detection.pooled, quantity.yes_no
     texts.append(
-        f"{pooled.hits} of {pooled.changes} {words.trials[1]} and {pooled.false_alarms} of "
-        f"{pooled.catches} {words.catch[1]} were answered “{quantity.yes}”. "
+        f"The answer was “{quantity.yes}” for {pooled.hits} of {pooled.changes} "
+        f"{words.trials[1]} and for {pooled.false_alarms} of {pooled.catches} {words.catch[1]}. "
         f"{sensitivity(detection, confidence, quantity)}"
     )
     return texts
@@ -145,28 +146,30 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     """Return a sentence on d' for each step size."""
     if isinstance(found.by_size, NotComputed):
         return f"d′ was not computed: {found.by_size.reason}."
-    words = quantity.yes_no
-    parts = [
-        f"{_d_prime(each)} {words.at} {quantity.value(each.removed_um_pp)}"
-        for each in found.by_size
-    ]
-    text = "; ".join(parts)
+    sizes: dict[str, list[str]] = {}
+    for each in found.by_size:
+        sizes.setdefault(_d_prime(each), []).append(f"{each.removed_um_pp:g}")
+    text = "; ".join(
+        f"{d_prime} {quantity.yes_no.at} {quantity.value(joined(same))}"
+        for d_prime, same in sizes.items()
+    )
+    limits = "" if "[" in text else "limits of "
     mean = found.mean_d_prime
     own = (
         ""
         if not mean
-        else f" Mean of individual d′ values: {number(mean.mean)}, {level_of(confidence)} CI "
-        f"{bracketed(mean.interval)}."
+        else f" The mean of individual d′ values was {number(mean.mean)}, "
+        f"{level_of(confidence)} CI {bracketed(mean.interval)}."
     )
-    return f"Sensitivity by {words.kind}: {text} ({level_of(confidence)} intervals).{own}"
+    return f"Sensitivity was {text} ({limits}{level_of(confidence)} intervals).{own}"
 
 
 def _d_prime(found: DPrimeOfSize) -> str:
     low, high = found.interval
     if not isfinite(low) and not isfinite(high):
-        return "too few answers to determine d′"
+        return "undetermined (too few answers)"
     if not isfinite(high):
-        return f"at ceiling, d′ ≥ {number(low)}"
+        return f"at ceiling (d′ ≥ {number(low)})"
     if not isfinite(low):
-        return f"at floor, d′ ≤ {number(high)}"
+        return f"at floor (d′ ≤ {number(high)})"
     return f"d′ = {number(found.d_prime)} {bracketed(found.interval)}"

@@ -40,7 +40,7 @@ DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     key="difference",
     meaning="descending difference: proportions of “yes”, d′, curves, verbal reports",
     compute=_compute,
-    families=(Family(name="curves of “{q.yes}”, slope", read=_curves),),
+    families=(Family(name="slope of the curve of “{q.yes}”", read=_curves),),
     methods="Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are "
     "weighted by their effective sample size [[korn1998]]. The probability of “{q.yes}” was "
     "modelled as a logistic function of {q.yes_no.size}, fitted by generalised estimating "

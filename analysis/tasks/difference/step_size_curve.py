@@ -168,8 +168,8 @@ def separated(
         return f"every answer is {'yes' if len(yes) else 'no'}, so no curve can be fitted"
     if np.ptp(removed) == 0:
         return (
-            f"there is only one {'size of step' if quantity.stepped else 'level'}, and a curve "
-            "needs two"
+            f"there is only one {'step size' if quantity.stepped else 'level'}, but a "
+            "curve requires two"
         )
     if no.max() <= yes.min() or yes.max() <= no.min():
         return (

@@ -245,7 +245,7 @@ def analyse_differences(
     """
     if not len(steps):
         words = quantity.yes_no
-        return NotComputed(f"no answered {words.trials[1]} of {words.task}")
+        return NotComputed(f"no {words.trials[1]} of {words.task} were answered")
     changes = steps[~steps["catch"]]
     catches = steps[steps["catch"]]
     by_step = changes.groupby(["amplitude_before_um_pp", "amplitude_um_pp"])
@@ -297,11 +297,13 @@ def signal_detection(
     """Return d' and c, pooled and for each participant with steps and catch steps."""
     if not len(catches):
         return NotComputed(
-            f"no {quantity.yes_no.catch[1]}: “{quantity.yes}” cannot be separated from a tendency "
-            "to say it"
+            f"there are no {quantity.yes_no.catch[1]}, so sensitivity cannot be separated "
+            f"from a tendency to answer “{quantity.yes}”"
         )
     if not len(changes):
-        return NotComputed(f"no {quantity.yes_no.trials[1]} on which the {quantity.name} changed")
+        return NotComputed(
+            f"there are no {quantity.yes_no.trials[1]} in which the {quantity.name} changed"
+        )
     signals = changes.groupby(changes[PARTICIPANT].astype(str))["difference_felt"].agg(
         ["sum", "size"]
     )
@@ -383,8 +385,9 @@ def _mean_of_own(
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"with {fewest} {quantity.yes_no.trials[1]} per kind, the correction for counts of 0 "
-            f"shrinks individual d' values towards 0 (at least {TRIALS_FOR_OWN} are needed)"
+            f"with only {fewest} {quantity.yes_no.trials[1]} of one kind, the correction "
+            "for counts of 0 shrinks individual d' values towards 0 (at least "
+            f"{TRIALS_FOR_OWN} are needed)"
         )
     return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
 

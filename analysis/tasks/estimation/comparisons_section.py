@@ -36,7 +36,7 @@ DIFFER = "differ"
 CONCLUSIONS = {
     (True, False): DIFFER,
     (True, True): "different, but within the bound",
-    (False, True): "equal within the bound",
+    (False, True): "equivalent within the bound",
     (False, False): "undecided",
 }
 
@@ -68,8 +68,9 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
                     TableColumn(title="p Wilcoxon", unit="Holm"),
                 ],
                 [_row(pair) for pair in pairs],
-                "Paired t tests on log estimates above zero, and Wilcoxon tests on all estimates. "
-                "d_z: mean difference divided by the standard deviation of the differences.",
+                "Paired t tests of the logarithms of estimates above zero, and Wilcoxon "
+                "signed-rank tests of all estimates. d_z: mean difference divided by the "
+                "standard deviation of the differences.",
             )
         )
         tested = [(pair, pair.logs) for pair in pairs if pair.logs]
@@ -123,8 +124,9 @@ def _equivalence(
             TableColumn(title="Conclusion", left=True),
         ]
         caption = (
-            f"Pairs that are equivalent {within}, or undecided: two one-sided paired t tests on "
-            "log estimates. BF₀₁: Bayes factor in favour of no difference."
+            f"Pairs that were equivalent {within} or undecided according to two one-sided "
+            "paired t tests of log estimates. BF₀₁: Bayes factor in favour of no "
+            "difference."
         )
         blocks.append(html.table(columns, rows, caption))
     if differ:
@@ -132,9 +134,10 @@ def _equivalence(
         bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ)).replace("=", "≤")
         blocks.append(
             html.paragraph(
-                f"{len(differ)} of {counted(len(tested), 'pair', 'pairs')} of {quantity.levels} "
-                f"differed and were not shown to be equivalent {within} (two one-sided tests, all "
-                f"{p}; all Bayes factors in favour of no difference {bayes}; see pairwise.csv)."
+                f"For {len(differ)} of {counted(len(tested), 'pair', 'pairs')} of "
+                f"{quantity.levels}, estimates differed and were not shown to be "
+                f"equivalent {within} (two one-sided tests, all {p}; all Bayes factors in "
+                f"favour of no difference {bayes}; see pairwise.csv)."
             )
         )
     return blocks

@@ -11,7 +11,7 @@ from slipscale.analysis.tasks.estimation.growth.statistics import FrictionGrowth
 from slipscale.analysis.tasks.estimation.statistics import GROWTH
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
-from slipscale.analysis.writing.numbers import grouped
+from slipscale.analysis.writing.numbers import grouped, joined
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -38,23 +38,25 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
     )
     if isinstance(found, NotComputed):
-        section.blocks.append(html.paragraph(f"Growth functions: {found.reason}.", "note"))
+        section.blocks.append(
+            html.paragraph(f"Growth functions were not compared: {found.reason}.", "note")
+        )
         return section
     section.gist = apa.growth(found, analysis.dataset.choices.confidence, quantity)
     section.blocks.append(_models(found.amplitude, quantity))
     if isinstance(found.friction, FrictionGrowth):
         section.blocks.append(html.paragraph(_of_friction(found.friction)))
-        bands = ", ".join(
+        bands = [
             f"{found.friction.reduction[amplitude]:.2f} [{least:.2f} to {most:.2f}] at "
             f"{quantity.value(amplitude)}"
             for amplitude, (least, most) in found.friction.shared_load.items()
             if amplitude
-        )
+        ]
         section.blocks.append(
             html.paragraph(
-                f"Predicted fractional decrease in friction: {bands}. The first number applies if "
-                "the film acts alone; the range in brackets applies if skin asperities and the "
-                "film share the load (not validated).",
+                f"Predicted fractional decrease in friction: {joined(bands)}. The first number "
+                "applies if the film acts alone; the range in brackets applies if skin asperities "
+                "and the film share the load (not validated).",
                 "note",
             )
         )
@@ -67,10 +69,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         )
         section.blocks.append(
             html.paragraph(
-                "The trials of single participants do not discriminate between growth functions."
+                "No single participant's trials discriminate between growth functions."
                 if own.undecided == len(own.participants)
-                else f"Best functions for individual participants: {best or 'none'}; undecided "
-                f"(too few trials, or ΔAICc below 2): {own.undecided}.",
+                else f"Functions that fit individual participants best: {best or 'none'}; "
+                f"undecided (too few trials, or ΔAICc below 2): {own.undecided}.",
                 "note",
             )
         )
@@ -94,9 +96,10 @@ def _of_friction(found: FrictionGrowth) -> str:
     weight = grouped(compared.models[compared.best].weight)
     verb = "is not clearly better than the next function" if compared.undecided else "fits best"
     return (
-        "As a function of the predicted reduction in friction, 1 − µ′/µ (Reynolds equation, h_r "
-        f"0.6 µm, 30.5 kHz, 0.5 N), {apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; all "
-        "models are in inference.json)."
+        "When estimates are related to the predicted reduction in friction, 1 − µ′/µ "
+        "(Reynolds equation, h_r 0.6 µm, 30.5 kHz, 0.5 N), "
+        f"{apa.MODEL_NAMES[compared.best]} {verb} (weight {weight}; all models are in "
+        "inference.json)."
     )
 
 

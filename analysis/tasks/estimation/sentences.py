@@ -9,6 +9,7 @@ from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE, MixedModel
 from slipscale.analysis.statistics.not_computed import missing
 from slipscale.analysis.writing.numbers import (
     bracketed,
+    joined,
     level_of,
     number,
     of_size,
@@ -17,6 +18,7 @@ from slipscale.analysis.writing.numbers import (
     reliable,
     unit_number,
 )
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -131,8 +133,8 @@ def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
     """Return a sentence on the geometric means; if there are many, only on the first and last."""
     rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
-    listed = ", ".join(f"{number(mean)} at {quantity.value(level)}" for mean, level in shown)
-    return f"Geometric means of {quantity.judged}: {listed}."
+    listed = joined([f"{number(mean)} at {quantity.value(level)}" for mean, level in shown])
+    return f"Geometric means of {quantity.judged} were {listed}."
 
 
 def power_law(found: PowerLaw, confidence: float, quantity: Quantity) -> str:
@@ -161,20 +163,20 @@ def pairwise_logs(
         only = tested[0][1]
         verb = "differed" if reliable(only.p, confidence) else "did not differ reliably"
         return (
-            f"The two {quantity.levels} {verb}, t({only.df}) = {number(only.t)}, "
-            f"{p_value(only.p)}, d_z = {number(only.d_z)}{_ci(only.d_z_interval, confidence)} "
-            "(log estimates)."
+            f"Log estimates {verb} between the two {quantity.levels}, t({only.df}) = "
+            f"{number(only.t)}, {p_value(only.p)}, d_z = {number(only.d_z)}"
+            f"{_ci(only.d_z_interval, confidence)}."
         )
     untested = "; ".join(
         f"{_pair(pair, quantity)} ({lacking.reason})"
         for pair in pairs
         for lacking in missing([pair.logs])
     )
-    behind = f" Not tested on logarithms: {untested}." if untested else ""
+    behind = f" Pairs whose log estimates were not tested: {untested}." if untested else ""
     if not tested:
         return behind.strip()
     rows = [(pair, found.p_holm, pair.n_logs) for pair, found in tested]
-    return _all_pairs(rows, "paired t tests of log estimates", confidence, quantity) + behind
+    return _all_pairs(rows, "Log estimates", "paired t tests", confidence, quantity) + behind
 
 
 def equivalence(
@@ -205,8 +207,8 @@ def equivalence(
         + (", Holm-corrected" if len(pairs) > 1 else "")
         + "; BF₀₁: Bayes factor in favour of no difference"
     )
-    parts = [f"Pairs without a significant difference that are equivalent: {equal or 'none'}"]
-    parts += [f"neither different nor equivalent: {undecided}"] if undecided else []
+    parts = [f"Pairs that were equivalent: {equal or 'none'}"]
+    parts += [f"pairs that neither differed nor were equivalent: {undecided}"] if undecided else []
     return f"{'; '.join(parts)} ({how})."
 
 
@@ -240,11 +242,12 @@ def pairwise_ranks(
         pair, ranks = pairs[0], pairs[0].ranks
         verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
         return (
-            f"The two {quantity.levels} {verb} (Wilcoxon's test, {p_value(ranks.p)}; {ranks.up} of "
-            f"{pair.n} participants up, {ranks.down} down)."
+            f"Estimates {verb} between the two {quantity.levels} (Wilcoxon signed-rank test, "
+            f"{p_value(ranks.p)}; of {pair.n} participants, {ranks.up} gave higher and "
+            f"{ranks.down} gave lower estimates at {quantity.value(pair.to_um_pp)})."
         )
     rows = [(pair, pair.ranks.p_holm, pair.n) for pair in pairs]
-    return _all_pairs(rows, "Wilcoxon's test", confidence, quantity)
+    return _all_pairs(rows, "Estimates", "Wilcoxon signed-rank tests", confidence, quantity)
 
 
 def _pair(pair: PairComparison, quantity: Quantity) -> str:
@@ -258,6 +261,7 @@ def _of(n: int, incomplete: int) -> str:
 
 def _all_pairs(
     rows: Sequence[tuple[PairComparison, float, int]],
+    what: str,
     test: str,
     confidence: float,
     quantity: Quantity,
@@ -269,23 +273,20 @@ def _all_pairs(
     how = f"{test}, Holm-corrected, {people}"
     if not doubtful:
         largest = p_value(max(p for _, p, _ in rows)).replace("=", "≤")
-        many = f"All {len(rows)} pairs" if len(rows) > 1 else "One pair"
-        return f"{many} of {quantity.levels} differed ({how}, all {largest})."
+        many = {1: "one pair", 2: "both pairs"}.get(len(rows), f"all {len(rows)} pairs")
+        return f"{what} differed for {many} of {quantity.levels} ({how}, all {largest})."
     smallest = p_value(min(p for _, p, _ in doubtful)).replace("=", "≥")
-    if len(doubtful) == len(rows) > 1:
+    if len(doubtful) == len(rows):
+        many = f"any of the {len(rows)} pairs" if len(rows) > 1 else "the one pair tested"
         return (
-            f"None of the {len(rows)} pairs of {quantity.levels} differed ({how}, all {smallest})."
+            f"{what} did not differ reliably for {many} of {quantity.levels} ({how}, all "
+            f"{smallest})."
         )
-    certain = len(rows) - len(doubtful)
-    listed = "; ".join(
-        f"{_pair(pair, quantity)}, {p_value(p)} (n = {n})" for pair, p, n in doubtful
-    )
+    told = f"{what} differed for {len(rows) - len(doubtful)} of the {len(rows)} pairs"
+    listed = joined([f"{_pair(pair, quantity)} ({p_value(p)}, n = {n})" for pair, p, n in doubtful])
     if len(doubtful) > MOST_LISTED:
-        listed = f"the other {len(doubtful)}, all {smallest}"
-    return (
-        f"{certain or 'None'} of the {len(rows)} pairs of {quantity.levels} differed ({how}); no "
-        f"significant difference: {listed}."
-    )
+        listed = f"the other {len(doubtful)} pairs (all {smallest})"
+    return f"{told} of {quantity.levels} ({how}). There was no significant difference for {listed}."
 
 
 def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
@@ -299,13 +300,16 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
     )
     delta, second = others[0] if others else (None, "")
     then = f"; {MODEL_NAMES[second]} is next, ΔAICc = {number(delta, 1)}" if second else ""
-    bounds = "; ".join(
-        f"{parameter.replace('_', ' ')} of {MODEL_NAMES[name]}"
+    bounds = [
+        f"the {parameter.replace('_', ' ')} of {MODEL_NAMES[name]}"
         for name, model in models.items()
         for parameter in model.fit.at_bound
-    )
+    ]
     behind = (
-        f" The fit reached its search limit and does not determine: {bounds}." if bounds else ""
+        f" {capitalised(joined(bounds))} could not be determined, because the fit reached the "
+        "search limit."
+        if bounds
+        else ""
     )
     weight = f"Akaike weight {unit_number(models[best].weight)}"
     if compared.undecided:
@@ -313,7 +317,7 @@ def growth(found: Growth, _confidence: float, _quantity: Quantity) -> str:
             f"The data do not discriminate between growth functions: {MODEL_NAMES[best]} has the "
             f"lowest AICc, but by less than 2 ({weight}{then}).{behind}"
         )
-    return f"Among growth functions, {MODEL_NAMES[best]} fits best ({weight}{then}).{behind}"
+    return f"Among the growth functions, {MODEL_NAMES[best]} fits best ({weight}{then}).{behind}"
 
 
 def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity) -> str:
@@ -321,7 +325,7 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
     if not found.converged:
         return (
             "The hierarchical Bayesian power function did not converge (largest R̂ = "
-            f"{number(found.r_hat, 3)}, {found.divergences} divergences); its numbers are not "
+            f"{number(found.r_hat, 3)}, {found.divergences} divergences); its estimates are not "
             "reported."
         )
     level = level_of(confidence)
@@ -331,10 +335,10 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
         if min(check.p, 1 - check.p) < UNLIKELY
     ]
     fits = (
-        f"the model's predictions do not agree with the data in {' and '.join(missed)}"
+        f"the model's predictions do not agree with the data in {joined(missed)}"
         if missed
         else "the model's predictions agree with the data in "
-        + ", ".join(CHECKS[name].format(q=quantity) for name in found.checks)
+        + joined([CHECKS[name].format(q=quantity) for name in found.checks])
     )
     return (
         f"A hierarchical Bayesian power function gave an exponent of {number(found.exponent)}, "

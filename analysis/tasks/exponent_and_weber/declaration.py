@@ -51,20 +51,21 @@ def sentence(one: ExponentAndWeber, confidence: float, quantity: Quantity) -> st
     weber = f"{unit_number(one.weber_fraction.value, 3)}, CI {_bracketed(one.weber_fraction)}"
     expected = one.expected_exponent
     text = (
-        f"{people} both: exponent {one.exponent.value:.2f}, {level} CI "
-        f"{bracketed(one.exponent.interval)}; Weber fraction at "
-        f"{quantity.value(one.standard_um_pp)} ({one.task}) {weber}. By Ekman's law with "
-        f"{unit_number(EKMAN, 2)} (Teghtsoonian, 1971) this Weber fraction corresponds to an "
-        f"exponent of {expected.value:.2f}, CI {bracketed(expected.interval)}. Here a just "
-        f"noticeable difference is {unit_number(one.ekman_fraction.value, 3)} of the sensation, CI "
-        f"{_bracketed(one.ekman_fraction)} (published: {unit_number(low, 3)} to "
+        f"{people} both: the exponent is {one.exponent.value:.2f}, {level} CI "
+        f"{bracketed(one.exponent.interval)}; the Weber fraction at "
+        f"{quantity.value(one.standard_um_pp)} ({one.task}) is {weber}. By Ekman's law "
+        f"with {unit_number(EKMAN, 2)} (Teghtsoonian, 1971), this Weber fraction "
+        f"corresponds to an exponent of {expected.value:.2f}, CI "
+        f"{bracketed(expected.interval)}. Here, a just noticeable difference is "
+        f"{unit_number(one.ekman_fraction.value, 3)} of the sensation, CI "
+        f"{_bracketed(one.ekman_fraction)} (published values: {unit_number(low, 3)} to "
         f"{unit_number(high, 3)}). The exponent {VERDICTS[one.verdict]}."
     )
     if one.grows:
         return text
     return (
-        f"{text} Its interval contains 0, so the data do not show that sensation increases with "
-        f"the {quantity.level}."
+        f"{text} The exponent's interval contains 0, so the data do not show that "
+        f"sensation increases with the {quantity.level}."
     )
 
 
@@ -81,7 +82,12 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         if analysis.prepared is not None and not isinstance(
             analysis.inference[THRESHOLDS], NotComputed
         ):
-            section.blocks.append(html.paragraph(f"Not compared: {found.reason}.", "note"))
+            section.blocks.append(
+                html.paragraph(
+                    f"The exponent and the Weber fraction were not compared: {found.reason}.",
+                    "note",
+                )
+            )
         return section
     confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
     section.gist = " ".join(_sentences(analysis))
@@ -98,8 +104,9 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
     section.blocks.append(
         html.paragraph(
-            "Ekman's law refers to a whole sense. The exponent refers only to the "
-            f"{quantity.levels} rated here, and is smaller if they span a wide range.",
+            "The law describes a whole sense and its just noticeable differences. This "
+            f"exponent describes only the {quantity.levels} rated here; exponents are "
+            "smaller for wider ranges.",
             "note",
         )
     )

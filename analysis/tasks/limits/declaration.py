@@ -35,7 +35,7 @@ HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
 def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
     threshold, named = task.threshold_um_pp, f"Method of limits ({task.task})"
     if isinstance(threshold, NotComputed):
-        return f"{named}: no threshold, because there are {threshold.reason}."
+        return f"{named}: no threshold: {threshold.reason}."
     standard = task.standard_um_pp
     of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
     return (
@@ -57,14 +57,14 @@ def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[st
     if not isinstance(error, NotComputed):
         verb = "differed" if reliable(error.p, confidence) else "did not differ reliably"
         remarks.append(
-            f"Descending and ascending series {verb}, by "
-            f"{quantity.value(number(error.mean, 3))} (t({error.df}) = {number(error.t)}, "
+            f"Thresholds of descending and ascending series {verb} (difference "
+            f"{quantity.value(number(error.mean, 3))}, t({error.df}) = {number(error.t)}, "
             f"{p_value(error.p)})."
         )
     if task.without_transition:
         remarks.append(
-            f"Series without a transition were left out: {task.without_transition} of "
-            f"{task.series}."
+            f"{task.without_transition} of {task.series} series had no transition and were "
+            "left out."
         )
     return remarks
 

@@ -59,7 +59,7 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
     )
     bias = found.bias_um_pp
     if isinstance(bias, NotComputed):
-        return f"{what}; bias not tested: {bias.reason}."
+        return f"{what}; the bias was not tested ({bias.reason})."
     called = "a bias of" if reliable(bias.p, confidence) else "no reliable bias,"
     return (
         f"{what}: {called} {quantity.value(written(bias.mean))}, {level_of(confidence)} "
@@ -112,10 +112,11 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
             ]
             for each in rows
         ],
-        "Bias: mean match minus reference. Own SD: root mean square of participants' standard "
-        "deviations within a direction. Above minus below: matches from above minus matches from "
-        "below. Repeated: how often the reference was repeated per match. Catch error: mean "
-        "distance from the reference in trials that started at the reference.",
+        "Bias: mean match minus reference. Own SD: root mean square of participants' "
+        "standard deviations within a direction. Above minus below: difference between "
+        "matches that started above and below the reference. Repeated: how often the "
+        "reference was repeated per match. Catch error: mean distance from the reference "
+        "in trials that started at the reference.",
     )
 
 

@@ -154,12 +154,13 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     compute=lambda inputs: matching(inputs.data.of(TRIALS), inputs.data.choices.confidence),
     conclusions={
         r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} {q.unit}: matches differ from the reference",
-        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: matches depend on their direction",
+        r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: matches depend on the "
+        "direction of adjustment",
     },
     headlines={
         r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match minus reference, "
         "{q.unit_in_short}",
-        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: a person's SD of matches, "
+        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: a participant's SD of matches, "
         "{q.unit_in_short}",
     },
 )

@@ -240,13 +240,13 @@ def _is_figure(value: object) -> bool:
 
 
 #: Parts of a kind that are computed only from the analysis.
-_TEXTS = _Check([], "a list of texts", _is_text)
+_TEXTS = _Check([], "a list of strings", _is_text)
 PARTS: Mapping[str, _Check] = {
     "questions": _TEXTS,
     "design": _TEXTS,
     "answers": _TEXTS,
     "doubts": _TEXTS,
-    "sentences": _Check({}, "texts by heading", _are_texts),
+    "sentences": _Check({}, "lists of strings by heading", _are_texts),
     "figures": _Check({}, "matplotlib figures by file name", _is_figure, files=True),
     "tables": _Check(
         {}, "DataFrames by file name", lambda value: isinstance(value, pd.DataFrame), files=True

@@ -91,13 +91,13 @@ class OwnResult:
                 not isinstance(self.sentences, tuple)
                 or not self.sentences
                 or not all(isinstance(each, str) and each.strip() for each in self.sentences),
-                "sentences: expected a tuple of one or more texts",
+                "sentences: expected a tuple of one or more strings",
             ),
             (
                 not isinstance(self.numbers, Mapping) or not _is_plain(self.numbers),
                 (
-                    "numbers: expected a mapping from names to numbers, texts, None, and tuples or "
-                    "mappings of these"
+                    "numbers: expected a mapping from names to numbers, strings, None, "
+                    "and tuples or mappings of these"
                 ),
             ),
             (
@@ -132,7 +132,7 @@ def own_analysis(
         Returns an `OwnResult`, or `NotComputed` with the reason why there is no result.
     """
     if not isinstance(title, str) or not title.strip():
-        raise UserError(f"analysis '{name}': its title is {title!r}, expected a text")
+        raise UserError(f"analysis '{name}': its title is {title!r}, expected a string")
     short = _Short(f"own_{name}", title, run)
     return TaskAnalysis(
         name=name,

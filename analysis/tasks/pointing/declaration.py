@@ -67,10 +67,11 @@ def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
     return fold(
         found.throughput_bit_s,
         lambda mean: (
-            f"{named}: throughput {number(mean.mean)} bit/s, {level_of(confidence)} CI "
-            f"{bracketed(mean.interval, number)}, from {found.movements} movements of {people}."
+            f"{named}: the throughput was {number(mean.mean)} bit/s, "
+            f"{level_of(confidence)} CI {bracketed(mean.interval, number)}, from "
+            f"{found.movements} movements of {people}."
         ),
-        lambda reason: f"{named}: no throughput ({reason}).",
+        lambda reason: f"{named}: the throughput was not computed ({reason}).",
     )
 
 
@@ -81,10 +82,10 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
     verb = "changed" if reliable(rate.p, confidence) else "did not change reliably"
     return [
         (
-            f"Pointing ({task.task}): throughput {verb} with feedback, by "
-            f"{number(rate.mean)} bit/s "
-            f"(t({rate.df}) = {number(rate.t)}, {p_value(rate.p)}), and movement time by "
-            f"{number(time.mean, 3)} s, {level_of(confidence)} CI "
+            f"Pointing ({task.task}): with feedback, throughput {verb} (difference "
+            f"{number(rate.mean)} bit/s, t({rate.df}) = {number(rate.t)}, "
+            f"{p_value(rate.p)}), and movement time changed by {number(time.mean, 3)} s, "
+            f"{level_of(confidence)} CI "
             f"{bracketed(time.interval, lambda end: number(end, 3))} ({p_value(time.p)})."
         )
     ]

@@ -21,6 +21,7 @@ from slipscale.analysis.writing.numbers import (
     bracketed,
     cell,
     counted,
+    joined,
     level_of,
     number,
     p_value,
@@ -53,8 +54,8 @@ def _answer(found: TaskRatings, quantity: Quantity) -> str:
         if found.categories is None
         else f"mean categories, from 1 (lowest) to {found.categories},"
     )
-    means = ", ".join(
-        f"{number(each.mean, 1)} ({_surface(each.surface, quantity)})" for each in found.surfaces
+    means = joined(
+        [f"{number(each.mean, 1)} ({_surface(each.surface, quantity)})" for each in found.surfaces]
     )
     return (
         f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} by "
@@ -83,7 +84,10 @@ def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
 def _biases(found: TaskRatings, confidence: float) -> list[str]:
     """Return sentences on the effects of start and end positions, and on catch trials."""
     if found.categories is not None:
-        told = "Categories are ordinal: tests use ranks; means treat them as equally spaced."
+        told = (
+            "Categories are ordinal: the tests use ranks, but the means treat categories as "
+            "equally spaced."
+        )
         return [told]
     texts = []
     start = found.start_effect
@@ -95,16 +99,17 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
         low, high = start.interval
         told = "not reliably " if low <= 0 <= high else ""
         texts.append(
-            f"When the mark started 10 points further to the right, ratings were {told}shifted to "
-            f"the {'right' if start.mean >= 0 else 'left'}, by {number(10 * abs(start.mean))} "
-            f"points, {level_of(confidence)} CI of the shift to the right [{number(10 * low)}, "
-            f"{number(10 * high)}]."
+            "When the mark started 10 points further to the right, ratings were "
+            f"{told}shifted {number(10 * abs(start.mean))} points to the "
+            f"{'right' if start.mean >= 0 else 'left'} ({level_of(confidence)} CI "
+            f"[{number(10 * low)}, {number(10 * high)}]; positive values are to the "
+            "right)."
         )
     ends = sum(each.at_left + each.at_right for each in found.surfaces)
     if ends:
         texts.append(
-            f"Ratings at an end of the line ({ends} of {found.answers}) bias means towards the "
-            "middle."
+            f"{ends} of {found.answers} ratings were at an end of the line, which biases "
+            "means towards the middle."
         )
     if found.catch_mean is not None:
         texts.append(
@@ -112,8 +117,8 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
             f"({counted(found.catch_trials, 'catch trial', 'catch trials')})."
         )
     texts.append(
-        "The line is bounded and has no unit, so ratings can be compared and averaged but do not "
-        "allow ratios or an exponent."
+        "The line is bounded and has no unit, so ratings can be compared and averaged, "
+        "but ratios and exponents are not meaningful."
     )
     return texts
 

@@ -57,8 +57,8 @@ def _ratings(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
     beyond = frame["rating"] > frame["categories"].fillna(LENGTH)
     if beyond.any():
         problems.add(
-            f"{int(beyond.sum())} ratings are above {LENGTH:g}, the right end of the line, or the "
-            "number of categories; they are left out"
+            f"{int(beyond.sum())} ratings are above the maximum ({LENGTH:g}, or the number "
+            "of categories) and are left out"
         )
     amplitude = frame["amplitude_um_pp"]
     plain = frame["texture"] == ""

@@ -13,7 +13,7 @@ from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT, TRIALS, TaskPairs
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.numbers import bracketed, cell, counted, number
+from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
 from slipscale.analysis.writing.points import SIZE, draw_means
 from slipscale.figure_style import ORANGE, canvas, styled
 
@@ -31,11 +31,11 @@ HEADS = (
 
 def _answer(task: TaskPairs) -> str:
     """Return a sentence with d' of each pair."""
-    pairs = (f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs)
+    pairs = [f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs]
     return (
         f"Same–different ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
-        f"{counted(task.participants, 'participant', 'participants')}: d' by the differencing "
-        f"model was {', '.join(pairs)}."
+        f"{counted(task.participants, 'participant', 'participants')}: d' by the "
+        f"differencing model was {joined(pairs)}."
     )
 
 

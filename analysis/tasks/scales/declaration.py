@@ -52,9 +52,9 @@ def _fit(found: TaskScale) -> str:
     if found.transitivity:
         counts = found.transitivity
         texts.append(
-            f"Violations of weak, moderate and strong stochastic transitivity in {counts.triads} "
-            f"triads: {counts.weak_violations}, {counts.moderate_violations}, "
-            f"{counts.strong_violations}."
+            f"Of {counts.triads} triads, {counts.weak_violations}, "
+            f"{counts.moderate_violations} and {counts.strong_violations} violate weak, "
+            "moderate and strong stochastic transitivity, respectively."
         )
     if found.differences:
         texts.append(

@@ -116,8 +116,8 @@ def difference_scale(
     usable = again[_why_no_scale(again) == ""]
     if len(usable) < (1 - MOST_FAILED) * simulations:
         return NotComputed(
-            f"{simulations - len(usable)} of {simulations} simulated data sets have no scale: "
-            f"too few answers for intervals"
+            f"there are too few answers for intervals: {simulations - len(usable)} of "
+            f"{simulations} simulated data sets have no scale"
         )
     return _result(scale, usable, (same, yes, trials, share), confidence, simulations)
 

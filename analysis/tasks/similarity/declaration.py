@@ -37,7 +37,7 @@ def _answer(found: TaskMap | NotComputed) -> str:
 
 def _blocks(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup]:
     if isinstance(task, NotComputed):
-        return [html.paragraph(f"Map: {task.reason}.", "note")]
+        return [html.paragraph(f"No map was computed: {task.reason}.", "note")]
     axes = [f"Axis {place + 1}" for place in range(len(next(iter(task.coordinates.values()))))]
     return [
         html.heading(task.task),

@@ -23,7 +23,9 @@ ITEMS, RATED, SORTED = ("first", "second"), "dissimilarity", "sorted"
 def _pairs(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
     unnamed = (frame["first"] == "") | (frame["second"] == "")
     if unnamed.any():
-        problems.add(f"{int(unnamed.sum())} dissimilarities have no first or second item; left out")
+        problems.add(
+            f"{int(unnamed.sum())} dissimilarities have no first or second item and are left out"
+        )
     named = {name: frame[name].map(plain) for name in ITEMS}
     return frame.assign(**named, **{RATED: frame[RATED].mask(unnamed)}).assign(sorted=False)
 

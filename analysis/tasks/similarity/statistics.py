@@ -119,7 +119,7 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
         group = np.nansum(stacked, axis=0) / np.where(counts > 0, counts, np.nan)
     missing = np.isnan(group[np.triu_indices(len(items), 1)]).sum()
     if missing:
-        return NotComputed(f"nobody rated {missing} of the item pairs")
+        return NotComputed(f"no participant rated {missing} of the item pairs")
     most = min(MOST_DIMENSIONS, len(items) - 2)
     found = {dimensions: scaled(group, dimensions) for dimensions in range(1, most + 1)}
     coordinates = _principal(found[min(SHOWN, most)][0])

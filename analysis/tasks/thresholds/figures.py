@@ -137,7 +137,7 @@ def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic:
             clip_on=False,
             gid=tip(f"{quantity.value(f'{middle:.3g}')}: {share:.0%} of {count}"),
         )
-    axes.plot([], "o", color=BLUE, label="all answers (area: number)")
+    axes.plot([], "o", color=BLUE, label="all answers (area: their number)")
 
 
 def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:

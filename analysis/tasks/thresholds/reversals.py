@@ -101,7 +101,7 @@ def reversals(
     if last is None:
         return NotComputed("the study does not set threshold_reversals")
     if rule is None:
-        return NotComputed("the data do not state the rule that levels followed")
+        return NotComputed("the data do not record the rule that determined the levels")
     before = rule.tracks[0]
     if not isinstance(before, UpDownTrack):
         return NotComputed("QUEST+ has no reversals")

@@ -109,7 +109,7 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
         )
         compared = [
             [
-                f"{each.second} against {each.first}",
+                f"{each.second} compared with {each.first}",
                 *_interval_cells(each.change),
                 p_value(each.p),
                 p_value(each.p_holm),

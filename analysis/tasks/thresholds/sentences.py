@@ -161,9 +161,7 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
     fits = [each.fit for each in task.participants if each.fit]
     if fits:
         bad = sum(fit.p < 1 - confidence for fit in fits)
-        parts.append(
-            f"Poorly fitting curves (p < {unit_number(1 - confidence)}): {bad} of {len(fits)}."
-        )
+        parts.append(f"{bad} of {len(fits)} curves fit poorly (p < {unit_number(1 - confidence)}).")
     catches = sum(each.catch_trials for each in task.participants)
     if catches:
         right = sum(each.catch_correct for each in task.participants)
@@ -180,7 +178,7 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
     if task.population:
         joint = task.population
         parts.append(
-            f"Hierarchical model of {joint.answers} answers: the lapse rate is "
+            f"In the hierarchical model of {joint.answers} answers, the lapse rate is "
             f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
         )
         parts += [

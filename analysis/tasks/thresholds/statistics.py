@@ -231,7 +231,7 @@ def _fit(
         return goodness_of_fit(likeliest, answers)
     if rule is None or isinstance(function, NotComputed):
         return NotComputed(
-            "levels followed answers according to a rule that the data do not record"
+            "the levels were adapted to the answers by a rule that the data do not record"
         )
     return goodness_of_fit(likeliest, answers, tracks=rule, generating=function)
 
@@ -283,7 +283,7 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
         "{q.unit_in_short}",
-        r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD across people, log10 units",
+        r"([^ ]+)(?: - .+)?\.population\.sd": "{0}: SD across participants, log10 units",
         r"([^ ]+)(?: - .+)?\.weber_fraction\.value": "{0}: Weber fraction",
     },
 )

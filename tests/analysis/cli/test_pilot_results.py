@@ -20,7 +20,7 @@ RESULTS = {
     "meyer2015": r"d' by the differencing model was \d",
     "paired_comparison": r"to the most slippery: .*\d",
     "ratio_to_standard": r"power functions of amplitude was \d",
-    "textures_demo": r"The two amplitudes did not differ reliably \(Wilcoxon's test, p = \.\d",
+    "textures_demo": r"between the two amplitudes \(Wilcoxon signed-rank test, p = \.\d",
     "visual_analogue_scale": r"mean positions on the line from 0 \(left\) to 100 \(right\) were \d",
 }
 

@@ -82,7 +82,7 @@ def test_a_column_too_large_to_count_is_answered_as_far_as_possible_then_refused
     said = capsys.readouterr()
     assert "multisets        40" in said.out
     assert "(saddle-point estimate)" in said.out
-    assert "one data set, checked" in said.out
+    assert "one verified data set" in said.out
     assert "column 'large' not counted: counting needs about" in said.err
     assert commands.main([*words, "--json"]) == 2
     large = json.loads(capsys.readouterr().out)["columns"][2]

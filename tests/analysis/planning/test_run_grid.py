@@ -217,5 +217,7 @@ def test_one_look_has_the_whole_level():
 
 
 def test_a_look_at_fewer_than_three_people_is_refused():
-    with pytest.raises(UserError, match="the first would be after 2 of 8 participants"):
+    with pytest.raises(
+        UserError, match="the first interim analysis would take place after 2 of 8 participants"
+    ):
         look_sizes(8, 4)

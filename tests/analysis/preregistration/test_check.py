@@ -361,12 +361,12 @@ REFUSED = {
     "another format": (
         lambda root: edited(manifest(root), '"format": 1', '"format": 2'),
         "plan",
-        "written in format 2; this Slipscale reads format 1",
+        "its format is 2, but this version of Slipscale reads format 1",
     ),
     "study edited": (
         lambda root: edited(root / "plan" / "study" / "study.toml", "seed = 3", "seed = 4"),
         "plan",
-        "not the file that was frozen",
+        "not the frozen file",
     ),
     "another study": (
         lambda root: [

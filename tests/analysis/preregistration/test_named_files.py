@@ -60,5 +60,7 @@ def test_a_file_that_is_named_twice_is_taken_once(folder):
 
 
 def test_a_plate_file_that_is_not_there_is_told(folder):
-    with pytest.raises(UserError, match=r"named by the study's plate\.file, cannot be read"):
+    with pytest.raises(
+        UserError, match=r"cannot be read \(.*\); the study's plate\.file names this file"
+    ):
         named_files('[plate]\nfile = "bench"\n', folder)

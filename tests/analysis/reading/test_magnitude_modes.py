@@ -151,7 +151,7 @@ def test_each_task_is_in_every_output(analysis, tmp_path):
         assert (tmp_path / f"{figure}.svg").exists()
     for said in (
         "Visual analogue scale (line), 24 ratings by 3 participants",
-        "do not allow ratios or an exponent",
+        "ratios and exponents are not meaningful",
         "Ratio judgements against 1 µm (ratios), 9 judgements by 3 participants",
         "Magnitude production (made), 12 productions by 3 participants",
         "For the 3 participants who did both, the exponent of production",
@@ -169,7 +169,7 @@ def test_a_test_that_the_study_did_not_choose_is_not_made(folder):
 
 
 BAD = {
-    "above the line": ("line", "rating", "120", "ratings are above 100, the right end of the line"),
+    "above the line": ("line", "rating", "120", "ratings are above the maximum (100,"),
     "below the line": ("line", "rating", "-3", "'-3' instead of a number of 0 or more"),
     "no ratio": ("ratios", "ratio", "0", "1 ratios are 0 and cannot form a ratio"),
     "no amplitude": ("made", "produced_um_pp", "0", "1 productions are 0 and cannot form a ratio"),

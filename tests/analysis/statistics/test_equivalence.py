@@ -92,13 +92,14 @@ def test_the_bayes_factor_of_very_large_t_grows_on_where_pingouin_s_integral_mis
 def test_pairs_not_told_apart_become_equal_or_undecided():
     equal = pairwise(ready(nearly_equal()))
     sentence = apa.equivalence(equal, 0.95, PLATE_AMPLITUDE)
-    assert sentence.startswith(
-        "Pairs without a significant difference that are equivalent: 1 and 1.1 µm, ratio"
-    )
+    assert sentence.startswith("Pairs that were equivalent: 1 and 1.1 µm, ratio")
     assert "neither" not in sentence
     assert "BF₀₁ = " in sentence
     undecided = apa.equivalence(pairwise(ready(nearly_equal(n=4))), 0.95, PLATE_AMPLITUDE)
-    assert "equivalent: none; neither different nor equivalent: 1 and 1.1 µm" in undecided
+    assert (
+        "equivalent: none; pairs that neither differed nor were equivalent: 1 and 1.1 µm"
+        in undecided
+    )
     assert apa.equivalence(pairwise(ready(nearly_equal(ratio=2.0))), 0.95, PLATE_AMPLITUDE) is None
 
 
@@ -140,5 +141,5 @@ def test_equal_pairs_reach_the_answer_of_the_report(tmp_path, page):
     assert exp(abs(log(found.inference.pairwise[0].logs.ratio))) < 1.25
     text = page(found)
     answer = text[text.index("<b>Answer.</b>") :].split("<figure")[0]
-    assert "significant difference that are equivalent: 1 and 1.1" in answer
-    assert "equal within the bound" in text
+    assert "Pairs that were equivalent: 1 and 1.1" in answer
+    assert "equivalent within the bound" in text

@@ -118,8 +118,8 @@ def test_ratings_keep_both_ends_of_the_line(found):
     (task,) = inference["ratings"]
     assert [each["ratings"] for each in task["surfaces"]] == [3, 3, 3]
     assert task["friedman"]["chi2"] == pytest.approx(6)
-    assert "were 10.0 (0 µm), 50.0 (1 µm), 96.7 (2 µm)" in sentences["Rating scales"]
-    assert "Ratings at an end of the line (3 of 9)" in sentences["Rating scales"]
+    assert "were 10.0 (0 µm), 50.0 (1 µm) and 96.7 (2 µm)" in sentences["Rating scales"]
+    assert "3 of 9 ratings were at an end of the line" in sentences["Rating scales"]
     assert drawn(figures["ratings_line"]) == [(0, 10), (1, 50), (2, 96.666667)]
 
 

@@ -54,7 +54,7 @@ def sentences(analysis: Analysis) -> list[str]:
         for change in each.changes:
             parts = "; ".join(_parts(change, confidence))
             if parts:
-                texts.append(f"{each.factor} {change.condition} against {first}: {parts}.")
+                texts.append(f"{each.factor} {change.condition} compared with {first}: {parts}.")
     return texts
 
 
@@ -65,8 +65,8 @@ def _parts(change: ConditionChange, confidence: float) -> Iterator[str]:
         return number(exp(value))
 
     parts: tuple[tuple[str, Change, float | None, Callable[[float], str]], ...] = (
-        ("geometric means in a ratio of", change.log_ratio, change.log_ratio_p_holm, ratio),
-        ("exponents differing by", change.exponent, change.exponent_p_holm, number),
+        ("the ratio of geometric means was", change.log_ratio, change.log_ratio_p_holm, ratio),
+        ("exponents differed by", change.exponent, change.exponent_p_holm, number),
     )
     for words, part, p, write in parts:
         if isinstance(part, MeanOverParticipants) and p is not None:
@@ -83,7 +83,7 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     for found in analysis.inference[FACTORS] or ():
         section.blocks += [html.heading(found.factor), _means(found, quantity)]
         if isinstance(found.anova, NotComputed):
-            reason = f"Analysis of variance: {found.anova.reason}."
+            reason = f"The analysis of variance was not computed: {found.anova.reason}."
             section.blocks.append(html.paragraph(reason, "note"))
         else:
             anova = found.anova
@@ -128,10 +128,10 @@ def _changes(found: FactorEffects, level: str) -> Markup:
             ]
             for each in found.changes
         ],
-        "Mean changes from the first condition across participants (t-based interval), and a mixed "
-        "model of all trials, whose ratio applies at the mean logarithmic level. The model assumes "
-        "that exponents change equally for all participants; if they do not, its intervals are too "
-        f"narrow.{bound}",
+        "Mean changes from the first condition across participants, with t-based "
+        "intervals, and estimates from a mixed model of all trials, whose ratio applies "
+        "at the mean logarithmic level. The model assumes that exponents change equally "
+        f"for all participants; if they do not, its intervals are too narrow.{bound}",
     )
 
 

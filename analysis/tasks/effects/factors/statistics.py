@@ -229,7 +229,7 @@ def _mixed(
     n, levels = frame["who"].nunique(), frame["lx"].nunique()
     reasons = {
         few("participants", n): n < FEWEST,
-        f"{n} participants: at most {AT_MOST} can be fitted": n > AT_MOST,
+        f"there are {n} participants, but at most {AT_MOST} can be fitted": n > AT_MOST,
         few(f"{prepared.quantity.levels} above 0", levels, 2): levels < 2,  # noqa: PLR2004
         "too few trials per participant to leave residuals": len(frame) <= 2 * len(labels) * n,
     }
@@ -246,7 +246,7 @@ def _mixed(
             name = f"{term}[T.{label}]"
             value, se = float(fit.fe_params[name]), float(fit.bse_fe[name])
             if not np.isfinite(se):
-                return NotComputed("the model could not be fitted (no standard error)")
+                return NotComputed("the model could not be fitted (no standard error was obtained)")
             ends = ConfidenceInterval(value - quantile * se, value + quantile * se, confidence)
             p = float(2 * stats.t.sf(abs(value / se), n - 1))
             found[label, what] = FixedEffect(value=value, se=se, interval=ends, p=p)

@@ -47,9 +47,9 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
         section.blocks.append(
             html.figure(
                 svgs["rating_friction"],
-                "Estimates against the coefficient of friction measured in the same trial. Dots: "
-                "trials; thin lines: participants' means for each amplitude; thick line: means "
-                "across participants (estimates: geometric).",
+                "Estimates against the coefficient of friction measured in the same "
+                "trial. Dots: trials; thin lines: participants' means for each amplitude; "
+                "thick line: means across participants (geometric means for estimates).",
                 "Chart of estimates of slipperiness against the measured coefficient of friction, "
                 "with a line for each participant and their mean",
             )
@@ -79,7 +79,11 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
     if found.left_out:
         names = ", ".join(found.left_out)
         section.blocks.append(
-            html.paragraph(f"No regression line (too few trials, or no spread): {names}.", "note")
+            html.paragraph(
+                "Participants without a regression line, because they have too few trials or "
+                f"no spread: {names}.",
+                "note",
+            )
         )
     return section
 
@@ -87,7 +91,7 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
 def sentence(found: MeasuredFriction) -> str:
     """Return a sentence on the mean slope and the mean correlation."""
     if isinstance(found.slope, NotComputed):
-        return f"Ratings against measured friction: {found.slope.reason}."
+        return f"Ratings were not compared with measured friction: {found.slope.reason}."
     if not found.correlation:
         return f"{_slope(found.slope)}."
     return f"{_slope(found.slope)}; {_correlation(found.correlation)}."

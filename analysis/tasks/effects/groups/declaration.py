@@ -15,6 +15,7 @@ from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
+    counted,
     grouped,
     interval,
     level_of,
@@ -40,7 +41,7 @@ def group_sentences(
     if not found:
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())
-    texts = [f"Groups compared, by {found.column}: {sizes}{_left_out(found)}."]
+    texts = [f"Groups were defined by {found.column}: {sizes}{_left_out(found)}."]
     texts += answers(found, confidence)
     anova = found.anova
     if isinstance(anova, NotComputed):
@@ -48,7 +49,7 @@ def group_sentences(
         return texts
     corrected = f"; Greenhouse-Geisser ε = {unit_number(anova.epsilon_gg)}"
     texts.append(
-        "In a mixed analysis of variance of log estimates, group "
+        "In a mixed analysis of variance of log estimates, the group "
         f"{_effect(anova.group, confidence)}; the effect of {quantity.name} "
         f"{_verb(anova.interaction, confidence)} between groups (interaction), "
         f"{_statistics(anova.interaction, confidence)}{corrected}."
@@ -64,14 +65,14 @@ def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str
     if isinstance(found.exponents, NotComputed):
         texts.append(f"Exponents were not compared: {found.exponents.reason}.")
     else:
-        texts.append(_welch("Exponents", "differing by", number, found.exponents, confidence))
+        texts.append(_welch("Exponents", "difference", number, found.exponents, confidence))
     if isinstance(found.levels, NotComputed):
         texts.append(f"Mean log estimates were not compared: {found.levels.reason}.")
     else:
         texts.append(
             _welch(
                 "Mean log estimates",
-                "geometric means in a ratio of",
+                "ratio of geometric means",
                 lambda value: number(exp(value)),
                 found.levels,
                 confidence,
@@ -81,8 +82,12 @@ def answers(found: GroupComparison | NotComputed, confidence: float) -> list[str
 
 
 def _left_out(found: GroupComparison) -> str:
-    parts = [f"too small to compare: {listed(found.left_out)}"] if found.left_out else []
-    parts += [f"{found.without_group} in no group"] if found.without_group else []
+    parts = [f"groups too small to compare: {listed(found.left_out)}"] if found.left_out else []
+    parts += (
+        [f"{counted(found.without_group, 'participant', 'participants')} in no group"]
+        if found.without_group
+        else []
+    )
     return f"; {'; '.join(parts)}" if parts else ""
 
 
@@ -112,9 +117,9 @@ def _welch(
 def _pair(pair: GroupDifference, by: str, write: Callable[[float], str], confidence: float) -> str:
     size = "" if pair.hedges_g_interval is None else f" {bracketed(pair.hedges_g_interval)}"
     return (
-        f"{pair.first} against {pair.second}, {by} {write(pair.difference)}, "
+        f"{pair.first} compared with {pair.second} ({by} {write(pair.difference)}, "
         f"{level_of(confidence)} CI {bracketed(pair.interval, write)}, Hedges' g = "
-        f"{number(pair.hedges_g)}{size}"
+        f"{number(pair.hedges_g)}{size})"
     )
 
 
@@ -156,7 +161,7 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         title = template.format(q=analysis.dataset.quantity)
         part = getattr(found, name)
         if isinstance(part, NotComputed):
-            section.blocks.append(html.paragraph(f"{title}: {part.reason}.", "note"))
+            section.blocks.append(html.paragraph(f"{title}: not compared ({part.reason}).", "note"))
         else:
             level = level_of(analysis.dataset.choices.confidence)
             section.blocks += [
@@ -178,7 +183,7 @@ def _means(found: Welch, title: str, level: str, read: Callable[[float], float])
             ]
             for group in found.groups
         ],
-        f"{title}, by group: t-based intervals across the group's participants.",
+        f"{title} by group, with t-based intervals across the group's participants.",
     )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
 from slipscale.analysis.tasks.effects.sessions.statistics import (
@@ -21,6 +20,7 @@ from slipscale.analysis.writing.numbers import (
     bracketed,
     grouped,
     interval,
+    joined,
     level_of,
     number,
     p_cell,
@@ -39,7 +39,7 @@ def sentences(analysis: Analysis) -> list[str]:
     if not found:
         return []
     confidence = data.choices.confidence
-    texts = [f"Sessions compared: {listed(found.sessions)}."]
+    texts = [f"Sessions {joined(found.sessions)} were compared."]
     anova = found.anova
     if isinstance(anova, NotComputed):
         if anova.reason != "no magnitude estimates":
@@ -65,13 +65,13 @@ def _of_measure(measure: SessionMeasure, sessions: tuple[str, ...], confidence: 
         if each.change and each.p_holm is not None and reliable(each.p_holm, confidence)
     ]
     changes = "; ".join(
-        f"session {session} by {number(change.mean)}, {level_of(confidence)} CI "
+        f"to session {session} by {number(change.mean)}, {level_of(confidence)} CI "
         f"{bracketed(change.interval)}, {p_value(p)}"
         for session, change, p in changed
     )
     verdict = "did not change reliably"
     if changed:
-        verdict = f"changed from session {sessions[0]} (Holm-corrected): {changes}"
+        verdict = f"changed from session {sessions[0]} {changes} (Holm-corrected)"
     icc = measure.agreement
     bounds = "" if icc.interval is None else f" {bracketed(icc.interval, unit_number)}"
     return (
@@ -88,7 +88,7 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         return section
     level = level_of(analysis.dataset.choices.confidence)
     if isinstance(found.anova, NotComputed):
-        reason = f"Analysis of variance across sessions: {found.anova.reason}."
+        reason = f"The analysis of variance across sessions was not computed: {found.anova.reason}."
         section.blocks.append(html.paragraph(reason, "note"))
     else:
         anova = found.anova

@@ -160,7 +160,8 @@ def _trials(data: Prepared) -> Trials | NotComputed:
     reasons = {
         few("participants", len(names)): len(names) < FEWEST,
         few(f"{data.quantity.levels} above 0", len(np.unique(log_x)), 2): len(np.unique(log_x)) < 2,  # noqa: PLR2004
-        f"{len(names)} participants: at most {AT_MOST} are supported": len(names) > AT_MOST,
+        f"there are {len(names)} participants, but at most {AT_MOST} are supported": len(names)
+        > AT_MOST,
         f"at most two estimates above {data.quantity.value(0)} per participant, which leaves no "
         "residuals": len(rows) <= 2 * len(names),
     }

@@ -47,7 +47,7 @@ def exponents(found: BayesianGrowth) -> Figure:
         color=GREY,
         markersize=5,
         zorder=5,
-        label="own trials alone",
+        label="from own trials only",
     )
     for row, one in enumerate(people):
         low, high = one.interval
@@ -62,7 +62,10 @@ def exponents(found: BayesianGrowth) -> Figure:
             zorder=4,
             label="shrunk towards the group, with interval" if row == 0 else None,
         )[0].set_gid(
-            tip(f"{one.participant}: {one.least_squares:.2f} alone, {one.exponent:.2f} drawn")
+            tip(
+                f"{one.participant}: {one.least_squares:.2f} from own trials, "
+                f"{one.exponent:.2f} after shrinkage"
+            )
         )
     if len(people) <= NAMED_AT_MOST:
         axes.set_yticks(rows, [one.participant for one in people], fontsize=8)

@@ -248,7 +248,7 @@ def test_answers_that_fall_or_never_change_have_no_threshold():
     two = population_threshold(
         rows[rows["participant_id"] < "p2"], CHOICES, method="two_interval", curve="weibull"
     )
-    assert two == NotComputed("participants: 2 (at least 3 are needed)")
+    assert two == NotComputed("too few participants (2; at least 3 are needed)")
 
 
 @pytest.mark.parametrize("truth, other", [("log_normal", "normal"), ("normal", "log_normal")])

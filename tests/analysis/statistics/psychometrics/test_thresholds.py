@@ -237,7 +237,9 @@ def test_single_answers_a_level_tell_nothing_of_the_fit():
     levels = np.linspace(0.1, 1, 30)
     data = answers(levels, np.arange(30) % 4 > 0, np.ones(30))
     found = goodness_of_fit(fit_threshold(data), data)
-    assert found == NotComputed("levels with more than one answer: 0 (at least 4 are needed)")
+    assert found == NotComputed(
+        "too few levels with more than one answer (0; at least 4 are needed)"
+    )
 
 
 def weibull(levels):
@@ -312,8 +314,8 @@ def test_catch_trials_of_no_vibration_tell_the_guess_rate_of_yes():
     "levels,correct,words",
     [
         ([0.1, 0.2, 0.3], [20, 20, 20], "all answers are the same"),
-        ([0.1], [12], r"levels above 0: 1 \(at least 2 are needed\)"),
-        ([0.0, 0.1], [9, 15], "levels above 0: 1"),
+        ([0.1], [12], r"too few levels above 0 \(1; at least 2 are needed\)"),
+        ([0.0, 0.1], [9, 15], r"levels above 0 \(1;"),
         ([0.1, 0.2, 0.3, 0.4], [20, 15, 12, 9], "do not improve|far outside"),
     ],
 )

@@ -143,7 +143,7 @@ def test_a_mixed_model_at_its_bound_converges_by_some_optimiser_and_says_so(seed
     assert found.converged
     assert found.at_bound
     assert found.exponent == pytest.approx(power_law.power_law(ready_made).exponent, rel=1e-4)
-    assert "is on its boundary" in apa.mixed_model(found, 0.95, PLATE_AMPLITUDE)
+    assert "is on the boundary of its range" in apa.mixed_model(found, 0.95, PLATE_AMPLITUDE)
 
 
 def test_an_exponent_whose_fit_did_not_converge_is_not_put_in_a_sentence(reference):
@@ -214,9 +214,9 @@ def test_constant_estimates_give_a_reason_and_not_a_silent_nan():
 @pytest.mark.parametrize(
     "values,words",
     [
-        (np.arange(8.0).reshape(2, 4) + 1, "every amplitude: 2 "),
-        (np.arange(5.0).reshape(5, 1) + 1, "amplitudes: 1 "),
-        (np.zeros((5, 4)), "amplitudes: 0 "),
+        (np.arange(8.0).reshape(2, 4) + 1, "every amplitude (2;"),
+        (np.arange(5.0).reshape(5, 1) + 1, "amplitudes (1;"),
+        (np.zeros((5, 4)), "amplitudes (0;"),
     ],
 )
 def test_too_little_data_gives_a_reason(values, words):

@@ -123,7 +123,7 @@ def test_where_every_step_was_felt_there_is_a_lower_bound_only():
 
 def test_two_people_or_no_catch_steps_give_no_d_prime():
     sizes, felt, who = answers(np.random.default_rng(1), 2, 3, 1, 1.0)
-    assert "participants: 2" in d_primes(sizes, felt, who, 0.95).reason
+    assert "too few participants (2;" in d_primes(sizes, felt, who, 0.95).reason
     assert "no catch" in d_primes(np.ones(9), np.ones(9), np.repeat(np.arange(3), 3), 0.95).reason
 
 

@@ -57,7 +57,7 @@ def test_a_slope_that_is_not_reliably_above_0_bounds_no_threshold():
     assert found.p > 0.05
     assert found.half_yes_interval is None
     if found.half_yes is not None and found.half_yes > 0:
-        assert "with an unbounded interval" in apa_difference.psychometric(
+        assert "with an unbounded confidence interval" in apa_difference.psychometric(
             found, 0.95, PLATE_AMPLITUDE
         )
 
@@ -145,7 +145,7 @@ def test_people_who_differ_show_in_the_correlation_of_their_answers():
         ([0, 0, 0.5, 1.1], [0, 0, 1, 1], "complete separation"),
         ([0, 0.5, 0.5, 1.1], [0, 0, 1, 1], "complete separation"),
         ([0, 0.5, 0.5, 1.1], [1, 1, 1, 1], "every answer is yes"),
-        ([0.5, 0.5, 0.5, 0.5], [0, 1, 0, 1], "one size of step"),
+        ([0.5, 0.5, 0.5, 0.5], [0, 1, 0, 1], "one step size"),
     ],
 )
 def test_data_without_a_finite_slope_gets_the_reason(removed, felt, words):

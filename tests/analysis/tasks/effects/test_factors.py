@@ -83,12 +83,15 @@ def test_a_fit_at_a_bound_is_named_as_in_the_exported_script(analysis, page, tmp
     (found,) = analysis.inference[FACTORS]
     assert found.mixed.log_likelihood_reml == pytest.approx(15.704493, abs=1e-3)
     assert found.mixed.at_bound
-    assert "In the mixed model, a variance or correlation is on its boundary." in page(analysis)
+    assert (
+        "In the mixed model, an estimated variance or correlation is on the boundary of its range."
+        in page(analysis)
+    )
     write_export(analysis, tmp_path, ["scripts"])
     if shutil.which("Rscript"):
         command = ["Rscript", tmp_path / "recompute.R"]
         told = subprocess.run(command, capture_output=True, text=True, check=True).stdout
-        assert "speed: a variance or correlation is on its boundary" in told
+        assert "speed: an estimated variance or correlation is on the boundary of its range" in told
         numbers = re.findall(r"^factors\S+ +\S+ +\S+$", told, re.MULTILINE)
         assert len(numbers) > 60
         assert "not recomputed: factors" not in told
@@ -97,7 +100,7 @@ def test_a_fit_at_a_bound_is_named_as_in_the_exported_script(analysis, page, tmp
 def test_the_report_names_conditions_and_what_they_change(analysis, page):
     text = page(analysis)
     assert "speed and period as within-participant factors (n = 10" in text
-    assert "speed slow against fast: geometric means in a ratio of 0.63" in text
+    assert "speed slow compared with fast: the ratio of geometric means was 0.63" in text
 
 
 def test_conditions_that_are_numbers_are_in_their_order(table, tmp_path):

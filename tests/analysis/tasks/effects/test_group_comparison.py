@@ -70,7 +70,7 @@ def test_welch_s_analysis_of_three_groups_is_r_s(orthodont):
 
 def test_sentences_and_tables_name_groups_effect_sizes_and_exact_p(orthodont, page):
     texts = group_sentences(orthodont.inference.groups, 0.95, PLATE_AMPLITUDE)
-    assert texts[0] == "Groups compared, by group: Female (n = 11), Male (n = 16)."
+    assert texts[0] == "Groups were defined by group: Female (n = 11), Male (n = 16)."
     assert "Welch's F(1, 23.48) = 3.68, p = .067, η² = .11, 95% CI [.00, .34]" in texts[1]
     assert "Hedges' g = −1.15 [−1.95, −0.33]" in texts[2]
     assert "F(2.43, 60.69) = 1.65, p = .195" in texts[3]
@@ -116,7 +116,7 @@ def test_groups_too_small_are_left_out_and_named():
     assert found.n == {"a": 3, "b": 5}
     assert (found.left_out, found.without_group) == (("c", "d"), 1)
     (first, *_) = group_sentences(found, 0.95, PLATE_AMPLITUDE)
-    assert first.endswith("too small to compare: c, d; 1 in no group.")
+    assert first.endswith("groups too small to compare: c, d; 1 participant in no group.")
 
 
 @pytest.mark.parametrize("sizes", [{"a": 5, "b": 1}, dict.fromkeys("abcdefghij", 1)])
@@ -124,7 +124,7 @@ def test_a_group_of_one_and_ten_groups_of_one_are_one_sentence(sizes):
     found = compare_groups(*prepared(sizes, np.random.default_rng(3)))
     assert isinstance(found, NotComputed)
     there = sum(size >= 3 for size in sizes.values())
-    assert found.reason.startswith(f"groups of 3 participants or more: {there} (at least 2")
+    assert found.reason.startswith(f"too few groups of 3 participants or more ({there}; at least 2")
     assert "smaller: " in found.reason
 
 
@@ -159,7 +159,7 @@ def test_the_group_of_a_data_set_is_the_column_that_the_study_names(dataset):
 
 def test_a_column_of_groups_that_is_not_there_is_named(dataset):
     folder = dataset(participants=3, choices='group = "hand"')
-    with pytest.raises(UserError, match=r"no column 'hand' \(analysis.group\); found"):
+    with pytest.raises(UserError, match=r"no column 'hand', which analysis.group names; found"):
         analyse(folder)
 
 

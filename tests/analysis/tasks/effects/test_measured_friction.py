@@ -87,7 +87,7 @@ def test_participants_without_a_line_are_named():
     found = found_in(frame)
     assert found.left_out == ("sub-02", "sub-04")
     assert isinstance(found.slope, NotComputed)
-    assert "Ratings against measured friction" in sentence(found)
+    assert "Ratings were not compared with measured friction" in sentence(found)
 
 
 def test_nothing_is_said_where_no_friction_was_measured():

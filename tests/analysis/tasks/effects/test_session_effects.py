@@ -101,7 +101,7 @@ def test_a_change_between_sessions_is_found_and_none_is_not(table_by_hand):
         level = sessions.measures[0]
         assert level.changes[0].change.mean == pytest.approx(change, abs=0.05)
         told = " ".join(sentences(analysed))
-        assert ("sessions differed" in told) == differs
+        assert ("estimates differed between sessions" in told) == differs
         assert ("level (mean natural logarithm, n = 8) did not change reliably" in told) != differs
 
 
@@ -130,7 +130,7 @@ def test_people_of_one_session_each_are_not_compared_within(table_by_hand):
     text = table(people=6, keep=lambda who, session: (who % 2 == 0) == (session == "01"))
     analysed = analyse(table_by_hand(text), normalise="none")
     found = analysed.inference.sessions
-    assert "every amplitude in every session: 0" in found.anova.reason
+    assert "every amplitude in every session (0;" in found.anova.reason
     assert all(isinstance(measure.agreement, NotComputed) for measure in found.measures)
     assert "sessions were not compared" in " ".join(sentences(analysed))
 
@@ -201,7 +201,7 @@ def test_the_report_and_the_results_say_it(table_by_hand, tmp_path):
     report = (out / "report.html").read_text()
     assert "<h2" in report
     for words in (
-        "Sessions compared: 01, 02.",
+        "Sessions 01 and 02 were compared.",
         "session x amplitude",
         "Differences between sessions are reported under",
         "ICC(A,1)",
@@ -221,7 +221,7 @@ def test_amplitudes_that_only_one_session_has_compare_nobody(table_by_hand):
     rows = table().splitlines()
     kept = [row for row in rows if not (",02," in row and ",2.3," in row)]
     found = analyse(table_by_hand("\n".join(kept) + "\n"), normalise="none").inference.sessions
-    assert "every amplitude in every session: 0" in found.anova.reason
+    assert "every amplitude in every session (0;" in found.anova.reason
     assert isinstance(found.measures[0].agreement, NotComputed)
     assert found.measures[1].n == 8  # exponents of two amplitudes and of three
     assert pd.notna(found.measures[1].agreement.value)

@@ -136,7 +136,7 @@ def test_an_exponent_that_may_be_none_is_said_to_be_so():
     [
         (NotComputed("no trials of forced choice"), "no Weber fraction (no trials"),
         ((task([0.04] * 5, standard=None),), "difference: there is no standard above 0"),
-        ((task([0.04, None, None, None, 0.05]),), "a Weber fraction: 2 (at least 3 are needed)"),
+        ((task([0.04, None, None, None, 0.05]),), "a Weber fraction (2; at least 3 are needed)"),
     ],
 )
 def test_what_cannot_be_compared_says_why(tasks, words):

@@ -62,7 +62,7 @@ def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
     assert "exponent_and_weber_differencethreshold" in figures
     section = section_of(analysis, {"exponent_and_weber_differencethreshold": "<svg></svg>"})
     page = " ".join(str(block) for block in section.blocks)
-    assert "4 participants have both: exponent" in section.gist
+    assert "4 participants have both: the exponent is" in section.gist
     assert "Exponents and Weber fractions of 4 participants" in page
     further = "\n".join(str(block) for block in results(analysis, section.gist).blocks)
     assert "4 participants have both" not in further
@@ -74,4 +74,4 @@ def test_both_stand_on_one_page_with_a_figure_and_a_plain_sentence(analysis):
 def test_two_people_are_too_few_and_the_section_says_so(tmp_path):
     section = section_of(analysed(tmp_path, 2), {})
     (said,) = section.blocks
-    assert "Not compared: differencethreshold: participants with an exponent" in said
+    assert "were not compared: differencethreshold: too few participants with an exponent" in said

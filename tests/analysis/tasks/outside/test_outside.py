@@ -152,7 +152,7 @@ def test_one_that_changes_its_tables_changes_those_of_nobody_else(installed, dat
 
 
 def test_a_title_that_is_no_text_is_refused_when_it_is_declared():
-    with pytest.raises(UserError, match="its title is '', expected a text"):
+    with pytest.raises(UserError, match="its title is '', expected a string"):
         own_analysis("wrong", title="", run=broken)
 
 
@@ -178,9 +178,12 @@ def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
 @pytest.mark.parametrize(
     "parts, said",
     [
-        ({"answers": lambda _: "one"}, "its answers: returned str, expected a list of texts"),
-        ({"doubts": lambda _: [1]}, "its doubts: returned int, expected a list of texts"),
-        ({"sentences": lambda _: {"H": "a"}}, "its sentences: returned str, expected texts by"),
+        ({"answers": lambda _: "one"}, "its answers: returned str, expected a list of strings"),
+        ({"doubts": lambda _: [1]}, "its doubts: returned int, expected a list of strings"),
+        (
+            {"sentences": lambda _: {"H": "a"}},
+            "its sentences: returned str, expected lists of strings by",
+        ),
         (
             {"figures": lambda _: {"own_wrong": 1}},
             "its figures: returned int, expected matplotlib figures by",
@@ -259,7 +262,7 @@ def test_a_name_that_is_no_files_name_is_refused(installed):
         ({"table": [1, 2]}, "table: expected a DataFrame"),
         ({"table": pd.DataFrame({"a": [[1]]})}, "table: expected a DataFrame"),
         ({"figure": drawn()}, "a figure_caption and a figure_alt"),
-        ({"sentences": ()}, "one or more texts"),
+        ({"sentences": ()}, "one or more strings"),
     ],
 )
 def test_a_result_of_another_kind_is_refused_when_it_is_made(changes, said):

@@ -113,7 +113,7 @@ def test_answers_without_a_scale_get_the_reason():
     assert "no lower limit" in difference_scale(quadruples, sure).reason
     assert "do not connect" in difference_scale([[0, 1, 2, 3]] * 9, [True, False, True] * 3).reason
     assert difference_scale([[0, 1, 0, 1]], [True]) == NotComputed(
-        "surfaces: 2 (at least 3 are needed)"
+        "too few surfaces (2; at least 3 are needed)"
     )
 
 

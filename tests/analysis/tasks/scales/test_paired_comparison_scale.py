@@ -232,7 +232,9 @@ def test_the_chance_of_tied_choices_is_that_of_coins_tossed_as_often():
 
 
 def test_two_surfaces_and_pairs_never_compared_have_no_circles():
-    assert consistency([[0, 1], [2, 0]]) == NotComputed("surfaces: 2 (at least 3 are needed)")
+    assert consistency([[0, 1], [2, 0]]) == NotComputed(
+        "too few surfaces (2; at least 3 are needed)"
+    )
     assert "never compared" in consistency([[0, 1, 0], [0, 0, 1], [0, 0, 0]]).reason
 
 

@@ -86,7 +86,7 @@ def test_few_items_and_pairs_that_nobody_rated_give_no_map(trials):
     assert "items" in map_of("t", few).reason
     lacking = trials[~((trials["first"] == "a") & (trials["second"] == "b"))]
     assert isinstance(map_of("t", lacking), NotComputed)
-    assert map_of("t", lacking).reason == "nobody rated 1 of the item pairs"
+    assert map_of("t", lacking).reason == "no participant rated 1 of the item pairs"
 
 
 def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
