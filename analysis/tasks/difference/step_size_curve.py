@@ -173,8 +173,8 @@ def separated(
         )
     if no.max() <= yes.min() or yes.max() <= no.min():
         return (
-            f"{quantity.yes_no.size} separates every yes from every no (complete separation), so "
-            "the most likely curve is a jump without a finite slope"
+            f"{quantity.yes_no.size} separates all “yes” from all “no” answers (complete "
+            "separation), so the slope would be infinite"
         )
     return None
 

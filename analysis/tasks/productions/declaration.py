@@ -157,8 +157,9 @@ def _blocks(
 def _alone(reason: str) -> list[Markup]:
     return [
         html.paragraph(
-            f"Not compared with an estimation exponent: {reason}. Production alone is biased; add "
-            "a magnitude_estimation task to the study to measure the bias.",
+            f"Not compared with an estimation exponent: {reason}. The exponent of "
+            "production alone is biased; add a magnitude_estimation task to the study to measure "
+            "the bias.",
             "note",
         )
     ]

@@ -2,9 +2,9 @@
 
 Categories are numbered from 1. Means treat categories as equally spaced; ranks do not.
 
-Positions on a bounded scale without a unit do not justify ratios. Ratings are therefore not divided
-by a participant's maximum, and no logarithms or exponents are computed. Surfaces are compared by
-ranks within participants.
+Positions on a bounded scale without a unit cannot be compared as ratios. Ratings are therefore not
+divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces are
+compared by ranks within participants.
 
 In the tables of trials, ``surface`` is the name of a texture or an amplitude (µm peak to peak).
 Textures have no ``amplitude_um_pp``.
