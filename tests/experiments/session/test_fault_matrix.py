@@ -253,7 +253,9 @@ def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_
     with EmulatorProcess("--fault", "old_firmware") as board:
         planned = PlannedSession(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
         assert "; plays no textures" in CHECKS["plate"](planned).detail
-        with pytest.raises(UserError, match=r"'T1': the board's firmware \(1\.0\) holds one ampl"):
+        with pytest.raises(
+            UserError, match=r"'T1': the board's firmware \(1\.0\) can only hold a constant ampl"
+        ):
             CHECKS["plate"](replace(planned, study="textures_demo"))
 
 

@@ -92,7 +92,7 @@ def test_wherever_a_pilot_is_cut_the_stage_gives_the_same_data(whole, made_plan,
 
 def test_a_blocked_stage_is_a_fault_of_the_session(made_plan, tmp_path):
     blocked = ContactSpecs(position="emulated_stage:blocked=20", force="none")
-    with pytest.raises(SensorFault, match=r"rests at 20\.0 mm instead of 40\.0 mm"):
+    with pytest.raises(SensorFault, match=r"stopped at 20\.0 mm instead of 40\.0 mm"):
         run_simulated(tmp_path, made_plan, "mock", blocked)
 
 
