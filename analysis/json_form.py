@@ -15,7 +15,7 @@ import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
-from typing import TYPE_CHECKING, Protocol, TypeAlias, runtime_checkable
+from typing import TYPE_CHECKING, Protocol, TypeAlias, TypeGuard
 
 import numpy as np
 
@@ -26,7 +26,6 @@ Json: TypeAlias = "dict[str, Json] | list[Json] | str | float | int | bool | Non
 JsonObject: TypeAlias = dict[str, Json]
 
 
-@runtime_checkable
 class HasJsonForm(Protocol):
     """A result whose keys differ from its field names."""
 
@@ -71,7 +70,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     # Numbers first, because checking a million of them for a method would be too slow.
     if value is None or isinstance(value, str | int | float):
         return None if isinstance(value, float) and not math.isfinite(value) else value
-    if isinstance(value, HasJsonForm):
+    if _has_json_form(value):
         found = value.json_form()
         if not isinstance(found, Mapping):
             return form(found, named)
@@ -86,6 +85,11 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     if isinstance(value, list | tuple):
         return [form(inner, named) for inner in value]
     raise TypeError(f"{type(value).__name__}: not a result")
+
+
+def _has_json_form(value: object) -> TypeGuard[HasJsonForm]:
+    # `isinstance` with a protocol takes a hundred times as long.
+    return hasattr(value, "json_form")
 
 
 def record(value: object) -> JsonObject:

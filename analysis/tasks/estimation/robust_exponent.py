@@ -67,7 +67,12 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
         (y[end:, None] - y[start:end]) / (x[end:, None] - x[start])
         for start, end in zip((0, *ends), ends, strict=False)
     ]
-    return float(np.median(np.concatenate(slopes, axis=None)))
+    # `numpy.median` places three values in order, which takes three times as long as one.
+    ordered = np.concatenate(slopes, axis=None)
+    middle = len(ordered) // 2
+    ordered.partition(middle)
+    below = ordered[middle] if len(ordered) % 2 else ordered[:middle].max()
+    return float((below + ordered[middle]) / 2)
 
 
 def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
