@@ -33,6 +33,13 @@ def plain(folder):
     return folder
 
 
+def test_no_model_of_amplitudes_depends_on_textures(textured):
+    found, alone = analyse(textured), analyse(plain(textured))
+    assert text(found.inference) == text(alone.inference)
+    assert found.inference.mixed_model.trials == 4 * 6
+
+
+@pytest.mark.usefixtures("without_models")
 @pytest.mark.parametrize("rule", [name for name in RULES if name != "standard_referenced"])
 def test_nothing_that_is_said_of_amplitudes_depends_on_textures(textured, rule):
     found = analyse(textured, normalise=rule)
