@@ -11,7 +11,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.load import load
 from slipscale.analysis.preprocessing import data_quality, data_warnings, normalisation, sessions
@@ -29,9 +30,6 @@ from slipscale.analysis.tasks.table import KINDS, TRIALS, conclude
 from slipscale.experiments.dataset.hand_exclusions import BY_HAND, excluded_by_hand
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 class OutsideTasks(UserError):

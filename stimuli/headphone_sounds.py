@@ -11,15 +11,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.faults import UserError
 from slipscale.stimuli.masking_noise import pink_noise
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 Ears = Literal["left", "right", "both"]
 EARS: tuple[Ears, ...] = ("left", "right", "both")

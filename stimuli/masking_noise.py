@@ -8,14 +8,11 @@ whole session.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FULL_SCALE_SINE_RMS = math.sqrt(0.5)
 

@@ -10,22 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.preprocessing.data_quality import TRIALS_FOR_DRIFT
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.tasks.estimation.statistics import ORDER
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.participants.simulated_people.habits import ROUND_TO_PERCENT
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Smallest proportion of the total variance per component. A component of 0 is unrealistic.
 LEAST_SHARE = 0.02

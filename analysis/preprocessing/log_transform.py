@@ -9,18 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.preprocessing.normalisation import cell_means, complete
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import warnings
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 from scipy import special
 
 from slipscale.analysis.preprocessing.sufficiency import TINY
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:

@@ -7,7 +7,8 @@ same code, so the description always matches the analysis.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.preprocessing.data_quality import MEANINGS
@@ -15,18 +16,14 @@ from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.primary import TITLES
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.experiments.study.analysis_choices import (
-        AnalysisChoices,
-        QualityFlag,
-        Thresholds,
-    )
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.experiments.study.analysis_choices import (
+    AnalysisChoices,
+    QualityFlag,
+    Thresholds,
+)
+from slipscale.stimuli.quantity import Quantity
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:

@@ -11,17 +11,14 @@ Rules:
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
 from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
-
 
 #: Codes in tables written by Slipscale.
 TRUE, FALSE = frozenset({"yes", "true", "1", "1.0"}), frozenset({"no", "false", "0", "0.0"})

@@ -15,10 +15,10 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from pydantic import ValidationError
 
 from slipscale.analysis.reading.table_lines import Lines, complain, split
 from slipscale.analysis.reading.trial_tables import FREE_TEXT
@@ -30,9 +30,6 @@ from slipscale.faults.toml_lines import Lines as TomlLines
 from slipscale.faults.validation import faults_in, sentences
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
-
-if TYPE_CHECKING:
-    from pydantic import ValidationError
 
 #: Codes for missing cells in all columns: the BIDS code and an empty cell.
 MISSING = ("", NO_VALUE)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from slipscale.analysis.reading.cleaning import tidied
 from slipscale.analysis.reading.delimited import (
@@ -32,10 +33,6 @@ from slipscale.analysis.reading.programs.table import Wanted, program_of
 from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
 
 #: Codes for missing identifiers in other programs. The BIDS code and blanks always count as
 #: missing.

@@ -11,14 +11,11 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 QUOTE, NEWLINE = b'"', b"\n"
 #: Maximum number of line numbers to list in a sentence.

@@ -10,7 +10,8 @@ import platform
 from collections.abc import Callable, Collection, Mapping
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from slipscale import figure_style
 from slipscale.analysis import json_form
@@ -19,16 +20,12 @@ from slipscale.analysis.reporting import page
 from slipscale.analysis.reporting.latex import latex_tables
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.reporting.tables import quality_table, tables
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import with_tips
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.analysis.writing.output_folder import make_folder
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: Figure that is also written as PNG in every analysis, for slides and messages.
 MAIN_PICTURE = "fig15.png"

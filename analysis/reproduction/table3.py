@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import cache, partial
-from typing import TYPE_CHECKING
+
+from matplotlib.figure import Figure
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.reproduction.comparison import Outcome
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.figure_style import with_note
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 @cache

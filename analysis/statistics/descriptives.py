@@ -5,15 +5,11 @@ Each value is the arithmetic mean of one participant's estimates at one amplitud
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from slipscale.analysis.preprocessing.normalisation import complete
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Minimum number of participants for an interval.
 FEWEST = 3

@@ -10,14 +10,11 @@ estimate.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.statistics.arrays import Array
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Starting values of the search: the participant and interaction components, each relative to the
 #: repetition variance.

@@ -9,16 +9,13 @@ level at which it first settled.
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING
 
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.contact.followed_texture import Follower, followed_texture
+from slipscale.hardware.contact.source import Kind, Sample
+from slipscale.hardware.driver import PlateDriver
 from slipscale.stimuli.modulation import Loop
 from slipscale.stimuli.surface import Surface, VirtualSurface
-
-if TYPE_CHECKING:
-    from slipscale.hardware.clock import Clock
-    from slipscale.hardware.contact.source import Kind, Sample
-    from slipscale.hardware.driver import PlateDriver
 
 
 class Following:

@@ -7,15 +7,13 @@ starts.
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any, Literal, Protocol
+from typing import Any, Literal, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.faults import RigError
 from slipscale.stimuli.masking_noise import pink_noise, ramp
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 REMEDY = "plug in headphones and select them as the system output, or turn masking off"
 COMMON_RATE_HZ = 48_000.0

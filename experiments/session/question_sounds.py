@@ -5,17 +5,14 @@ A session starts and stops `Sounds`. Only `SoundOutput` opens the sound device, 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.experiments.session.masking_noise import CHANNELS, REMEDY, device_rate_hz
 from slipscale.faults import RigError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.stimuli.headphone_sounds import HeadphoneSound
+from slipscale.stimuli.headphone_sounds import HeadphoneSound
 
 
 class Sounds(Protocol):

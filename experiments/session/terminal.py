@@ -15,19 +15,16 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Self, TextIO
+from typing import NamedTuple, Self, TextIO
 
+from rich.console import Console
 from rich.live import Live
 from rich.text import Text
 
 from slipscale.experiments.session.operator import Request, SessionStatus, State, answer_wanted
+from slipscale.experiments.steps.steps import Ask
+from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import harmless
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from slipscale.experiments.steps.steps import Ask
-    from slipscale.experiments.steps.trial import Trial
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: one character, or the complete escape sequence of an arrow or function key.

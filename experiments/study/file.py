@@ -11,7 +11,9 @@ from functools import lru_cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import BaseModel
 
 from slipscale.experiments.protocol_parts.registry import load_protocol, protocol_names
 from slipscale.experiments.study.images import with_images
@@ -26,9 +28,6 @@ from slipscale.stimuli.file_keys import FileNames
 from slipscale.stimuli.parameters import field_of
 from slipscale.stimuli.quantity_table import stated_quantity
 from slipscale.stimuli.textures import PARAMETERS
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
 
 # Tables whose levels are always in the plate's quantity, even if the study varies another
 # parameter.

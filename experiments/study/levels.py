@@ -11,25 +11,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
+
+from pydantic import BaseModel
 
 from slipscale.experiments.protocol_parts.base import Context
 from slipscale.experiments.study.tables import PlateSettings, StimulusTable
 from slipscale.faults import UserError
+from slipscale.faults.toml_lines import Place
+from slipscale.faults.validation import Fault
 from slipscale.stimuli.field_names import in_um
 from slipscale.stimuli.modulation import FILM_TIME_CONSTANT_S, LEAST_FOLLOWED
 from slipscale.stimuli.parameters import field_of
+from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.surface import Stimulus, VirtualSurface
 from slipscale.stimuli.textures import PARAMETERS, Texture
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
-    from slipscale.faults.toml_lines import Place
-    from slipscale.faults.validation import Fault
-    from slipscale.stimuli.quantity import Quantity
-    from slipscale.stimuli.varied import Varied
+from slipscale.stimuli.varied import Varied
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -7,8 +7,9 @@ installed. A stored schema would report the options of these protocols as errors
 from __future__ import annotations
 
 from copy import deepcopy
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from slipscale.experiments.protocol_parts.base import Options
@@ -18,9 +19,6 @@ from slipscale.experiments.study.model import Study
 from slipscale.stimuli.field_names import in_code, in_um
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 from slipscale.stimuli.textures import PARAMETERS
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 

@@ -8,16 +8,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import optimize, stats
 
 from slipscale.faults import UserError
 from slipscale.hardware.calibration.record import Gain, Point, Resonance
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 FEWEST_POINTS = 6
 CONFIDENCE = 0.95

@@ -12,17 +12,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import dropwhile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
 from slipscale.hardware.calibration.record import Point
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 DRIVE_COLUMNS = ("sweep", "frequency_hz", "voltage_v")
 UM_PER_MM = 1000.0

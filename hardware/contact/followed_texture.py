@@ -9,18 +9,16 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from slipscale.hardware.contact.measures import PRESSES_N
+from slipscale.hardware.contact.source import Kind, Sample
+from slipscale.hardware.driver import PlateDriver
 from slipscale.stimuli.friction_map import FrictionMap
+from slipscale.stimuli.modulation import Loop, Modulator
+from slipscale.stimuli.surface import Surface
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
-
-if TYPE_CHECKING:
-    from slipscale.hardware.contact.source import Kind, Sample
-    from slipscale.hardware.driver import PlateDriver
-    from slipscale.stimuli.modulation import Loop, Modulator
-    from slipscale.stimuli.surface import Surface
 
 SPEED_OVER_S = 0.04  # if shorter, noise dominates; if longer, turns are detected late
 LONGEST_HELD_S = 0.05  # between frames

@@ -9,9 +9,10 @@ and (18) are consistent (z up, w up, curvature d²w/dx²).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Self
+from typing import Self
 
 import numpy as np
+import numpy.typing as npt
 
 from slipscale.faults import UserError
 from slipscale.hardware.limits import PlateLimits
@@ -24,9 +25,6 @@ from slipscale.hardware.plate.materials import (
     Piezoceramic,
 )
 from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 SAFE_VOLTAGE_V = PlateLimits().voltage_v  # limit of the driver, above the paper's 15 V
 

@@ -19,19 +19,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 from skfem import Basis, ElementHexS2, MeshHex
 
 from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout, Region, mesh_lines
 from slipscale.hardware.plate.materials import VACUUM_PERMITTIVITY_F_M
 from slipscale.stimuli.quantities import MILLI, Array
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
 
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10

@@ -10,17 +10,14 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal, Self
+from typing import Literal, Self
 
 import numpy as np
+import numpy.typing as npt
 
 from slipscale.faults import UserError
 from slipscale.hardware.plate.materials import COPPER_BERYLLIUM, P1_91, Isotropic, Piezoceramic
 from slipscale.stimuli.quantities import MILLI, Array, not_negative, positive
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
 
 Ends = Literal["free", "supported"]
 _ON_MM = 1e-6  # tolerance of positions, one nanometre

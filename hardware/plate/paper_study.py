@@ -4,22 +4,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import root_scalar
 
 from slipscale.faults import UserError
 from slipscale.hardware.plate.beam import BeamSection
+from slipscale.hardware.plate.finite_elements import Electrodes
 from slipscale.hardware.plate.geometry import DEFAULT, HALF_WAVE, Density, Layout
 from slipscale.hardware.plate.vibration import Modes, modes, response_um
 from slipscale.stimuli.quantities import MILLI, Array, positive
 from slipscale.stimuli.surface import pp_from_peak
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
-    from slipscale.hardware.plate.finite_elements import Electrodes
 
 HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 12  # modes to superpose; with 36, the peak of Fig. 12 moves by 0.01 %

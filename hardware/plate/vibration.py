@@ -12,9 +12,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
@@ -27,10 +28,6 @@ from slipscale.hardware.plate.finite_elements import (
 )
 from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout
 from slipscale.stimuli.quantities import MILLI, Array, not_negative, positive
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
-
 
 _TOLERANCE = 1e-9  # relative tolerance of ω² - σ; a smaller one costs a fifth more solutions
 _RIGID_BELOW = 1e-3  # fraction of the highest frequency up to which modes are rigid-body modes

@@ -10,14 +10,11 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 SQUEEZE_NUMBER_MIN = 10.0  # Section II-C: "larger than 10"; see docs/explanation/squeeze-film.md
 _NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, h_vib = 5 µm

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from slipscale.analysis.planning.distribution.distribution import Distribution, cell_name
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.writing.axes import amplitude_axis
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
 
 #: Column of Table III -> title.
 STATISTICS = {

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pandas as pd
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis import json_form
+from slipscale.analysis.planning.distribution.distribution import Distribution
 from slipscale.analysis.planning.distribution.figures import (
     CURVES,
     PANELS,
@@ -22,12 +24,6 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.csv_file import write_csv
 from slipscale.faults import UserError
 from slipscale.figure_style import save, svg
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.planning.distribution.distribution import Distribution
 
 PAGE = "distribution.html"
 

@@ -11,11 +11,13 @@ import json
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from itertools import pairwise as neighbours
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.pipeline import normalised
+from slipscale.analysis.planning.power.design import Design
+from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.outcome import Outcome, Sums
 from slipscale.analysis.planning.power.sequential import Spending, levels, look_sizes
 from slipscale.analysis.planning.power.yes_no_steps import precision, simulate_steps
@@ -32,18 +34,12 @@ from slipscale.analysis.planning.simulated.fast_tests import (
     tables,
 )
 from slipscale.analysis.preprocessing import data_quality
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.repeated_measures.omnibus import page_trend
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.analysis.planning.power.design import Design
-    from slipscale.analysis.planning.power.grid import Condition
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
 
 #: Version of the simulation. A different version changes all seeds and invalidates the cache.
 VERSION = 2

@@ -10,18 +10,15 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.planning.power.outcome import Sums
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.experiments.participants.simulated_people.population import Population, curves
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Number of studies per shard for which d' is computed.
 D_PRIME_STUDIES = 10

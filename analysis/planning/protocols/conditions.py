@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -25,15 +24,13 @@ from slipscale.analysis.planning.simulated.fast_tests import Tables, pairwise
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF
 from slipscale.experiments.participants.simulated_people.growth import people_for
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.experiments.steps.trial import factor_level
 from slipscale.experiments.study.factors import Factor, conditions_of
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.simulated_people.population import Population
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

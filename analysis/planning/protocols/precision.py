@@ -12,7 +12,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -27,10 +26,8 @@ from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, CURVE_OF
+from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.study.file import parse_study
-
-if TYPE_CHECKING:
-    from slipscale.experiments.participants.simulated_people.population import Population
 
 QUANTILES = (5, 95)
 CONFIDENCE = 0.95

@@ -11,9 +11,10 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import combinations
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.planning.simulated.estimates import Ratings, means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
@@ -21,11 +22,7 @@ from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.holm import holm_rows
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.repeated_measures import batched
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
+from slipscale.experiments.study.analysis_choices import Primary, ZeroRule
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

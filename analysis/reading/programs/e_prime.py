@@ -10,14 +10,12 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.programs.records import framed, head_of, records, table_of
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 LOG = "*** Header Start ***"
 EDGE = re.compile(r"\*\*\* (?P<kind>Header|LogFrame) (?P<edge>Start|End) \*\*\*")

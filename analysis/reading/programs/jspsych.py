@@ -10,14 +10,12 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.programs.records import as_text, framed, head_of, records
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: Fields that every trial has.
 ALWAYS = ("trial_type", "trial_index", "time_elapsed")

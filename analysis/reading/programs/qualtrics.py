@@ -8,14 +8,12 @@ line are an ``ImportId``. Preview responses are not omitted; to omit them, use `
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded
 from slipscale.analysis.reading.programs.records import head_of, records, table_of
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 IMPORT_ID = '{"ImportId":'
 HEADERS = 3

@@ -9,14 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.programs import e_prime, jspsych, matlab, qualtrics
 from slipscale.analysis.reading.programs.spreadsheets import read_excel, read_spss
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 EXCEL = (".xlsx", ".xlsm", ".xls", ".xlsb")
 SPSS = (".sav", ".zsav")

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
+from markupsafe import Markup
+
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted, grouped
 from slipscale.stimuli.quantity import capitalised
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.tasks.kind import Analysis
 
 #: With fewer participants than this, the summary warns about wide intervals.
 SMALL = 6

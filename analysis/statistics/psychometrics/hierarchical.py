@@ -17,9 +17,9 @@ lapses, random thresholds and random slopes.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
@@ -33,11 +33,7 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     even,
     students_fall,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
+from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, Model
 
 #: Largest standard deviation between people, and largest distance of the threshold from the mean
 #: level, in standard deviations of the levels.

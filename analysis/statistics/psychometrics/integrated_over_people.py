@@ -20,14 +20,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, log
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.statistics.arrays import Array
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Default extent of the grids for random effects, in standard deviations from 0.
 FARTHEST_NODE = 5.0

@@ -7,9 +7,9 @@ Levels are in µm peak to peak: an amplitude (detection) or a difference between
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.preprocessing.sufficiency import few
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -25,9 +25,6 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
 )
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Upper bound of the lapse rate (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313).
 LARGEST_LAPSE = 0.06

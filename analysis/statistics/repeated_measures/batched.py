@@ -9,16 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MOST
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def repeated_measures_f(tables: Array) -> Array:

@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+import pandas as pd
+from matplotlib.figure import Figure
+
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.declared.session_tables import by_session
 from slipscale.analysis.tasks.difference import figures, section, sentences
@@ -15,14 +21,6 @@ from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing.numbers import counted
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import capitalised
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.statistic import SessionTable
 
 #: Columns of yes/no answers that are included unless they are empty.
 ANSWERS = (

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.ticker import PercentFormatter
 
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve, curve
 from slipscale.analysis.tasks.difference.yes_no import (
     DescendingDifference,
@@ -20,13 +22,6 @@ from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.axes import Axes
-
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.not_computed import NotComputed
 
 #: Area of the ring for one participant, in square points.
 RING = 34.0

@@ -15,9 +15,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
@@ -32,9 +32,6 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     even,
     students_fall,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Search ranges for d', criterion and standard deviations. Counts cannot determine a larger d'.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0

@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def exact_interval(yes: float, n: float, confidence: float = 0.95) -> ConfidenceInterval:

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.cleaning import clean_differences, empty_differences
+from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials
 from slipscale.analysis.reading.protocol_tables import read_protocol
 from slipscale.analysis.reading.trial_tables import DIFFERENCE, STEP_AMPLITUDES, set_aside
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems, Source
 
 
 def read_steps(

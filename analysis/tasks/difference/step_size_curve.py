@@ -8,10 +8,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import OurName, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
@@ -19,9 +20,6 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 Measure = Literal["removed_um_pp", "weber_fraction"]
 #: Intercept and slope of the curve.

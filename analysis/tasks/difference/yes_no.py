@@ -8,10 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import few
@@ -26,18 +26,14 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     PsychometricFunction,
 )
 from slipscale.analysis.statistics.psychometrics.thresholds import fit_threshold
+from slipscale.analysis.tasks.difference.coder_agreement import CoderAgreement
 from slipscale.analysis.tasks.difference.probit import DPrimeOfSize, d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.analysis.tasks.difference.step_size_curve import PsychometricCurve, psychometric
+from slipscale.analysis.tasks.difference.verbal_coding import Codebook
 from slipscale.analysis.tasks.difference.verbal_reports import VerbalReports, code_reports
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.analysis.tasks.difference.coder_agreement import CoderAgreement
-    from slipscale.analysis.tasks.difference.verbal_coding import Codebook
 
 #: With fewer steps or catch steps, d' of one participant depends mainly on the correction.
 TRIALS_FOR_OWN = 20

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.statistics.not_computed import missing
+from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison, PairedT
+from slipscale.analysis.statistics.statistic import Inference, Statistic
 from slipscale.analysis.tasks.effects.groups.statistics import GROUPS
 from slipscale.analysis.tasks.effects.sessions.statistics import SESSIONS
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE, STATISTICS
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import (
@@ -22,14 +26,7 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.statistics.repeated_measures.pairwise import PairComparison, PairedT
-    from slipscale.analysis.statistics.statistic import Inference, Statistic
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 #: Whether a pair differs significantly, and whether it is equivalent -> conclusion.
 DIFFER = "differ"

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import pandas as pd
+from matplotlib.figure import Figure
 
 from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.effects.groups.statistics import GROUPS, membership
 from slipscale.analysis.tasks.effects.sessions.anova import session_logs
 from slipscale.analysis.tasks.estimation import (
@@ -36,13 +39,6 @@ from slipscale.analysis.tasks.estimation.statistics import (
 )
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing.numbers import counted, reliable
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.statistic import SessionTable
 
 
 def _questions(analysis: Analysis) -> list[str]:

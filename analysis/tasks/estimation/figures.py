@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
+from numpy.typing import NDArray
 
 from slipscale.analysis.published import biet2007
 from slipscale.analysis.statistics.descriptives import within_intervals
@@ -14,12 +17,6 @@ from slipscale.analysis.statistics.repeated_measures import omnibus
 from slipscale.analysis.writing.axes import LINES_AT_MOST, amplitude_axis, tip
 from slipscale.figure_style import BLUE, GREEN, ORANGE, PALE, PURPLE, VERMILION, canvas, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-    from numpy.typing import NDArray
 
 
 def _individuals(

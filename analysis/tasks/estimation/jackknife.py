@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.preprocessing.sufficiency import TINY
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 
 def jackknife(

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import OurName, record
+from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.arrays import Array
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation.jackknife import jackknife
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 #: An effect is not identifiable if the other columns leave less than this fraction of its variance.
 IDENTIFIABLE = 1e-6

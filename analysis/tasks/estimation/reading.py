@@ -8,18 +8,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
+from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials, factors_of
 from slipscale.analysis.reading.protocol_tables import read_protocol
 from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY, has_flag, set_aside
 from slipscale.experiments.dataset.schema import FAULT, PARTICIPANT, REPRESENTED, TIMED_OUT
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems, Source
 
 
 def read_estimates(

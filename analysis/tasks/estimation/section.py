@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.published import biet2007
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import DASH, grouped, interval
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.tasks.kind import Analysis
 
 
 def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

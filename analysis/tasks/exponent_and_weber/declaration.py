@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
 from slipscale.analysis.tasks.exponent_and_weber.statistics import (
     EKMAN,
     EXPONENT_AND_WEBER,
@@ -22,12 +23,7 @@ from slipscale.analysis.writing.axes import tip
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, unit_number
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 #: Verdict -> text that follows "The exponent".
 VERDICTS = {

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
@@ -22,12 +23,7 @@ from slipscale.analysis.writing.numbers import (
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
 from slipscale.figure_style import canvas, styled
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
-
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
 

@@ -14,11 +14,12 @@ Rules:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import own_answers
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -27,11 +28,6 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems
 
 
 def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:

@@ -7,10 +7,11 @@ the data do not contain it.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -19,11 +20,6 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems
 
 REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject, renamed
 from slipscale.analysis.statistics.not_computed import computed, fold
@@ -32,12 +33,7 @@ from slipscale.analysis.writing.numbers import (
 )
 from slipscale.analysis.writing.points import SIZE
 from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
-
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Movements", "Errors", "Movement time (s)", "Throughput (bit/s)", "a (s)", "b (s/bit)")
 

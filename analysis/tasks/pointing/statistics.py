@@ -18,11 +18,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -33,11 +34,6 @@ from slipscale.analysis.statistics.regression import fit_lines
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocols.pointing import ON_TARGET, PLAIN, WIDTH_IN_SD
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from slipscale.analysis.reading.delimited import Problems
 
 PLACES = ("start_x_mm", "start_y_mm", "target_x_mm", "target_y_mm")
 SELECTED = ("selection_x_mm", "selection_y_mm")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import exp
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.regression import fit_lines
@@ -31,11 +33,6 @@ from slipscale.analysis.writing.points import (
 )
 from slipscale.figure_style import BLUE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
 
 
 def _title(found: TaskProductions) -> str:

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.reading.task_tables import BEFORE_CONDITION
@@ -20,6 +21,7 @@ from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, friedman_of
 from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, pairs_of
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
@@ -34,11 +36,6 @@ from slipscale.analysis.writing.numbers import (
     unit_number,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

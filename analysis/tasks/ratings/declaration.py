@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
@@ -31,13 +33,7 @@ from slipscale.analysis.writing.numbers import (
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
 from slipscale.figure_style import GREY, canvas, styled
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
-
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 #: Field -> column name, if they differ.
 COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at_right_end"}

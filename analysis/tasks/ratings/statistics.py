@@ -16,12 +16,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import combinations
 from math import nan
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import by_task, task_trials
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -39,12 +41,6 @@ from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 #: Columns that identify a table of ratings.
 RATED = ("rating", "amplitude_um_pp")

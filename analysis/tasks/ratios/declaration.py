@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.regression import fit_lines
@@ -17,13 +19,7 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, make_logarithmic
 from slipscale.figure_style import BLUE, GREY, INK, canvas, styled
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
-
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 
 def _title(found: TaskRatios, quantity: Quantity) -> str:

@@ -8,22 +8,18 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import exp
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import above_zero, by_task, task_trials
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import PowerLaw, power_law_of
 from slipscale.analysis.statistics.statistic import Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 JUDGED = ("ratio", "comparison_um_pp", "standard_um_pp")
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.not_computed import computed
@@ -16,12 +17,7 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
 from slipscale.analysis.writing.points import SIZE, draw_means
 from slipscale.figure_style import ORANGE, canvas, styled
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-    from matplotlib.figure import Figure
-
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 HEADS = (
     *("Pair", "Participants", "Different, called different", "Same, called different"),

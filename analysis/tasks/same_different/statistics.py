@@ -13,12 +13,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.reading.answer_codes import own_answers
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
@@ -28,11 +29,6 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.reading.delimited import Problems
 
 SURFACES = ("first", "second")
 

@@ -4,28 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from statistics import median
-from typing import TYPE_CHECKING
 
+from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from slipscale.analysis.json_form import JsonObject
 from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.scales.difference_scaling import DifferenceScale
+from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
 from slipscale.analysis.tasks.scales.statistics import SCALES, TRIALS, TaskScale
+from slipscale.analysis.tasks.scales.transitivity import Consistency
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import tip
 from slipscale.analysis.writing.numbers import DASH, bracketed, counted, number, p_value
 from slipscale.figure_style import BLUE, GREY, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.json_form import JsonObject
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.tasks.scales.paired_comparison_scale import ComparisonScale
-    from slipscale.analysis.tasks.scales.transitivity import Consistency
 
 
 def _title(found: TaskScale) -> str:

@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
 
+from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.surface_labels import amplitude_of, plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -33,12 +35,6 @@ from slipscale.analysis.tasks.scales.transitivity import (
     stochastic_transitivity,
 )
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from numpy.typing import NDArray
-
-    from slipscale.analysis.reading.delimited import Problems
 
 STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 

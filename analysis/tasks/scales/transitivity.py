@@ -10,16 +10,13 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import combinations, permutations
 from math import comb
-from typing import TYPE_CHECKING
 
 import numpy as np
+import numpy.typing as npt
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.scales.paired_comparison_scale import checked_choices
-
-if TYPE_CHECKING:
-    import numpy.typing as npt
 
 #: Largest number of surfaces for which all possible choices are enumerated (32,768 for 6).
 ENUMERATED = 6

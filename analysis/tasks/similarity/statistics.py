@@ -19,9 +19,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
@@ -31,9 +31,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.similarity.reading import RATED, SORTED, TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 #: Smallest number of items; with fewer, any map fits.
 FEWEST_ITEMS = 4

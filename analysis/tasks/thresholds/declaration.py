@@ -3,29 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
+from slipscale.analysis.json_form import JsonObject
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Answers
 from slipscale.analysis.statistics.psychometrics.thresholds import threshold_values
+from slipscale.analysis.statistics.statistic import SessionTable
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.thresholds import figures, section, sentences
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.statistics import CURVE_OF, THRESHOLDS, TaskThresholds
 from slipscale.experiments.dataset.schema import PARTICIPANT
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.json_form import JsonObject
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.analysis.statistics.statistic import SessionTable
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 
 def rows(task: TaskThresholds) -> list[JsonObject]:

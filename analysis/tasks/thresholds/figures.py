@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
 
 from slipscale.analysis.statistics.psychometrics.psychometric_function import (
@@ -17,13 +19,7 @@ from slipscale.analysis.writing.axes import LINES_AT_MOST, tip
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, canvas, styled
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
-
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 #: Number of bins into which levels are grouped, because adaptive tracks have many levels.
 BINS = 8

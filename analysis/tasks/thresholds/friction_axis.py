@@ -19,19 +19,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
 from slipscale.analysis.tasks.thresholds.population_threshold import over, population_threshold
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_AXIS
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
-    from slipscale.experiments.study.analysis_choices import AnalysisChoices
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 STEP = 0.1
 #: Columns for the measured coefficient in the target's interval, and for the mean in the others.

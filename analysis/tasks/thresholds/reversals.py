@@ -14,9 +14,9 @@ Source: Levitt 1971, J. Acoust. Soc. Am. 49, 467-477. Rules:
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
 
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.mean_over_participants import (
@@ -26,12 +26,8 @@ from slipscale.analysis.statistics.mean_over_participants import (
 from slipscale.analysis.statistics.not_computed import NotComputed, fold
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate, estimate
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.protocol_parts.adaptive.up_down import UpDownTrack
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from statistics import median
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
+from slipscale.analysis.statistics.psychometrics.psychometric_function import (
+    Estimate,
+    PsychometricFunction,
+)
 from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import (
     COMPARED,
@@ -23,15 +28,7 @@ from slipscale.analysis.writing.numbers import (
     unit_number,
 )
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.statistics.psychometrics.psychometric_function import (
-        Estimate,
-        PsychometricFunction,
-    )
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 #: Headings of the columns that describe a fit.
 FIT = ("CI", "In the population fit", "Weber fraction", "Slope", "Lapses", "Fit")

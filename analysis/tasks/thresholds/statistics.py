@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.not_computed import NotComputed, computed, fold
@@ -34,12 +35,8 @@ from slipscale.analysis.tasks.thresholds.reading import TRIALS
 from slipscale.analysis.tasks.thresholds.reversals import Reversals, reversals
 from slipscale.analysis.tasks.thresholds.rules import rules_of
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 
 #: Curve for comparisons, a function of the amplitude below and above the standard.
 COMPARED = "comparison"

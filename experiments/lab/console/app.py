@@ -12,7 +12,7 @@ from io import BytesIO
 from pathlib import Path
 from secrets import token_hex
 from threading import Lock
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import anyio
 from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -20,6 +20,7 @@ from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
+from starlette.requests import Request
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
@@ -47,10 +48,6 @@ from slipscale.experiments.lab.console.state import (
 from slipscale.experiments.lab.console.study_changes import Edit, changed
 from slipscale.experiments.session.terminal import clock_face
 from slipscale.faults import UserError, harmless
-
-if TYPE_CHECKING:
-    from starlette.requests import Request
-
 
 PACKAGE = "slipscale.experiments.lab.console"
 LOOK_S = 1.0  # interval between two complete checks for changes

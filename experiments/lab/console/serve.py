@@ -13,9 +13,9 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
 
 import uvicorn
+from starlette.applications import Starlette
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from slipscale.experiments.lab.console.app import Console, make_app
@@ -23,10 +23,6 @@ from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.console.private_folder import private_folder, write_private
 from slipscale.experiments.lab.console.security import TO_THE_PAGES, Access
 from slipscale.faults import UserError
-
-if TYPE_CHECKING:
-    from starlette.applications import Starlette
-
 
 PORT = 8470
 CERTIFICATE_DAYS = "30"

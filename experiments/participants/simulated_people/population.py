@@ -25,8 +25,10 @@ from functools import lru_cache
 from itertools import pairwise
 from pathlib import Path
 from statistics import NormalDist
-from typing import TYPE_CHECKING, Annotated, Self, TypeVar
+from typing import Annotated, Self, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -46,10 +48,6 @@ from slipscale.faults import UserError
 from slipscale.faults.frozen_table import setting
 from slipscale.faults.toml_file import parse_toml
 from slipscale.faults.validation import in_words
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 # Biet 2007, Table III (page 2688 of the journal's volume 54).
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
 
 from slipscale.analysis.preprocessing import normalisation
+from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
+from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 from slipscale.analysis.statistics.measured_friction import (
     MeanCorrelation,
     MeasuredFriction,
@@ -24,14 +28,6 @@ from slipscale.analysis.writing.numbers import grouped, number
 from slipscale.experiments.dataset.measured import COEFFICIENT
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, canvas, styled
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-
-    from slipscale.analysis.preprocessing.log_transform import Prepared
-    from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-    from slipscale.analysis.statistics.mean_over_participants import MeanOverParticipants
 
 LESS_FRICTION = 0.1
 

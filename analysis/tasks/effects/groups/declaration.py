@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import exp
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.repeated_measures.two_way import Effect
 from slipscale.analysis.tasks.effects.groups.statistics import GROUPS, GroupComparison
+from slipscale.analysis.tasks.effects.groups.welch import GroupDifference, Welch
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
@@ -25,13 +28,7 @@ from slipscale.analysis.writing.numbers import (
     reliable,
     unit_number,
 )
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.statistics.repeated_measures.two_way import Effect
-    from slipscale.analysis.tasks.effects.groups.welch import GroupDifference, Welch
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 
 def group_sentences(

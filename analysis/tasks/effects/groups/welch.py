@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
@@ -13,10 +15,6 @@ from slipscale.analysis.statistics.effect_sizes import eta2_interval, eta2_of, h
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.two_way_texts import anova_sentence, anova_table
@@ -28,9 +29,6 @@ from slipscale.analysis.writing.numbers import (
     reliable,
     unit_number,
 )
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
 
 
 def sentences(analysis: Analysis) -> list[str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+
+import pandas as pd
 
 from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.sessions import sessions_of
@@ -20,9 +21,6 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import IntraclassCorrelation
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova, session_anova
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -17,14 +17,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from slipscale.analysis.statistics.arrays import Array
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 #: Standard deviations of the priors.
 PRIOR_SD = {"A": 2.5, "B": 1.5, "ta": 1.0, "tb": 0.5, "s": 1.0}
