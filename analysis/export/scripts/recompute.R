@@ -151,8 +151,10 @@ page_trend <- function(cells) {
 }
 
 signed_rank <- function(steps) {
+  if (!any(steps != 0)) return(NA)
+  # Equal means can differ in the last bits, by the order of addition.
+  steps <- round(steps / max(abs(steps)), 9)
   steps <- steps[steps != 0]
-  if (!length(steps)) return(NA)
   ranks <- rank(abs(steps))
   tied <- anyDuplicated(ranks) > 0
   if ((tied && length(steps) <= 13) || (!tied && length(steps) <= 50)) {

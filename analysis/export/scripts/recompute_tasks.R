@@ -2,6 +2,11 @@
 # folder of recompute.R, recompute.R reads it and compares its results with numbers.csv.
 
 in_code_order <- function(values) sort(unique(values[!is.na(values)]), method = "radix")
+numbers_first <- function(values) {
+  labels <- unique(as.character(values))
+  number <- suppressWarnings(as.numeric(labels))
+  labels[order(is.na(number), number, labels, method = "radix")]
+}
 numbered <- function(prefix, parts) unlist(lapply(seq_along(parts), function(i) under(paste0(prefix, i - 1, "."), parts[[i]])))
 mean_and_ends <- function(x, confidence) mean(x) + c(0, -1, 1) * qt((1 + confidence) / 2, length(x) - 1) * sd(x) / sqrt(length(x))
 three <- function(name, values) setNames(values, paste0(name, c(".value", ".interval.0", ".interval.1")))
@@ -427,14 +432,24 @@ ratings_of <- function(rows, confidence) {
   cells <- person_means(main$rating, main$participant_id, factor(main$surface, surfaces))
   plain <- surfaces %in% main$surface[!is.na(main$amplitude_um_pp)]
   steps <- unique(rows$resolution[!is.na(rows$resolution)])
+  categories <- unique(main$categories[!is.na(main$categories)])
+  bounds <- if (length(categories)) c(1, categories) else c(0, 100)
   each <- lapply(seq_along(surfaces), function(i) {
     own <- cells[!is.na(cells[, i]), i]
     there <- main$rating[main$surface == surfaces[i]]
     ends <- if (length(own) >= 3 && sd(own) > 0) mean_and_ends(own, confidence)[2:3] else c(NA, NA)
     c(participants = length(own), ratings = length(there), mean = mean(own), sd = sd(own),
-      interval.0 = ends[1], interval.1 = ends[2], at_left = sum(there == 0), at_right = sum(there == 100))
+      interval.0 = ends[1], interval.1 = ends[2], at_left = sum(there == bounds[1]), at_right = sum(there == bounds[2]))
   })
-  pairs <- lapply(asplit(combn(length(surfaces), 2), 2), function(pair) {
+  c(participants = nrow(cells), answers = nrow(main), catch_trials = nrow(caught),
+    catch_mean = if (nrow(caught)) mean(tapply(caught$rating, caught$participant_id, mean)) else NA,
+    categories = if (length(categories)) categories else NA,
+    resolution = if (length(steps) == 1) steps else NA, numbered("surfaces.", each), under("friedman.", friedman(cells)),
+    under("page_trend.", page_trend(cells[, plain, drop = FALSE])), rating_pairs(cells, confidence),
+    under("start_effect.", mean_test(start_slopes(main), confidence)))
+}
+rating_pairs <- function(cells, confidence) {
+  pairs <- lapply(asplit(combn(ncol(cells), 2), 2), function(pair) {
     d <- cells[, pair[2]] - cells[, pair[1]]
     d <- d[!is.na(d)]
     c(participants = length(d), p_wilcoxon = if (length(d) >= 3) signed_rank(d) else NA,
@@ -442,12 +457,23 @@ ratings_of <- function(rows, confidence) {
   })
   p <- sapply(pairs, `[[`, "p_wilcoxon")
   p[!is.na(p)] <- p.adjust(p[!is.na(p)], "holm")
-  pairs <- Map(function(pair, p) c(pair, p_wilcoxon_holm = p), pairs, p)
-  c(participants = nrow(cells), answers = nrow(main), catch_trials = nrow(caught),
-    catch_mean = if (nrow(caught)) mean(tapply(caught$rating, caught$participant_id, mean)) else NA,
-    resolution = if (length(steps) == 1) steps else NA, numbered("surfaces.", each), under("friedman.", friedman(cells)),
-    under("page_trend.", page_trend(cells[, plain, drop = FALSE])), numbered("pairs.", pairs),
-    under("start_effect.", mean_test(start_slopes(main), confidence)))
+  numbered("pairs.", Map(function(pair, p) c(pair, p_wilcoxon_holm = p), pairs, p))
+}
+
+# Ratings at the levels of each factor, over the surfaces that a participant rated at every level.
+rating_conditions <- function(rows, confidence) {
+  main <- rows[!rows$catch, ]
+  of_task <- main[["task of all conditions"]]
+  if (is.null(of_task)) return(NULL)
+  compared <- expand.grid(factor = grep("^factor: ", names(main), value = TRUE), task = in_code_order(of_task), stringsAsFactors = FALSE)
+  numbered("rating_conditions.", Filter(Negate(is.null), Map(function(column, task) {
+    own <- main[of_task == task, ]
+    labels <- numbers_first(own[[column]])
+    if (length(labels) < 2) return(NULL)
+    rated <- tapply(own$rating, list(own$participant_id, own$surface, factor(own[[column]], labels)), mean)
+    cells <- round(t(apply(rated, 1, function(own) colMeans(whole_rows(own)))), 9)
+    c(under("friedman.", friedman(cells)), rating_pairs(cells, confidence))
+  }, compared$factor, compared$task)))
 }
 
 # Slope of ratings on the starting position of the mark, within surfaces.
@@ -620,9 +646,7 @@ factor_effects <- function(trials, levels, confidence) {
   columns <- columns[vapply(columns, function(name) length(unique(trials[[name]])) > 1, NA)]
   numbered("factors.", lapply(columns, function(column) {
     condition <- as.character(trials[[column]])
-    labels <- unique(condition)
-    number <- suppressWarnings(as.numeric(labels))
-    labels <- labels[order(is.na(number), number, labels, method = "radix")]
+    labels <- numbers_first(condition)
     logs <- lapply(labels, function(label) {
       own <- trials[condition == label, ]
       tapply(own$log, list(factor(own$who, unique(trials$who)), factor(own$level, levels)), function(v) mean(v, na.rm = TRUE))
@@ -769,6 +793,8 @@ tasks <- function(settings, wanted, trials, logs) {
     rows <- read(parts[[name]][[1]])
     if (!is.null(rows)) out <- c(out, numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]])))
   }
+  rows <- read("trials_ratings.csv")
+  if (!is.null(rows)) out <- c(out, rating_conditions(rows, confidence))
   rows <- read("trials_dissimilarities.csv")
   if (!is.null(rows)) {
     kinds <- each(rows, "task")

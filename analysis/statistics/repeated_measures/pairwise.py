@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Largest number of differences for an exact Wilcoxon test, without ties and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
+#: Decimals to which values, in units of the largest, are compared for ties.
+TIED_DECIMALS = 9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -237,9 +239,13 @@ def signed_rank_p(differences: NDArray[np.float64]) -> float:
     """
     from scipy import stats  # noqa: PLC0415
 
-    steps = differences[np.isfinite(differences) & (differences != 0)]
-    if not len(steps):
+    steps = differences[np.isfinite(differences)]
+    largest = np.abs(steps).max(initial=0.0)
+    if not largest:
         return float("nan")
+    # Equal means can differ in the last bits, by the order of addition; they are still tied.
+    steps = np.round(steps / largest, TIED_DECIMALS)
+    steps = steps[steps != 0]
     sizes = np.abs(steps)
     tied = len(np.unique(sizes)) < len(sizes)
     if tied and len(steps) <= EXACT_WITH_TIES:

@@ -20,6 +20,7 @@ from slipscale.analysis.reading.task_tables import BEFORE_CONDITION
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, friedman_of
+from slipscale.analysis.statistics.repeated_measures.pairwise import TIED_DECIMALS
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, pairs_of
@@ -76,7 +77,8 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
     cells = rows.assign(level=rows[name].astype(str)).pivot_table(
         index=[PARTICIPANT, "surface"], columns="level", values="rating", observed=True
     )
-    table = cells.dropna().groupby(PARTICIPANT, observed=True).mean()
+    # Rounded, because equal means can differ in the last bits, and ranks would not be tied.
+    table = cells.dropna().groupby(PARTICIPANT, observed=True).mean().round(TIED_DECIMALS)
     table = table[sorted(table.columns, key=numbers_first)]
     people = rows[PARTICIPANT].nunique()
     return FactorRatings(

@@ -111,6 +111,51 @@ def exported(tmp_path_factory, without_figures):
     return out
 
 
+RATED = """
+name = "rated"
+title = "Ratings in conditions"
+amplitudes_um_pp = [0.0, 0.8, 1.6]
+[[factors]]
+name = "force"
+levels = [5.0, 10.0, 100.0]
+simulated = { 5 = 0.6, 10 = 0.8 }
+[[factors]]
+name = "hand"
+levels = ["left", "right"]
+[[tasks]]
+protocol = "category_scale"
+labels = ["not at all", "a little", "clearly", "very much"]
+practice = 0
+repetitions = 1
+[[tasks]]
+protocol = "visual_analogue_scale"
+practice = 0
+repetitions = 1
+"""
+
+
+@pytest.mark.skipif(not shutil.which("Rscript"), reason="no R here: recompute_tasks.R was not run")
+def test_r_recomputes_ratings_and_their_comparison_between_conditions(tmp_path, without_figures):
+    """One person lacks a surface in one condition, so means are over the others."""
+    study, data, out = (tmp_path / name for name in ("rated.toml", "data", "out"))
+    study.write_text(RATED, encoding="utf-8")
+    plans = pilot_plans(str(study), participants=5, seed=1, language=None)
+    write_simulated(data, plans, Population(), sessions=False)
+    (lacking, *_) = sorted(data.glob("sub-01/beh/*_task-categoryscale*_beh.tsv"))
+    rows = pd.read_csv(lacking, sep="\t", keep_default_na=False)
+    rows.drop(index=0).to_csv(lacking, sep="\t", index=False)
+    write_export(analyse(data), out, ["scripts"])
+    told = subprocess.run(
+        ["Rscript", out / "recompute.R"], capture_output=True, text=True, check=False
+    ).stdout
+    assert "DIFFERS" not in told
+    assert "not recomputed: rating" not in told
+    found = re.findall(r"^rating_conditions\.(\d)\.(\w+)", told, re.MULTILINE)
+    assert {place for place, _ in found} == set("0123")
+    assert ("0", "friedman") in found
+    assert ("1", "pairs") in found
+
+
 @pytest.mark.skipif(not shutil.which("Rscript"), reason="no R here: recompute_tasks.R was not run")
 def test_r_recomputes_every_task_sees_what_is_wrong_and_names_what_it_leaves(exported):
     numbers = pd.read_csv(exported / "numbers.csv")

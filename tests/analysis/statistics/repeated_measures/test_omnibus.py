@@ -177,6 +177,13 @@ def test_the_signed_rank_p_with_ties_is_scipy_s(seed):
     assert signed_rank_p(steps) == pytest.approx(expected)
 
 
+def test_differences_that_are_equal_but_for_rounding_are_tied_or_zero():
+    third = 0.1 + 0.2
+    assert third not in (0.3, 0.0)
+    rounded = signed_rank_p(np.array([0.3, third, -0.3, 0.6, third - 0.3]))
+    assert rounded == pytest.approx(signed_rank_p(np.array([3.0, 3.0, -3.0, 6.0, 0.0])))
+
+
 @pytest.mark.parametrize("n, method", [(50, "exact"), (51, "asymptotic")])
 def test_the_signed_rank_p_is_exact_up_to_fifty_differences(n, method):
     steps = np.random.default_rng(n).permutation(np.arange(1.0, n + 1)) * np.resize([1, 1, -1], n)
