@@ -19,6 +19,7 @@ TABLE3 = "table3"
 IDENTIFIERS = (
     *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
     *("surface", "from_surface", "to_surface", "comparison_um_pp", "number", "name", "session"),
+    *("factor", "condition", "first", "second"),
 )
 #: Keys to skip: results for single participants, word counts and settings.
 LEFT_OUT = (
@@ -104,7 +105,8 @@ def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
 def _of_record(record: JsonObject, name: str) -> Iterator[tuple[str, Json]]:
     for key, value in record.items():
         replaced = any(other in record for other in CORRECTED.get(key, ()))
-        if key in LEFT_OUT or key in IDENTIFIERS or key.startswith(PERSON) or replaced:
+        identifies = key in IDENTIFIERS and not isinstance(value, dict)
+        if key in LEFT_OUT or identifies or key.startswith(PERSON) or replaced:
             continue
         yield from _leaves(value, f"{name}.{key}" if name else key)
 

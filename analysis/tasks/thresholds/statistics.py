@@ -277,6 +277,10 @@ THRESHOLDS: Statistic[tuple[TaskThresholds, ...]] = Statistic(
     "is shared across participants and also informed by catch trials. Thresholds for a factor are "
     "averaged over the other factors. Intervals are profile-likelihood intervals with a t "
     "quantile. Individual thresholds are posterior medians, with the lapse rate integrated out.",
+    conclusions={
+        r"([^ ]+)(?: - .+)?\.population\.factors\.(.+)\.contrasts\.(.+) - (.+)\.p_holm": "{0}: "
+        "thresholds differ between {2} and {3} ({1}, Holm)",
+    },
     headlines={
         r"([^ ]+)(?: - .+)?\.population\.threshold_um_pp\.value": "{0}: threshold, "
         "{q.unit_in_short}",

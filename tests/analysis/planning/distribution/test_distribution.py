@@ -161,6 +161,11 @@ def test_a_list_s_records_are_named_by_what_they_are_of():
                         "participants": [{"participant": "sub-01", "mean": 7.0}],
                     }
                 ],
+                "factors": [
+                    {"factor": name, "anova": {"factor": {"p": p}}, "changes": [{"condition": "b"}]}
+                    for name, p in (("speed", 0.1), ("force", 0.2))
+                ],
+                "contrasts": [{"first": "80", "second": "180", "p_holm": 0.3}],
                 "plain": [{"value": 8.0}, {"value": 9.0}],
             }
         )
@@ -172,6 +177,9 @@ def test_a_list_s_records_are_named_by_what_they_are_of():
         "scales.pairs.ci.high": 4,
         "ratings.line.surfaces.0.mean": 5.0,
         "ratings.line.pairs.0 - 1.2.p_holm": 0.1,
+        "factors.speed.anova.factor.p": 0.1,
+        "factors.force.anova.factor.p": 0.2,
+        "contrasts.80 - 180.p_holm": 0.3,
         "plain.1.value": 8.0,
         "plain.2.value": 9.0,
     }
