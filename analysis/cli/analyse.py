@@ -22,25 +22,25 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 #: Options that specify the columns of a table: option -> metavar, help text.
 COLUMN_OPTIONS = {
-    "participant": ("COLUMN", "the column with the participant's label"),
-    "stimulus": ("COLUMN:UNIT", "the column with the stimulus, and its unit"),
-    "response": ("COLUMN", "the column with magnitude estimates"),
-    "answer": ("COLUMN", "the column with yes or no, instead of --response"),
-    "yes_count": ("COLUMN", "the column with the number of yes answers, instead of --answer"),
-    "n": ("COLUMN", "the column with the total number of answers, with --yes-count"),
-    "reference": ("COLUMN", "the column with the previous stimulus, with --answer (default: 0)"),
-    "first": ("COLUMN", "for pairwise ratings: the column with one item"),
-    "second": ("COLUMN", "the column with the other item"),
-    "dissimilarity": ("COLUMN", "the column with their dissimilarity"),
-    "group": ("COLUMN", "the column with a group that stays the same for each participant"),
+    "participant": ("COLUMN", "column with the participant's label"),
+    "stimulus": ("COLUMN:UNIT", "column with the stimulus, and the unit of the stimulus"),
+    "response": ("COLUMN", "column with magnitude estimates"),
+    "answer": ("COLUMN", "column with yes or no, instead of --response"),
+    "yes_count": ("COLUMN", "column with the number of yes answers, instead of --answer"),
+    "n": ("COLUMN", "column with the total number of answers, with --yes-count"),
+    "reference": ("COLUMN", "column with the previous stimulus, with --answer (default: 0)"),
+    "first": ("COLUMN", "for ratings of pairs: column with the first item"),
+    "second": ("COLUMN", "for ratings of pairs: column with the second item"),
+    "dissimilarity": ("COLUMN", "for ratings of pairs: column with the dissimilarity"),
+    "group": ("COLUMN", "column with the participant's group"),
     "factor": (
         "COLUMN",
-        "the column with a within-participant condition, crossed with the stimuli",
+        "column with a condition that varies within participants and is crossed with the stimuli",
     ),
-    "session": ("COLUMN", "the column with the session"),
-    "run": ("COLUMN", "the column with the run"),
-    "block": ("COLUMN", "the column with the block, if trial numbers restart in each block"),
-    "trial": ("COLUMN", "the column with the trial number"),
+    "session": ("COLUMN", "column with the session"),
+    "run": ("COLUMN", "column with the run"),
+    "block": ("COLUMN", "column with the block, if trial numbers restart in each block"),
+    "trial": ("COLUMN", "column with the trial number"),
 }
 
 
@@ -55,7 +55,7 @@ class _Once(Action):
         option: str | None = None,
     ) -> None:
         if getattr(namespace, self.dest) is not None:
-            raise UserError(f"{option} is given twice; expected one column")
+            raise UserError(f"{option} is given twice; expected it once")
         setattr(namespace, self.dest, values)
 
 
@@ -80,8 +80,8 @@ def add_analyse(parser: ArgumentParser) -> None:
         "--plan",
         type=Path,
         metavar="BUNDLE",
-        help="compare data and analysis with a plan frozen by slipscale study freeze, and "
-        "report every deviation (exit status 1 if there are any)",
+        help="compare data and analysis with a plan that slipscale study freeze has frozen, and "
+        "report all deviations (exit status 1 if there are any)",
     )
     add_steps(parser)
     add_mapping(parser)
@@ -97,46 +97,46 @@ def add_data(parser: ArgumentParser) -> None:
     parser.add_argument(
         "dataset",
         metavar="DATASET",
-        help="a data set folder, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, Qualtrics, "
-        "E-Prime",
+        help="folder of a data set, or a table: CSV, TSV, Excel, SPSS, MATLAB, jsPsych, "
+        "Qualtrics, E-Prime",
         **dataset_default(),
     )
     parser.add_argument(
         "--in-session",
         metavar="LABEL",
-        help="analyse only the trials from one session (default: all sessions combined)",
+        help="analyse only one session (default: all sessions combined)",
     )
     parser.add_argument(
         "--task",
         metavar="LABEL",
-        help="task label, if a study has magnitude estimation or descending difference under "
-        "several labels (default: the first)",
+        help="label of the task to analyse, if a study has several tasks with magnitude "
+        "estimation or descending difference (default: the first)",
     )
     parser.add_argument(
         "--normalise",
         metavar="RULE",
         choices=rules,
-        help=f"how estimates are put on a common scale: {', '.join(rules)}",
+        help=f"rule for putting estimates on a common scale: {', '.join(rules)}",
     )
     parser.add_argument(
         "--equivalence",
         metavar="RATIO",
         type=float,
-        help="ratio of geometric means within which two amplitudes count as equal (default: "
-        "the study's, else 1.25)",
+        help="ratio of geometric means within which two amplitudes count as equal (default: as in "
+        "the study file, otherwise 1.25)",
     )
     parser.add_argument(
         "--bayesian",
         action="store_true",
-        help="also fit a hierarchical Bayesian power function with individual exponents (takes "
-        "half a minute; requires pip install 'slipscale[bayes]')",
+        help="also fit a hierarchical Bayesian power function with individual exponents, which "
+        "takes half a minute and requires pip install 'slipscale[bayes]'",
     )
 
 
 def add_mapping(parser: ArgumentParser) -> None:
     """Add the options that define the meaning of a table's columns."""
     group = parser.add_argument_group(
-        "your own data", "what the columns of a table mean; see docs/how-to/your-data.md"
+        "your own data", "meaning of the columns of a table; see docs/how-to/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
         option = f"--{name.replace('_', '-')}"
@@ -144,41 +144,40 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
-        help="the unit used in the report, if its prefix differs, such as mPa for µPa",
+        help="unit in the report, if the prefix differs, such as mPa for µPa",
     )
     group.add_argument(
         "--levels",
         metavar="COLUMN=LEVEL",
         nargs="+",
-        help="for a wide table: the columns with responses, and their levels; without =LEVEL, the "
+        help="for a wide table: columns with responses, and their levels; without =LEVEL, the "
         "level is the number at the end of the column name",
     )
     group.add_argument(
         "--only",
         metavar="COLUMN=VALUE",
         action="append",
-        help="analyse only the rows in which the column has this value; may be repeated",
+        help="analyse only the rows in which this column has this value; may be repeated",
     )
     group.add_argument(
         "--yes",
         metavar="CODE",
-        help="the code that means yes (default: recognised pairs of codes)",
+        help="code that means yes (default: usual pairs of codes are recognised)",
     )
     group.add_argument(
         "--alternatives",
         type=int,
         choices=(2, 3),
-        help=(
-            "answers come from a forced choice between this many alternatives, and yes means "
-            "correct"
-        ),
+        help=("number of alternatives in a forced choice; yes then means correct"),
     )
     group.add_argument(
         "--decimal",
         choices=(".", ","),
-        help=("the decimal mark, if it cannot be detected"),
+        help=("decimal mark, if it cannot be detected"),
     )
-    group.add_argument("--sheet", metavar="NAME", help="the sheet in an Excel workbook")
+    group.add_argument(
+        "--sheet", metavar="NAME", help="sheet of an Excel workbook, or variable in a MATLAB file"
+    )
     group.add_argument(
         "--map",
         action="store_true",

@@ -35,14 +35,14 @@ def add_comparison(parser: ArgumentParser) -> None:
         "--protocols",
         metavar="STUDY",
         nargs="+",
-        help="compare STUDY with these studies instead: how precisely each estimates its exponent "
-        "or threshold, with the same people and duration",
+        help="compare how precisely STUDY and these studies estimate an exponent or threshold, "
+        "with the same people and duration",
     )
     parser.add_argument(
         "--minutes",
         type=float,
         metavar="M",
-        help="minutes per participant, with --protocols (default: the duration of STUDY)",
+        help="duration per participant in minutes, with --protocols (default: as in STUDY)",
     )
 
 
@@ -156,6 +156,6 @@ def _refuse_others(args: Namespace, what: str) -> None:
     given = [name for name, default in OTHERS.items() if getattr(args, name) != default]
     if given:
         raise UserError(
-            f"--{given[0].replace('_', '-')} cannot be combined with {what}; expected "
-            "only participants, minutes, population, studies and seed"
+            f"--{given[0].replace('_', '-')} cannot be combined with {what}; expected only "
+            "--participants, --minutes, --population, --studies and --seed"
         )

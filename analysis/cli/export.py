@@ -13,10 +13,10 @@ from slipscale.faults import DONE, harmless
 
 #: Format -> description, in the order of writing.
 FORMS = {
-    "word": "the report for a word processor (report.docx)",
-    "pdf": "the report on A4 (report.pdf)",
-    "scripts": "an R script that recomputes the report's numbers",
-    "methods": "a methods section with its references (methods.md, references.bib)",
+    "word": "report for a word processor (report.docx)",
+    "pdf": "report on A4 pages (report.pdf)",
+    "scripts": "R script that recomputes the numbers in the report",
+    "methods": "methods section with references (methods.md, references.bib)",
     "french-excel": "tables with semicolons and decimal commas (excel-fr/)",
 }
 #: Default formats: all except tables for French Excel.
@@ -26,7 +26,7 @@ DEFAULT = ("word", "pdf", "scripts", "methods")
 def add_export(parser: ArgumentParser) -> None:
     """Add the arguments of ``slipscale export``."""
     add_data(parser)
-    parser.add_argument("--out", metavar="DIR", required=True, help="the folder for all files")
+    parser.add_argument("--out", metavar="DIR", required=True, help="folder for all files")
     parser.add_argument(
         "--forms",
         metavar="FORM",

@@ -28,7 +28,10 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     """
     if not any(getattr(args, name) for name in (*COLUMNS, *OTHERS)):
         if args.map:
-            raise UserError("--map: expected the columns too, such as --participant and --stimulus")
+            raise UserError(
+                "--map: expected options for the columns as well, such as --participant and "
+                "--stimulus"
+            )
         return None
     columns = {name: value for name in COLUMNS if (value := getattr(args, name))}
     name, colon, unit = columns.get("stimulus", "").rpartition(":")
@@ -58,7 +61,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
             "levels": _levels(args.levels or ()),
             "table": {key: value for key, value in table.items() if value},
         },
-        "the options on columns",
+        "options for columns",
     )
 
 

@@ -22,31 +22,31 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--participants",
         type=int,
         metavar="N",
-        help=("number of participants (default: the study's)"),
+        help=("number of participants (default: as in the study file)"),
     )
     parser.add_argument(
         "--seed",
         type=int,
         metavar="N",
-        help=("random seed for orders and answers (default: the study's)"),
+        help=("random seed for orders and answers (default: as in the study file)"),
     )
     default = here()
     parser.add_argument(
         "--language",
         metavar="CODE",
         default=default.language,
-        help="language of the screens (default: the study's)",
+        help="language of the screens (default: as in the study file)",
     )
     add_population(parser)
     parser.add_argument(
-        "--plate", default=PLATE, metavar="SPEC", help="mock, with options (default: mock)"
+        "--plate", default=PLATE, metavar="SPEC", help="mock plate with options (default: mock)"
     )
     add_contact(parser)
     parser.add_argument(
         "--out",
         type=Path,
         metavar="DIR",
-        help=f"the data set (default: a new folder in {default.pilots}/)",
+        help=f"folder for the data set (default: a new folder in {default.pilots}/)",
     )
     add_times(parser)
 
@@ -99,7 +99,7 @@ def run(args: Namespace) -> int:
             except OutsideTasks as nothing:
                 progress.update(work, total=1, completed=1)
                 sentences = ("Simulated study: no person took part.", f"data set  {folder}")
-                for sentence in (*sentences, f"It was not analysed: {nothing}"):
+                for sentence in (*sentences, f"The data were not analysed: {nothing}"):
                     console.print(sentence, markup=False, highlight=False, soft_wrap=True)
                 return DONE
             report = write_analysis(analysis, default_folder(analysis.dataset, folder))

@@ -23,21 +23,21 @@ FOLDER = "distributions"
 def add_times(parser: ArgumentParser) -> None:
     """Add the options for repeated simulations."""
     group = parser.add_argument_group(
-        "many studies", "how much the results may vary; see docs/how-to/planning.md"
+        "many studies", "show how much the results may vary; see docs/how-to/planning.md"
     )
     group.add_argument(
         "--times",
         type=int,
         metavar="N",
-        help="simulate the study N times instead, and report the median and the 5 to 95 %% range "
-        "of every result, and how often each conclusion holds "
-        "(default for --out: a new folder in distributions/ in the pilot folder)",
+        help="simulate the study N times, and report the median and the 5 to 95 %% range of each "
+        "result, and how often each conclusion holds (default for --out: a new folder in "
+        "distributions/ in the pilot folder)",
     )
     group.add_argument(
         "--jobs",
         type=int,
         metavar="N",
-        help="number of processes, with --times; -1: one per processor (default: 1)",
+        help="number of processes, with --times; -1 means one per processor (default: 1)",
     )
     group.add_argument(
         "--yes", action="store_true", help=("allow computations of more than an hour, with --times")
@@ -48,7 +48,9 @@ def refuse_without_times(args: Namespace) -> None:
     """Reject the options for repeated simulations if only one study is simulated."""
     for name in ("jobs", "yes"):
         if getattr(args, name):
-            raise UserError(f"--{name} applies to many studies; expected --times N as well")
+            raise UserError(
+                f"--{name} applies only to repeated simulations; expected --times N as well"
+            )
 
 
 def run_times(args: Namespace) -> int:

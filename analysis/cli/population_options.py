@@ -18,8 +18,8 @@ def add_population(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--population",
         metavar="NAME",
-        help="the simulated people: biet2007 (default), realistic (with human habits), a TOML "
-        "file, or a population from an installed package",
+        help="simulated people: biet2007 (default), realistic (with human habits), a TOML file, "
+        "or a population from an installed package",
     )
     parser.add_argument(
         "--from",
@@ -27,7 +27,8 @@ def add_population(parser: ArgumentParser) -> None:
         type=Path,
         metavar="DATASET",
         help=(
-            "simulate people like those of a data set; reports what was fitted and what was assumed"
+            "simulate people like the participants of a data set, and report which parameters "
+            "were fitted and which were assumed"
         ),
     )
 
@@ -43,7 +44,7 @@ def chosen_population(args: Namespace) -> tuple[Population, FittedPopulation | N
         return read_population(args.population) if args.population else Population(), None
     if args.population:
         raise UserError(
-            "--population and --from both define the simulated people; expected one of them"
+            "--population and --from both define the simulated people; expected only one of them"
         )
     from slipscale.analysis.pipeline import analyse  # noqa: PLC0415 - takes a second to import
     from slipscale.analysis.planning.fitted_population import fit_population  # noqa: PLC0415

@@ -29,13 +29,14 @@ if TYPE_CHECKING:
 #: Option -> description, and default if neither the study nor the population sets the value.
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
-    "repetitions": "ratings per surface (default: the study's)",
-    "effect": "effect size; at 0.5, mean sensations are half as far apart (default: 1)",
-    "lapses": "proportion of answers given at random (default: the population's)",
-    "dropout": "proportion of people who stop before the end (default: the population's)",
-    "exponent": "exponent of the mean sensation above 0 µm (default: the population's curve)",
-    "catch_steps": "catch steps in each series of the descending difference, which determine "
-    "how precisely the false-alarm rate is known",
+    "repetitions": "ratings per surface (default: as in the study file)",
+    "effect": "factor for the effect; with 0.5, differences between mean sensations are halved "
+    "(default: 1)",
+    "lapses": "proportion of answers given at random (default: as in the population)",
+    "dropout": "proportion of people who stop before the end (default: as in the population)",
+    "exponent": "exponent of the mean sensation above 0 µm (default: the curve of the population)",
+    "catch_steps": "catch steps in each series of the descending difference, which determine the "
+    "precision of the false-alarm rate",
 }
 STUDIES = 1000
 SIZES = ("6,8,10,12,16,20,24,32",)
@@ -48,7 +49,7 @@ def add_power(parser: ArgumentParser) -> None:
         metavar="STUDY",
         nargs="?",
         default=here().study,
-        help="a TOML file, or the name of a shipped study",
+        help="study file (TOML), or name of a shipped study",
     )
     grid = parser.add_argument_group(
         "the grid",
@@ -62,7 +63,7 @@ def add_power(parser: ArgumentParser) -> None:
         metavar="RULES",
         nargs="+",
         help=(
-            "rules for the order of surfaces (default: the study's), for example "
+            "rules for the order of surfaces (default: as in the study file), for example "
             "blocked,simple,williams"
         ),
     )
@@ -72,8 +73,8 @@ def add_power(parser: ArgumentParser) -> None:
         "--studies",
         type=int,
         metavar="N",
-        help="number of simulated studies per condition (default: 1000; for protocols, and for "
-        "thresholds by condition, 50)",
+        help="number of simulated studies per condition (default: 1000, or 50 for protocols and "
+        "for thresholds by condition)",
     )
     parser.add_argument(
         "--seed", type=int, default=2007, metavar="N", help="random seed (default: 2007)"
@@ -86,8 +87,8 @@ def add_power(parser: ArgumentParser) -> None:
         "--assurance",
         metavar="MEAN,SD",
         help=(
-            "expected power for an uncertain effect, which is normally distributed with this "
-            "mean and SD"
+            "also report the expected power for an uncertain effect, which is normally "
+            "distributed with this mean and SD"
         ),
     )
     parser.add_argument(
@@ -95,14 +96,14 @@ def add_power(parser: ArgumentParser) -> None:
         type=int,
         default=1,
         metavar="N",
-        help="number of interim analyses, including the final one; the study stops at the "
-        "first significant one (default: 1)",
+        help="number of interim analyses, including the final one; the study stops at the first "
+        "significant result (default: 1)",
     )
     parser.add_argument(
         "--spending",
         choices=("obrien-fleming", "pocock"),
         default="obrien-fleming",
-        help="how alpha is spent over the interim analyses (default: obrien-fleming)",
+        help="alpha spending function for interim analyses (default: obrien-fleming)",
     )
     parser.add_argument(
         "--jobs", type=int, default=1, metavar="N", help=("number of processes (default: 1)")
@@ -116,8 +117,8 @@ def add_power(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--shard",
         metavar="K/N",
-        help="compute the K-th of N parts into --cache, for array jobs; the last part, or the "
-        "same command without --shard, shows the result",
+        help="compute the K-th of N parts and store it in --cache, for array jobs; the last part, "
+        "or the same command without --shard, prints the result",
     )
     parser.add_argument(
         "--scheduler",
@@ -166,7 +167,7 @@ def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
     if args.catch_steps is not None and design.steps is None:
         raise UserError(
             f"--catch-steps {' '.join(args.catch_steps)}: {design.name} has no descending "
-            "difference; expected a study that has one"
+            "difference task; omit --catch-steps, or use another study"
         )
     habits = design.population.habits
     default: dict[str, tuple[Any, ...]] = {
@@ -236,9 +237,9 @@ def run_power(args: Namespace) -> int:
     population, fitted = chosen_population(args)
     if population.behaviour:
         raise UserError(
-            f"--population {args.population}: power uses only a population's parameters, not the "
-            f"code of '{population.behaviour}'; expected a population without behaviour (pilot "
-            "simulates this one)"
+            f"--population {args.population}: power uses only the parameters of a population, not "
+            f"the code of '{population.behaviour}'; expected a population without behaviour, or "
+            "use slipscale pilot"
         )
     design = design_of(study, text, population, args.alpha)
     grid = conditions(axes_of(args, design))

@@ -16,7 +16,7 @@ def add_steps(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="report each step on a separate line of standard error, for programs",
+        help="print one line per step to standard error, for other programs",
     )
 
 

@@ -25,52 +25,52 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "table",
         type=Path,
-        help=("TOML or CSV file, or the name of a shipped table: biet2007_table3"),
+        help=("TOML or CSV file, or name of a shipped table, such as biet2007_table3"),
     )
     parser.add_argument(
         "--sample",
         type=int,
         metavar="N",
-        help="draw N data sets per column, exactly uniformly, as CSV",
+        help="draw N data sets per column, all with equal probability, and print them as CSV",
     )
     parser.add_argument(
         "--long",
         action="store_true",
-        help="with --sample: one rating per row instead of one data set per row",
+        help="with --sample: write one rating per row instead of one data set per row",
     )
     parser.add_argument("--seed", type=int, default=1, help="random seed (default: 1)")
     parser.add_argument(
         "--measure",
         choices=("multisets", "ordered"),
         default="multisets",
-        help="what is equally likely: every multiset of ratings (default), or every "
-        "assignment of ratings to participants",
+        help="whether all multisets of ratings are equally likely (default), or all assignments "
+        "of ratings to participants",
     )
     parser.add_argument(
         "--variants",
         action="store_true",
-        help="also report results under every SD convention and rounding rule",
+        help="also report results under all SD conventions and rounding rules",
     )
     parser.add_argument(
         "--conclusions",
         action="store_true",
-        help="compare columns: which conclusions hold in every data set for any pairing, "
-        "which depend on the data set, and the distributions of F, "
-        "Friedman's chi-square, t and exponents",
+        help="compare columns: report which conclusions hold in all data sets and pairings, which "
+        "depend on the data set, and the distributions of F, Friedman's chi-square, t and "
+        "exponents",
     )
     parser.add_argument(
         "--design",
         choices=("paired", "independent"),
         help=(
-            "with --conclusions: whether all columns come from the same participants "
-            "(default: as in the file)"
+            "with --conclusions: whether columns come from the same participants (default: as in "
+            "the file)"
         ),
     )
     parser.add_argument(
         "--batch",
         action="store_true",
-        help="TABLE is a CSV with any number of rows from any number of tables: write one "
-        "verdict per row to --out, and resume where an earlier run stopped",
+        help="check each row of TABLE, a CSV with rows from any number of tables: write one "
+        "verdict per row to --out, and resume an interrupted run",
     )
     parser.add_argument(
         "--workers",
@@ -87,7 +87,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--json", action="store_true", help=("print JSON, with counts as strings"))
     parser.add_argument(
-        "--out", type=Path, metavar="FILE", help=("write to this file instead of standard output")
+        "--out", type=Path, metavar="FILE", help=("file to write instead of standard output")
     )
     parser.add_argument(
         "--memory-gib",
@@ -101,7 +101,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=float,
         default=0.1,
         metavar="MIN",
-        help="limit on the estimated time for counting one column (default: 0.1)",
+        help="limit on the estimated time in minutes for counting one column (default: 0.1)",
     )
 
 
@@ -147,8 +147,8 @@ def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> i
     for name in ("sample", "variants", "conclusions", "html"):
         if getattr(arguments, name):
             raise UserError(
-                f"--{name} needs a finite number of data sets, but {arguments.table} has "
-                "continuous values or logarithms, which allow infinitely many: omit it"
+                f"--{name} requires a finite number of data sets, but continuous values or "
+                f"logarithms, as in {arguments.table}, allow infinitely many: omit this option"
             )
     tests = [answer(test, table.intervals) for test in table.tests]
     with _output(arguments.out) as file:
@@ -204,11 +204,9 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.html:
         raise UserError("--sample writes data sets and --html a page, with samples: choose one")
     if arguments.json:
-        raise UserError(
-            "--sample writes data sets and --html a page that includes samples: choose one"
-        )
+        raise UserError("--sample and --html cannot be combined: --html also writes samples")
     if arguments.conclusions:
-        raise UserError("--sample writes data sets and --conclusions a report: choose one")
+        raise UserError("--sample and --conclusions cannot be combined: expected one of them")
 
 
 def _answer(

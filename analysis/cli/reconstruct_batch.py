@@ -77,8 +77,8 @@ def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[st
     )
     if head != names or not same or (text and not whole):
         raise UserError(
-            f"{path}: already exists and does not contain verdicts on these rows; expected a "
-            "new file, or the file of an interrupted --batch of the same table"
+            f"{path}: already exists and does not contain verdicts on these rows; expected a new "
+            "file, or the output of an interrupted --batch with the same table"
         )
     if whole != text:
         path.write_bytes(whole.encode("utf-8"))

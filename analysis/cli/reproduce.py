@@ -17,14 +17,15 @@ def add_reproduce(parser: ArgumentParser) -> None:
         metavar="ITEM",
         nargs="*",
         help=(
-            "an item, or the beginning of several item names: table3, fig9.fe, ... (default: all)"
+            "name of an item, or beginning of several names, such as table3 or fig9.fe (default: "
+            "all items)"
         ),
     )
     parser.add_argument(
         "--out",
         metavar="DIR",
         default="results",
-        help=("folder for the figures (default: results)"),
+        help=("folder for figures (default: results)"),
     )
     parser.add_argument("--json", action="store_true", help="print the items as JSON")
 

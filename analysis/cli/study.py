@@ -28,44 +28,45 @@ def add_study(parser: ArgumentParser) -> None:
         type=Path,
         metavar="BUNDLE",
         required=True,
-        help="a new folder, or a new file that ends in .zip",
+        help="new folder, or new file that ends in .zip",
     )
     freeze.add_argument(
         "--power",
         type=Path,
         metavar="DIR",
-        help="include a finished power analysis: the folder from slipscale power --out",
+        help="include a power analysis: folder that slipscale power --out has written",
     )
     freeze.add_argument(
         "--compute-power",
         type=int,
         metavar="STUDIES",
-        help="compute the power for 1/2, 3/4, 1 and 5/4 of the planned participants, with N "
-        "simulated studies each, and include it",
+        help="compute and include the power for 1/2, 3/4, 1 and 5/4 of the planned participants, "
+        "with N simulated studies each",
     )
     freeze.add_argument(
         "--notes",
         type=Path,
         metavar="FILE",
-        help="include a text file with hypotheses and anything else that no other file states",
+        help="include a text file with hypotheses and other statements that are not in the study "
+        "file",
     )
     freeze.add_argument(
         "--stopping",
         metavar="TEXT",
         default="",
-        help="when data collection ends (default: after the planned number of participants)",
+        help="rule for ending data collection (default: after the planned number of participants)",
     )
     freeze.add_argument(
         "--existing-data",
         metavar="TEXT",
         default="",
-        help="which data already exist, and what you know about them; registries require it",
+        help="which data already exist, and what you know about them; required by registries",
     )
     freeze.add_argument(
         "--sample-size",
         metavar="TEXT",
         default="",
-        help="why the planned number of participants is enough; registries require it",
+        help="why the planned number of participants is enough; required by registries",
     )
     add_population(freeze)
 
@@ -86,7 +87,9 @@ def _freeze(args: Namespace) -> int:
     if args.compute_power is None:
         return _written(args, args.power)
     if args.power:
-        raise UserError("--power and --compute-power both provide the power; expected one of them")
+        raise UserError(
+            "--power and --compute-power both provide a power analysis; expected only one of them"
+        )
     with tempfile.TemporaryDirectory(prefix="slipscale-") as temporary:
         folder = Path(temporary) / "power"
         _compute_power(args, folder)

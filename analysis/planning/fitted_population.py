@@ -55,7 +55,7 @@ class FittedPopulation:
             f"fitted   {name} = {_shown(_value(values, name))}: {source}"
             for name, source in self.fitted.items()
         ]
-        return (*lines, f"assumed  {', '.join(self.assumed)}: the shipped defaults")
+        return (*lines, f"assumed  {', '.join(self.assumed)}: the defaults")
 
 
 def fit_population(analysis: Analysis) -> FittedPopulation:
@@ -130,9 +130,7 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
         for share in shares
     ]
     values["shared"] = round(float(shares[int(np.argmin(misfit))]), 4)
-    return values, (
-        "correlation of the deviations at different amplitudes, across and within people"
-    )
+    return values, ("correlations of deviations at different amplitudes, between and within people")
 
 
 def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray:
@@ -170,7 +168,7 @@ def _tops(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     tops = trials.groupby(trials[PARTICIPANT].astype(str))["scale_top"].first()
     if not (tops > 0).all():
         return {}, ""
-    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, "declared, one per person"
+    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, "declared by each person"
 
 
 def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
@@ -197,7 +195,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
         values["habits.carry_over"] = round(before.mean, 4)
     if drift and drift.interval.high < 0:
         values["habits.fatigue"] = round(min(-drift.mean, 0.1), 4)
-    return values, "the analysis of order, if its interval excludes 0"
+    return values, "analysis of order effects whose interval excludes 0"
 
 
 #: Functions that return fitted fields of the population (or its habits), and their source.

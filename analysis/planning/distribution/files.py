@@ -39,8 +39,8 @@ def claim(folder: Path) -> None:
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
             raise UserError(
-                f"--out {folder}: is not empty; expected a new folder, or the folder of an "
-                f"earlier {PAGE}"
+                f"--out {folder}: the folder is not empty; expected a new folder, or a folder "
+                f"with an earlier {PAGE}"
             )
     except OSError as error:
         raise UserError(f"--out {folder}: {error.strerror}") from None
@@ -137,14 +137,14 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
         table.blocks += [
             html.figure(
                 svg(figures["table3"], salt="table3"),
-                "Median and 5 to 95 % range across studies for each cell of Table III. Diamonds: "
-                "the values in the paper.",
+                "Median and 5 to 95 % range across studies for each cell of Table III. Diamonds "
+                "are the published values.",
                 "Median and range of means, maximum deviations and standard deviations",
             ),
             _cells(found),
             html.figure(
                 svg(figures["fig15"], salt="fig15"),
-                f"Means against {found.quantity.level}, for at most the first {CURVES} studies.",
+                f"Mean estimates against {found.quantity.level} in at most {CURVES} studies.",
                 f"Curves of mean estimates that rise with {found.quantity.level}, one per study",
             ),
         ]
@@ -182,7 +182,7 @@ def _range(studies: str, median: str, p5: str, p95: str) -> str:  # noqa: ARG001
 
 def _spreads(rows: Sequence[tuple[str, ...]], which: str) -> Markup:
     columns = html.columns("Number", "Studies", "Median", "5 %", "95 %", left=1)
-    return html.table(columns, rows, f"{which} numbers across the studies that have them.")
+    return html.table(columns, rows, f"{which} results across the simulated studies.")
 
 
 def _conclusions(found: Distribution) -> html.ReportSection:
@@ -195,9 +195,9 @@ def _conclusions(found: Distribution) -> html.ReportSection:
     ]
     columns = html.columns("Conclusion", "Studies", "95 % Monte Carlo interval", left=1)
     caption = (
-        "Proportion of studies in which each conclusion holds: p is below the study's significance "
-        "level after the stated correction. No conclusion counts as holding in a study that could "
-        "not be analysed."
+        "Proportion of studies in which each conclusion holds, because p is below the "
+        "significance level after the given correction. No conclusion holds in studies that "
+        "could not be analysed."
     )
     section.blocks.append(html.table(columns, rows, caption))
     return section

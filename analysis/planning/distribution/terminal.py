@@ -31,17 +31,19 @@ def values(spread: Spread) -> tuple[str, str, str, str]:
 def sentences(found: Distribution) -> list[str]:
     """Describe the simulation, and how to repeat one of the studies."""
     number = len(found.results)
-    how = f"as full sessions, since {found.sessions}" if found.sessions else "question by question"
+    how = (
+        f"as full sessions, because {found.sessions}" if found.sessions else "question by question"
+    )
     whose = f"with people from population “{found.population}”"
     first = found.results[0].seed
     lines = [
         (
             f"{number} studies of {found.participants} participants each, {whose}, were simulated "
-            f"{how} and analysed as in slipscale analyse. No person took part."
+            f"{how} and analysed as by slipscale analyse. No person took part."
         ),
         (
-            f"All seeds are derived from {found.seed}. Any study can be repeated in full: "
-            f"slipscale pilot --seed {first} gives the first one; studies.csv lists all seeds."
+            f"All seeds are derived from {found.seed}. To repeat the first study as a pilot, use "
+            f"slipscale pilot --seed {first}; studies.csv lists the seeds of all studies."
         ),
     ]
     if found.study == biet2007.STUDY and found.amplitudes_um_pp:
@@ -66,8 +68,8 @@ def _paper(found: Distribution) -> str:
             total += 1
             inside += cell.p5 <= float(getattr(row, statistic)) <= cell.p95
     return (
-        f"{inside} of the paper's {total} cells lie within the 5 to 95 % range of the simulated "
-        "ones."
+        f"{inside} of the {total} published cells are within the 5 to 95 % range of the simulated "
+        "studies."
     )
 
 

@@ -215,14 +215,14 @@ def sentence(design: Design, row: Row) -> str:
     alarms = row.false_alarms.get(row.decisive[0])
     if alarms:
         parts.append(
-            f"without any effect, {row.decisive[0]} was significant in {alarms.value:.1%} "
+            f"without an effect, {row.decisive[0]} was significant in {alarms.value:.1%} "
             f"({alarms.low:.1%} to {alarms.high:.1%})"
         )
     width = row.widths["exponent"].mean
     if math.isfinite(width):
         level = design.choices.confidence
         parts.append(
-            f"the exponent's {level:.0%} interval has an average half-width of {width:.2f}"
+            f"the {level:.0%} interval for the exponent has a mean half-width of {width:.2f}"
         )
     return "; ".join(parts) + "."
 

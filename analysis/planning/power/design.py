@@ -161,11 +161,11 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     places = estimation_of(study)
     if not places:
         raise UserError(
-            f"{study.name}: no task uses magnitude_estimation; without it, slipscale power only "
-            "compares thresholds between the levels of [[factors]]"
+            f"{study.name}: no task uses magnitude_estimation; for other tasks, slipscale power "
+            "only compares thresholds between the levels of [[factors]]"
         )
     if len(study.levels) < 2:  # noqa: PLR2004
-        raise UserError(f"{study.name}: has one amplitude; expected two or more")
+        raise UserError(f"{study.name}: the study has one amplitude; expected two or more")
     place = places[0]
     options = counts[place][0]
     factors = tuple((each.name, tuple(map(factor_level, each.levels))) for each in study.factors)
@@ -232,7 +232,7 @@ def _plannable(study: Study) -> AnalysisChoices:
     choices = study.analysis
     if choices.normalisation not in (None, *DIVISORS):
         raise UserError(
-            f"{study.name}: normalisation '{choices.normalisation}' needs a standard, which no "
-            f"simulated study has; expected one of {', '.join(DIVISORS)}"
+            f"{study.name}: normalisation '{choices.normalisation}' requires a standard, which "
+            f"simulated studies do not have; expected one of {', '.join(DIVISORS)}"
         )
     return choices

@@ -74,8 +74,8 @@ class Condition:
         mean = tuple(centre + self.effect * (each - centre) for each in mean)
         if not all(0 < each < 100 for each in mean):  # noqa: PLR2004
             raise UserError(
-                f"--effect {self.effect:g}: mean sensations would be {min(mean):.3g} to "
-                f"{max(mean):.3g}; expected an effect that keeps them between 0 and 100"
+                f"--effect {self.effect:g}: mean sensations would range from {min(mean):.3g} to "
+                f"{max(mean):.3g}; expected an effect with which they are between 0 and 100"
             )
         habits = population.habits.model_copy(
             update={"lapses": self.lapses, "dropout": self.dropout}
@@ -194,8 +194,8 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
     for each in found:
         if each.lapses + each.dropout >= 1:
             raise UserError(
-                f"--lapses {each.lapses:g} and --dropout {each.dropout:g} together leave no "
-                "genuine answers; expected a sum below 1"
+                f"--lapses {each.lapses:g} and --dropout {each.dropout:g}: no genuine answers "
+                "remain; expected a sum below 1"
             )
     return found
 

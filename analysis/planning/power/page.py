@@ -46,7 +46,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
         page.write_text(_page(design, found, target), encoding="utf-8")
     except OSError as error:
         raise UserError(
-            f"--out {folder}: {error.strerror}; with --cache, no computed results are lost"
+            f"--out {folder}: {error.strerror}; with --cache, computed results are not lost"
         ) from None
     return page
 
@@ -80,7 +80,7 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
     blocks = [
         html.figure(
             svg(power_figure(found, target), salt="power"),
-            "Power of the weakest comparison against the number of participants. Bands: 95 % "
+            "Power of the weakest comparison against the number of participants. Bands are 95 % "
             "Monte Carlo intervals.",
             "Power curves that rise with the number of participants",
         ),

@@ -192,8 +192,8 @@ def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, 
     except (OSError, ValueError, TypeError) as error:
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise UserError(
-            f"--scheduler {scheduler}: cannot be reached ({reason}); expected the address of a "
-            "running Dask scheduler, such as tcp://HOST:8786"
+            f"--scheduler {scheduler}: the scheduler cannot be reached ({reason}); expected the "
+            "address of a running Dask scheduler, such as tcp://HOST:8786"
         ) from None
     with client:
         futures = client.map(_kept, list(left), pure=False, retries=RETRIES)

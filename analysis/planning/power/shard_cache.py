@@ -47,8 +47,8 @@ class ShardCache:
             version = None
         if version != {"version": VERSION}:
             raise UserError(
-                f"--cache {folder}: its shards come from another version of Slipscale; "
-                "expected a new folder, or one from this version"
+                f"--cache {folder}: the folder contains shards from another version of Slipscale; "
+                "expected a new folder, or a folder from this version"
             )
 
     def path(self, shard: Shard) -> Path:

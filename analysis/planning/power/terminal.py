@@ -87,20 +87,20 @@ def _of_factors(design: Design) -> list[str]:
     if not known:
         return []
     tested = (
-        f"Factors ({', '.join(known)}): each is tested together with the {design.varied} in a "
-        "repeated-measures ANOVA of log estimates, averaged over the other factors."
+        f"Factors ({', '.join(known)}): each factor is tested together with the {design.varied} "
+        "in a repeated-measures ANOVA of log estimates, averaged over other factors."
     )
     lines = [tested]
     if absent := [name for name, simulated in design.factor_tests.items() if not simulated]:
         lines.append(
-            f"No effect is simulated for {', '.join(absent)}: these values are false alarms. Set "
-            "simulated or simulated_growth in [[factors]] to simulate an effect."
+            f"No effect is simulated for {', '.join(absent)}, so these values are false-alarm "
+            "rates. To simulate an effect, set simulated or simulated_growth in [[factors]]."
         )
     differing = dict(design.population.effect_sds)
     if same := [name for name in known if name not in differing]:
         lines.append(
-            f"All simulated people have the same effect of {', '.join(same)}; if people differ "
-            "(simulated_sd in [[factors]]), power is lower."
+            f"All simulated people have the same effect of {', '.join(same)}. Power is lower if "
+            "people differ (simulated_sd in [[factors]])."
         )
     return lines
 
@@ -133,16 +133,16 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
         lines.append(f"{line}.")
     if found[0].steps:
         lines.append(
-            "Catch steps: half-width of the interval for the proportion of yes, and the "
-            "lower bound of d', each averaged across studies."
+            "Catch steps: half-width of the interval for the proportion of yes, and lower bound "
+            "of d', averaged across studies."
         )
     best = next((row for row in found if row.weakest.value >= target), found[-1])
     lines.append(f"For the application: {sentence(design, best)}")
     refused = max(row.unusable.value for row in found)
     if refused:
         lines.append(
-            f"Up to {refused:.1%} of the studies could not be normalised; they count as not "
-            "significant."
+            f"Up to {refused:.1%} of the studies could not be normalised; they count as studies "
+            "without significant results."
         )
     lines += _of_factors(design)
     lines.append(

@@ -83,8 +83,8 @@ def condition_power(
     """
     if study.quantity == EXPONENT:
         raise UserError(
-            f"{study.name}: {study.task} measures exponents; expected magnitude estimation, or a "
-            "task that measures thresholds"
+            f"{study.name}: {study.task} yields exponents; expected magnitude estimation, or a "
+            "task that yields thresholds"
         )
     parsed = parse_study(study.text, study.name)
     from joblib import Parallel, delayed  # noqa: PLC0415 - only if requested
@@ -206,17 +206,17 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
     """Describe the tests, and the sample sizes that reach the target power."""
     lines = [
         (
-            "Individual thresholds are compared by paired t tests with Holm's correction; the "
-            "report compares them in one hierarchical model. Change: the second threshold divided "
-            "by the first (for a curve on a linear axis, minus the first)."
+            "Thresholds of individuals are compared by paired t tests with Holm's correction, "
+            "whereas the report compares them in a hierarchical model. Change is the ratio of "
+            "the second threshold to the first or, for a curve on a linear axis, the difference."
         )
     ]
     sizes = enough(found, population, target)
     for factor in dict.fromkeys(row.factor for row in found):
         size = sizes.get(factor)
         lines.append(
-            f"{factor}: no effect is simulated, so these values are false alarms. Set simulated or "
-            "simulated_growth in [[factors]]."
+            f"{factor}: no effect is simulated, so these values are false-alarm rates. To "
+            "simulate an effect, set simulated or simulated_growth in [[factors]]."
             if factor not in sizes
             else f"{factor}: {size} participants or more reach {target:g}."
             if size

@@ -58,16 +58,16 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
     """Describe the comparison and its conclusions."""
     lines = [
         (
-            f"Every study uses the same simulated people (population '{population}') for a median "
-            f"of {minutes:.1f} minutes each, with as many trials as fit into that time. Values are "
-            "half-widths of the 95 % interval for the group value, in % of that value; smaller is "
-            "more precise."
+            f"All studies have the same simulated people (population '{population}') and as many "
+            f"trials as the median person completes in {minutes:.1f} minutes. Values are "
+            "half-widths of the 95 % interval for the group value in % of this value; smaller "
+            "values are more precise."
         )
     ]
     for quantity, size, rows in _groups(found):
         best = rows[0]
         if not math.isfinite(best.half_width_percent):
-            lines.append(f"{quantity}, {size} participants: no study gives an interval.")
+            lines.append(f"{quantity}, {size} participants: no study yields an interval.")
             continue
         line = (
             f"{quantity}, {size} participants: {best.study.name} estimates it to within ± "
@@ -81,8 +81,8 @@ def sentences(found: Sequence[ProtocolPrecision], minutes: float, population: st
         lines.append(f"{', '.join([line, *others])}.")
     if len({row.study.quantity for row in found}) > 1:
         lines.append(
-            "Exponents and thresholds answer different questions: compare exponents with "
-            "exponents, and thresholds with thresholds."
+            "Exponents and thresholds answer different questions, so they must not be compared "
+            "with each other."
         )
     return lines
 

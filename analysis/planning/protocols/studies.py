@@ -128,9 +128,9 @@ def protocol_study(name: str) -> ProtocolStudy:
             )
     tasks = ", ".join(options.protocol for options in study.tasks)
     raise UserError(
-        f"--protocols {name}: none of its tasks ({tasks}) yields an exponent or a threshold for "
-        "simulated people; expected magnitude estimation, ratios to a standard, forced choice or "
-        "constant stimuli"
+        f"--protocols {name}: no task ({tasks}) yields an exponent or a threshold for simulated "
+        "people; expected magnitude estimation, ratios to a standard, forced choice or constant "
+        "stimuli"
     )
 
 
@@ -165,7 +165,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
         least = once - (study.number - 1) * each
         raise UserError(
             f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
-            f"{study.amount} = 1; expected at least that"
+            f"{study.amount} = 1; expected at least this number of minutes"
         )
     return study.with_number(number)
 

@@ -267,7 +267,7 @@ def test_axes_are_lists_and_ranges(axis, words, values):
 
 def test_lapses_and_dropout_that_leave_nobody_are_refused():
     axes = {"participants": (8,), "lapses": (0.5,), "dropout": (0.5,)}
-    with pytest.raises(UserError, match="together leave no genuine answers"):
+    with pytest.raises(UserError, match="no genuine answers remain"):
         conditions(axes)
 
 
@@ -384,7 +384,7 @@ def test_the_choices_that_need_a_standard_are_refused():
     study = STUDY.model_copy(
         update={"analysis": AnalysisChoices(normalisation="standard_referenced")}
     )
-    with pytest.raises(UserError, match="needs a standard"):
+    with pytest.raises(UserError, match="requires a standard"):
         design_of(study, TEXT, Population(), 0.05)
 
 
@@ -409,8 +409,8 @@ def test_the_effect_and_the_interaction_of_each_factor_have_a_power():
     assert "direction" in found[0].decisive
     assert "hand" not in found[0].decisive
     told = " ".join(summary(made, found, 0.8))
-    assert "for direction x amplitude, hand, hand x amplitude: these values are false" in told
-    assert "the same effect of direction, hand; if people differ" in told
+    assert "for direction x amplitude, hand, hand x amplitude, so these values are false" in told
+    assert "the same effect of direction, hand. Power is lower if people differ" in told
     assert found[0].condition.people(made.population).effects == (("direction", "right", 0.5),)
     none = Condition(participants=6, effect=0).people(made.population)
     assert none.effects == (("direction", "right", 1.0),)

@@ -107,7 +107,7 @@ def test_a_study_in_which_nobody_answers_has_no_interval_and_that_is_said():
     )
     assert row.without == 1.0
     assert np.isnan(row.half_width_percent)
-    assert "no study gives an interval" in " ".join(sentences([row], 5.0, "nobody"))
+    assert "no study yields an interval" in " ".join(sentences([row], 5.0, "nobody"))
 
 
 def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
@@ -116,7 +116,7 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
     assert commands.main([*words, *more, "--out", str(tmp_path)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "…" not in said
-    assert "the same simulated people (population 'biet2007') for a median of 4.0 minutes" in said
+    assert "the same simulated people (population 'biet2007') and as many trials" in said
     assert "exponent, 3 participants: biet2007 estimates it to within ±" in said
     assert "answer different questions" in said
     with (tmp_path / "protocols.csv").open(encoding="utf-8") as file:
@@ -130,8 +130,8 @@ def test_the_comparison_is_told_in_words_and_written(capsys, tmp_path):
 @pytest.mark.parametrize(
     "words, expected",
     [
-        (["--protocols", "paired_comparison"], "paired_comparison: none of its tasks"),
-        (["--protocols", "matching"], "matching: none of its tasks"),
+        (["--protocols", "paired_comparison"], "paired_comparison: no task ("),
+        (["--protocols", "matching"], "matching: no task ("),
         (["--protocols", "no-such-study"], "no-such-study"),
         (["--protocols", "detection_threshold", "--minutes", "1"], "--minutes 1: "),
         (["--protocols", "detection_threshold", "--minutes", "-3"], "--minutes -3"),
@@ -159,7 +159,7 @@ def test_a_protocol_without_simulated_answers_is_refused_in_a_sentence(capsys, m
 
 
 def test_a_study_is_refused_by_its_name():
-    with pytest.raises(UserError, match="--protocols matching: none of its tasks"):
+    with pytest.raises(UserError, match="--protocols matching: no task "):
         protocol_study("matching")
 
 

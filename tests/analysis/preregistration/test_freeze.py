@@ -164,7 +164,7 @@ def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
         (["--out", "new", "--notes", "none.md"], "--notes none.md: No such file"),
         (["--out", "new", "--power", "none"], "expected the folder that slipscale power --out"),
         (["--out", "new", "--power", "odd"], "power.json is not a result of slipscale power"),
-        (["--out", "new", "--power", "odd", "--compute-power", "9"], "expected one of them"),
+        (["--out", "new", "--power", "odd", "--compute-power", "9"], "expected only one of them"),
         (["--out", "file.txt/new"], "file.txt is a file; expected a folder"),
     ],
 )

@@ -137,4 +137,4 @@ def test_the_command_answers_for_geometric_means(tmp_path, capsys):
     assert commands.main(["reconstruct", str(path)]) == 1
     assert "impossible" in capsys.readouterr().out
     assert commands.main(["reconstruct", str(path), "--sample", "3"]) == 2
-    assert "--sample needs a finite number of data sets" in capsys.readouterr().err
+    assert "--sample requires a finite number of data sets" in capsys.readouterr().err

@@ -191,7 +191,9 @@ def test_what_would_take_hours_asks_first(monkeypatch, many):
     monkeypatch.setattr(
         ManyStudies, "compute", lambda _self, number: StudyResult(number=number, seed=0)
     )
-    with pytest.raises(UserError, match=r"2\.7 hours here \(100\.0 s per study\).*--yes"):
+    with pytest.raises(
+        UserError, match=r"2\.7 hours on this computer \(100\.0 s per study\).*--yes"
+    ):
         list(results(many, 100))
 
 
@@ -226,8 +228,8 @@ def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     [
         (["--times", "0"], "--times 0: expected 1 to 1000000"),
         (["--times", "2", "--jobs", "0"], "--jobs 0: expected 1 or more"),
-        (["--jobs", "2"], "--jobs applies to many studies"),
-        (["--yes"], "--yes applies to many studies"),
+        (["--jobs", "2"], "--jobs applies only to repeated simulations"),
+        (["--yes"], "--yes applies only to repeated simulations"),
         (["--times", "2", "--plate", "mock:faults=0.1"], "omit --plate, or --times"),
         (["--times", "2", "--force", "simulated"], "omit --force, or --times"),
         (["--times", "2", "--participants", "0"], "--participants 0: expected 1 or more"),
