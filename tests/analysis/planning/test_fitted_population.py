@@ -72,5 +72,5 @@ def test_it_says_of_every_number_whether_it_was_fitted_or_assumed(fitted):
 
 
 def test_two_people_are_no_population():
-    with pytest.raises(UserError, match="2 people have estimates at each of 4 amplitudes"):
+    with pytest.raises(UserError, match="2 people with an estimate at each of 4 amplitudes"):
         fit_population(analysed(2, Population()))

@@ -128,7 +128,7 @@ def test_a_full_disk_is_said_in_a_sentence_and_leaves_no_part(tmp_path, monkeypa
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
     monkeypatch.setattr(Path, "write_text", full)
-    with pytest.raises(UserError, match="free some space, and run the same command again"):
+    with pytest.raises(UserError, match="free some space and run the same command again"):
         run_grid(grid(studies=10), cache=cache)
     assert [path.name for path in tmp_path.iterdir()] == [MARK]
 
