@@ -1,8 +1,7 @@
 """Flag participants with unusual data, and exclude them only if the study requires it.
 
 Thresholds, and flags that exclude participants, are set in the study file before the data are
-examined. The report gives the numbers of flagged and excluded participants, and shows results with
-and without flagged participants.
+examined.
 """
 
 from __future__ import annotations

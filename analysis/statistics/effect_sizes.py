@@ -62,7 +62,7 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
 def hedges_g(
     first: Array, second: Array, confidence: float
 ) -> tuple[float, ConfidenceInterval | None]:
-    """Return Hedges' g of two groups and its interval, which is None if it is not defined.
+    """Return Hedges' g of two groups and its interval; None if not defined.
 
     Hedges' g is the difference between means divided by the pooled standard deviation, multiplied
     by a bias correction (Hedges 1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal

@@ -1,7 +1,6 @@
 """Test whether two amplitudes are equivalent, by two one-sided tests and by a Bayes factor.
 
-A non-significant difference is not evidence of equality. Such evidence comes from an equivalence
-test against a bound declared by the study, or from a Bayes factor with a prior for the effect size.
+A non-significant difference is not evidence of equality; these tests can provide it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Relate ratings to the friction measured in the same trials.
 
-The paper could only model the effect of the squeeze film on friction. If a study measures normal
-and lateral force, the logarithm of the estimate is regressed on the coefficient of friction,
-separately for each participant. Slopes and correlations are then averaged across participants,
-because trials of one person are not independent and skin differs between people.
+If a study measures normal and lateral force, the logarithm of the estimate is regressed on the
+coefficient of friction, separately for each participant. Slopes and correlations are then averaged
+across participants, because trials of one person are not independent and skin differs between
+people.
 """
 
 from __future__ import annotations

@@ -3,8 +3,7 @@
 Each folder in `slipscale.analysis.tasks` and in its ``effects`` contains one kind, the counterpart
 of a session's `Protocol`. The module ``declaration`` lists everything that the report and its files
 show about the kind; `slipscale.analysis.tasks.table` lists the declarations. Other packages declare
-kinds with an entry point; see `slipscale.analysis.tasks.outside`. A small kind has two modules:
-``statistics`` (trials and results) and ``declaration`` (sentences, section and figures). Rules:
+kinds with an entry point; see `slipscale.analysis.tasks.outside`. Rules:
 
 - shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not
   refer to particular kinds;

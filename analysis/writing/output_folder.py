@@ -38,8 +38,8 @@ def make_folder(out: Path) -> None:
 def default_folder(data: Dataset, source: str | Path) -> Path:
     """Return the default output folder.
 
-    The default is ``derivatives/slipscale`` in a data set. For a tidy table, it is a folder next to
-    the table, named after the table with ``-slipscale`` appended.
+    In a data set, this is ``derivatives/slipscale``; for a tidy table, a folder next to the table
+    with its name and ``-slipscale``.
     """
     if data.folder is not None:
         return data.folder / "derivatives" / "slipscale"

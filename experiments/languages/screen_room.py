@@ -1,7 +1,6 @@
 """Define where texts appear on the screen, and check that they fit and can be drawn.
 
-Space is measured in lines of letters of average width. The module
-`slipscale.experiments.participants.psychopy_window.screens` draws the texts.
+Space is measured in lines of letters of average width.
 """
 
 from __future__ import annotations

@@ -71,9 +71,8 @@ def goodness_of_fit(
     fitted : PsychometricFunction
         Result of `fit_threshold` with the same ``largest_lapse``.
     tracks : Interleaved, optional
-        The rule that chose the levels, in its state before the first trial. This argument requires
-        ``generating`` and limits the number of simulations to `RUNS`. If omitted, the levels were
-        fixed.
+        The rule that chose the levels, in its state before the first trial. Requires
+        ``generating``; limits simulations to `RUNS`. If omitted, the levels were fixed.
     generating : PsychometricFunction, optional
         Result of `fit_threshold_by_posterior` for the same answers.
     """

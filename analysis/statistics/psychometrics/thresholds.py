@@ -1,7 +1,6 @@
 """Estimate a participant's threshold and slope by maximum likelihood or from a posterior.
 
-Levels are in µm peak to peak: an amplitude (detection) or a difference between amplitudes
-(discrimination). For definitions and measured performance, see ``docs/explanation/thresholds.md``.
+For definitions and measured performance, see ``docs/explanation/thresholds.md``.
 """
 
 from __future__ import annotations

@@ -187,7 +187,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     Sphericity is tested with Mauchly's test; degrees of freedom have Greenhouse-Geisser and
     Huynh-Feldt corrections. The effect size is generalised eta squared (see
     `slipscale.analysis.statistics.effect_sizes`). pingouin is not used, because its import takes
-    longer than the whole computation. A test compares all numbers with R.
+    longer than the whole computation.
     """
     from scipy import stats  # noqa: PLC0415
 

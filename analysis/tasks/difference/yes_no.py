@@ -171,9 +171,8 @@ class DescendingDifference:
     weber : PsychometricCurve or NotComputed
         Curve of "yes" against the Weber fraction of the step.
     thresholds : Mapping
-        Participant -> threshold on their own curve of "yes" against step size, halfway between the
-        rate of false alarms and the rate of "yes" to the largest steps. NotComputed with fewer than
-        `TRIALS_FOR_OWN` answers.
+        Participant -> threshold, halfway between the rates of "yes" to catch steps and to the
+        largest steps. NotComputed with fewer than `TRIALS_FOR_OWN` answers.
     participants : int
         Number of participants who answered.
     answers_per_participant_and_step : float

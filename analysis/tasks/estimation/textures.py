@@ -1,8 +1,8 @@
 """Describe the estimates of textures.
 
 A texture has no single amplitude, and a plain surface with the same maximum can feel different.
-Estimates of textures therefore do not affect the normalisation. They are normalised like the
-estimates of plain surfaces in the same run.
+Estimates of textures are therefore normalised like estimates of plain surfaces in the same run, but
+do not affect the normalisation.
 """
 
 from __future__ import annotations

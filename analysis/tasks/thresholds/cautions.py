@@ -1,8 +1,8 @@
 """Warn about biases that simulations found in population thresholds.
 
 `CAUTIONS` explains every coverage of 95 % intervals outside .93 to .97 in the table of
-`benchmarks.population_thresholds` (docs/validation/measured/statistics.md); a test compares both.
-Biases of just noticeable differences come from 120 simulated data sets per case, as in the tests of
+`benchmarks.population_thresholds` (docs/validation/measured/statistics.md). Biases of just
+noticeable differences come from 120 simulated data sets per case, as in the tests of
 `friction_axis`: 6 people who never lapse, with 20 comparisons at each of 5 levels.
 """
 

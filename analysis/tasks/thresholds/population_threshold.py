@@ -131,8 +131,7 @@ class PopulationThreshold:
         Thresholds by group, by session, by each study factor and by combinations of factors, each
         if there are several.
     better_curve : str
-        For comparisons, the same curve on the other axis, if it fits clearly better. A curve on the
-        wrong axis shifts the point of subjective equality or overestimates lapses.
+        For comparisons, the same curve on the other axis, if it fits clearly better.
     """
 
     threshold_um_pp: Estimate

@@ -2,9 +2,9 @@
 
 The best function depends only on the sums of squares, so all participants are fitted in one batch,
 by the Levenberg-Marquardt method within bounds (Marquardt 1963, J. Soc. Ind. Appl. Math. 11,
-431-441). Each row of the batch is one starting point of one participant. Separate SciPy searches
-took most of the analysis time. In 8 of about 2,160 random fits, the sum of squares differed from
-SciPy's result by more than a millionth: it was smaller in 5, by at most 0.3 %, and larger in 3.
+431-441). Each row of the batch is one starting point of one participant. In 8 of about 2,160 random
+fits, the sum of squares differed from SciPy's result by more than a millionth: it was smaller in 5,
+by at most 0.3 %, and larger in 3.
 """
 
 from __future__ import annotations
