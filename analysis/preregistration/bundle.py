@@ -35,9 +35,9 @@ class Bundle:
     name : str
         Name of the file or folder.
     manifest : Manifest
-        The manifest, whose digest was verified.
+        The manifest, with a verified digest.
     study_text : str
-        Text of the study file, whose digest was verified.
+        Text of the study file, with a verified digest.
     damaged : tuple of str
         One sentence per other file that differs from the frozen version.
     """

@@ -1,7 +1,7 @@
 """Answer the questions of registries about a study and its analysis.
 
 The questions are taken from the OSF and AsPredicted forms. Answers that only the authors know come
-from the command's options; if an option is missing, the page says so.
+from the command's options; if an option is missing, the page marks the answer as not stated.
 """
 
 from __future__ import annotations
