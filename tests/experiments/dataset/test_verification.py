@@ -299,3 +299,9 @@ def test_sidecars_tell_what_was_in_use_after_each_resume(laboratory, plan):
         *("texts_hash", "contact"),
     }
     assert notes["journal"]["records"] == len(path.read_bytes().splitlines())
+
+
+def test_a_table_that_is_not_text_is_a_problem_of_its_file(dataset):
+    (dataset / TABLE).write_bytes(b"\xff\xfe\x00")
+    (problem,) = [each for each in verify(dataset) if each.file == TABLE]
+    assert problem.what.startswith("cannot be read ('utf-8' codec")

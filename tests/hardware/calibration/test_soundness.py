@@ -3,6 +3,7 @@
 import datetime as dt
 import math
 
+import numpy as np
 import pytest
 
 from slipscale import commands
@@ -17,7 +18,14 @@ from slipscale.hardware.calibration.record import (
     to_toml,
     write_calibration,
 )
-from slipscale.hardware.calibration.soundness import changed, implausible, mistake
+from slipscale.hardware.calibration.soundness import (
+    RULES,
+    Sweep,
+    changed,
+    implausible,
+    mistake,
+    unsound,
+)
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 
@@ -90,6 +98,36 @@ def test_readings_of_a_plate_or_instrument_that_is_not_sound_are_refused(measure
     calibrated()  # the ideal one is accepted
     with pytest.raises(UserError, match=said):
         calibrated(measure)
+
+
+def judged(voltages_v, lost):
+    """Apply the rules to a sweep whose slope falls by a fraction above 8 V."""
+    voltage_v = np.array(voltages_v, float)
+    sweep_ = Sweep(voltage_v, np.minimum(voltage_v, 8) + (1 - lost) * np.maximum(voltage_v - 8, 0))
+    return [fault for rule in RULES for fault in rule(sweep_)]
+
+
+def test_a_slope_that_falls_by_more_than_16_percent_above_half_the_range_is_saturation():
+    (fault,) = judged(range(1, 17), 0.17)
+    assert "saturates: its gain is 0.83 µm p-p per volt above 8 V, but 1 below" in fault
+    assert judged(range(1, 17), 0.15) == []
+
+
+def test_saturation_is_not_judged_from_fewer_than_four_readings_in_a_half():
+    assert judged([*range(1, 9), 12, 14, 16], 0.17) == []
+    assert len(judged([*range(1, 9), 10, 12, 14, 16], 0.17)) == 1
+    assert judged([2, 5, 8, 10, 12, 14, 16], 0.17) == []
+
+
+@pytest.mark.parametrize("swept, faults", [("fine", 1), ("coarse", 0)])
+def test_the_fine_sweep_is_compared_with_the_resonance_if_there_is_one(swept, faults):
+    ideal_one = calibrated()
+    outlier = next(n for n, each in enumerate(ideal_one.points) if each.sweep == swept)
+    points = list(ideal_one.points)
+    points[outlier] = points[outlier].model_copy(update={"amplitude_um_pp": 9.0})
+    found = unsound(ideal_one.model_copy(update={"points": tuple(points)}))
+    assert len(found) == faults
+    assert all("does not follow one resonance" in each for each in found)
 
 
 def test_the_range_ends_with_the_largest_reading():

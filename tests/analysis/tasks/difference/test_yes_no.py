@@ -9,10 +9,18 @@ from hypothesis import strategies as st
 from slipscale.analysis.json_form import record
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.difference.coder_agreement import agreement
 from slipscale.analysis.tasks.difference.verbal_coding import load_codebook
 from slipscale.analysis.tasks.difference.verbal_reports import CategoryCount
-from slipscale.analysis.tasks.difference.yes_no import CatchAnswers, analyse_differences, d_prime
+from slipscale.analysis.tasks.difference.yes_no import (
+    TRIALS_FOR_OWN,
+    CatchAnswers,
+    Finding,
+    analyse_differences,
+    d_prime,
+    own_thresholds,
+)
 from slipscale.faults import UserError
 
 pytestmark = pytest.mark.usefixtures("without_models")
@@ -61,6 +69,28 @@ def test_the_finding_can_fail(dataset):
     assert found.all_felt_a_difference
     assert not found.all_said_less_slippery
     assert found.said_less_slippery == 5
+
+
+def test_a_finding_without_participants_is_not_true_of_all_of_them():
+    nobody = Finding(n=0, felt_a_difference=0, felt_every_change=0, said_less_slippery=0)
+    assert not nobody.all_felt_a_difference
+    assert not nobody.all_said_less_slippery
+
+
+@pytest.mark.parametrize("missing, computed", [(0, True), (1, False)])
+def test_a_participant_has_a_threshold_from_the_fewest_answers_that_are_stated(missing, computed):
+    count = TRIALS_FOR_OWN - missing
+    sizes = np.resize([0.2, 0.5, 1.1, 1.8], count)
+    steps = pd.DataFrame(
+        {
+            "participant_id": "01",
+            "amplitude_before_um_pp": 2.3,
+            "amplitude_um_pp": 2.3 - sizes,
+            "difference_felt": (sizes > 0.4).astype(float),
+        }
+    )
+    found = own_thresholds(steps, 0.95)["01"]
+    assert (not isinstance(found, NotComputed)) is computed
 
 
 def test_a_false_alarm_lowers_d_prime(dataset):

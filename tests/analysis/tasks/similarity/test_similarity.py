@@ -8,7 +8,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, map_of, scaled
+from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, _scaled, map_of, scaled
 from slipscale.faults import UserError
 
 #: Ten items with noise; the lower triangle by rows.
@@ -101,3 +101,15 @@ def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
     assert "non-metric multidimensional scaling (Kruskal, 1964)" in text
     with pytest.raises(UserError, match="expected columns for first, second and dissimilarity"):
         parse_mapping({"columns": {"participant": "who", "first": "left"}}, "here")
+
+
+def test_a_table_is_scaled_to_a_root_mean_square_of_one_over_the_pairs_that_are_known():
+    table = np.array([[0, 2, np.nan], [2, 0, 4], [np.nan, 4, 0]], float)
+    pairs = _scaled(table)[np.triu_indices(3, 1)]
+    assert np.nanmean(pairs**2) == pytest.approx(1)
+    assert pairs[2] == pytest.approx(2 * pairs[0])
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_a_table_without_any_difference_has_no_scale(value):
+    assert np.isnan(_scaled(np.full((3, 3), value))).all()

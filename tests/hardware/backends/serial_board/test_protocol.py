@@ -158,6 +158,10 @@ def test_limits_that_no_board_may_have_are_told(value, what):
         parse_limits(value)
 
 
+def test_an_on_time_of_one_second_is_the_shortest_that_a_board_may_have():
+    assert parse_limits("2.5,16.5,25000.0,40000.0,500,1").on_time_s == 1
+
+
 @pytest.mark.parametrize("value", ["64,0,2", "64,4,-1", "1,4,2", "-64,4,2"])
 def test_limits_of_lists_that_no_board_may_have_are_told(value):
     with pytest.raises(ImpossibleValue, match="expected"):
