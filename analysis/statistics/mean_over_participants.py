@@ -37,7 +37,7 @@ class MeanOverParticipants:
     p: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, interval="ci")
 
 

@@ -81,7 +81,7 @@ class MixedModel:
     trials: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, interval="ci")
 
 

@@ -46,7 +46,7 @@ class PowerLaw:
     points: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, interval=key_of(self.interval))
 
 

@@ -36,7 +36,7 @@ class IntraclassCorrelation:
     interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, interval="ci")
 
 

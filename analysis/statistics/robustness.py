@@ -35,7 +35,7 @@ class SubsetSummary:
     means: Mapping[float, float]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         exponent, friedman = computed(self.power_law), computed(self.friedman)
         return {
             "participants": self.participants,

@@ -169,7 +169,7 @@ class PsychometricFunction:
         return float(curve.level(u))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         slope = self.slope
         return {
             "estimator": self.estimator,

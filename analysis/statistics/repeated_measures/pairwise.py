@@ -110,7 +110,7 @@ class PairComparison:
     ranks: SignedRank
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         keys: dict[str, object] = {
             "from_um_pp": self.from_um_pp,
             "to_um_pp": self.to_um_pp,

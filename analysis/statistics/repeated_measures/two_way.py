@@ -37,7 +37,7 @@ class Effect:
     eta2_partial_interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, eta2_partial_interval="eta2_partial_ci")
 
 

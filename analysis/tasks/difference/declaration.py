@@ -1,4 +1,4 @@
-"""Declare the descending difference task."""
+"""Define the analysis and the report of the descending difference task."""
 
 from __future__ import annotations
 

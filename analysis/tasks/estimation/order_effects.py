@@ -39,7 +39,7 @@ class OrderEffects:
     log_slope_per_um_pp_before: MeanOverParticipants | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return {
             "position": {
                 "unit": "natural logarithm per trial",

@@ -1,4 +1,4 @@
-"""Declare the comparison of exponent and Weber fraction."""
+"""Define the comparison of exponent and Weber fraction, and its report."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declare the identification task."""
+"""Define the analysis and the report of the identification task."""
 
 from __future__ import annotations
 

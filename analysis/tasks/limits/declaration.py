@@ -1,4 +1,4 @@
-"""Declare the method of limits."""
+"""Define the analysis and the report of the method of limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declare the matching task."""
+"""Define the analysis and the report of the matching task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declare the pointing task."""
+"""Define the analysis and the report of the pointing task."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Declare the same–different task."""
+"""Define the analysis and the report of the same–different task."""
 
 from __future__ import annotations
 

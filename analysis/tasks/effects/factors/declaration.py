@@ -1,4 +1,4 @@
-"""Declare the analysis of factors that are crossed with the levels."""
+"""Define the analysis of factors that are crossed with the levels, and its report."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ class FixedEffect:
     p: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, interval="ci")
 
 

@@ -1,4 +1,4 @@
-"""Declare the comparison of judgements with measured friction."""
+"""Define the comparison of judgements with measured friction, and its report."""
 
 from __future__ import annotations
 

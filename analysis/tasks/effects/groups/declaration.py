@@ -1,4 +1,4 @@
-"""Declare the comparison of groups of participants."""
+"""Define the comparison of groups of participants, and its report."""
 
 from __future__ import annotations
 

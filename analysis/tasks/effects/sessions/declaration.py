@@ -1,4 +1,4 @@
-"""Declare the comparison of sessions."""
+"""Define the comparison of sessions, and its report."""
 
 from __future__ import annotations
 

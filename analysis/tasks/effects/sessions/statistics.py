@@ -70,7 +70,7 @@ class SessionMeasure:
     table: pd.DataFrame = field(compare=False)
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, table="")
 
 

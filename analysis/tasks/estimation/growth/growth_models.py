@@ -186,7 +186,7 @@ class RankedFit:
     weight: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return {**record(self.fit), **renamed(self, fit="")}
 
 

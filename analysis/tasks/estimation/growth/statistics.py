@@ -60,7 +60,7 @@ class FrictionGrowth:
     shared_load: Mapping[float, tuple[float, float]]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return {**record(self.comparison), **renamed(self, comparison="")}
 
 
@@ -96,7 +96,7 @@ class Growth:
     individual: IndividualGrowth | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result as a mapping."""
+        """Return the result with its keys in JSON."""
         return renamed(self, friction="" if self.friction is None else "friction")
 
 
