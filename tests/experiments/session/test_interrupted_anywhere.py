@@ -4,7 +4,6 @@ By default one place of every kind is tried, and every ninth poll and command; a
 SLIPSCALE_EVERY_PLACE=1 (minutes).
 """
 
-import os
 import sys
 
 import pytest
@@ -88,12 +87,6 @@ level_db = -30.0
 RATED = ("estimate", "difference_felt")
 # Mean and swing of what may be felt of each surface, µm peak to peak; a texture has phases.
 FELT = {"S1": (0.0, 0.05), "S2": (1.2, 0.05), "S0": (2.0, 0.05), "T1": (1.2, 0.8)}
-
-
-@pytest.fixture(autouse=True)
-def _no_waiting_for_the_disk(monkeypatch):
-    """Hundreds of runs, and no machine loses its power in them."""
-    monkeypatch.setattr(os, "fsync", lambda _descriptor: None)
 
 
 class Feeling(SimulatedParticipant):

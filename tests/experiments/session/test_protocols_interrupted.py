@@ -5,8 +5,6 @@ person's run is paused at some moment, and loses its plate at some command: by d
 every kind, and every fifth moment and command; all of them with SLIPSCALE_EVERY_PLACE=1.
 """
 
-import os
-
 import pytest
 
 from slipscale.experiments.dataset.journals import read_runs
@@ -82,12 +80,6 @@ SHORT = {
 }
 # Those that are paused and lose their plate as well: a choice of three, and an adjustment.
 DISTURBED = ("difference_threshold", "matching")
-
-
-@pytest.fixture(autouse=True)
-def _no_waiting_for_the_disk(monkeypatch):
-    """Hundreds of runs, and no machine loses its power in them."""
-    monkeypatch.setattr(os, "fsync", lambda _descriptor: None)
 
 
 def shortened(name):

@@ -1,7 +1,6 @@
 """Control of the stroke: windows, what the participant is told, rejection and repetition."""
 
 import json
-import os
 from types import SimpleNamespace
 
 import pytest
@@ -127,13 +126,6 @@ def rows(folder):
     (table,) = folder.glob("sub-01/beh/*_beh.tsv")
     header, *lines = table.read_text("utf-8").splitlines()
     return [dict(zip(header.split("\t"), line.split("\t"), strict=True)) for line in lines]
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _no_waiting_for_the_disk():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(os, "fsync", lambda _descriptor: None)
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,5 @@
 """Any parameter of a stimulus as the level of any protocol: what `vary` in a study file does."""
 
-import os
 import re
 from pathlib import Path
 
@@ -134,11 +133,6 @@ def study_text(field, plate=PLATE_AMPLITUDE):
 
 def tables(folder):
     return {path.name: path.read_bytes() for path in sorted(folder.rglob("*_beh.tsv"))}
-
-
-@pytest.fixture(autouse=True)
-def _no_waiting_for_the_disk(monkeypatch):
-    monkeypatch.setattr(os, "fsync", lambda _descriptor: None)
 
 
 # Declared as their neighbours: these orders would only repeat what the others show.
