@@ -100,14 +100,17 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         match = TABLE_NAME.fullmatch(path.name)
         if match and path.relative_to(folder).parts[0] != f"sub-{match['sub']}":
             problems.add(
-                f"{path.relative_to(folder)}: is in another participant's folder; not read"
+                f"{path.relative_to(folder)}: is in another participant's folder; it was not read"
             )
         elif match:
             kind = kind_of(match["task"], path, kinds)
             tasks = others if kind is None else found[kind.name]
             tasks.setdefault(match["task"], []).append((path, match))
         else:
-            problems.add(f"{path.relative_to(folder)}: the name does not follow BIDS; not read")
+            problems.add(
+                f"{path.relative_to(folder)}: the name does not follow BIDS, so the file "
+                "was not read"
+            )
     files = _files(kinds, found, task, folder, problems)
     if not (others or any(found.values())):
         raise UserError(

@@ -144,7 +144,10 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
         raise UserError(f"the equivalence ratio is {asked:g}; expected a number above 1")
     choices = data.choices.model_copy(update={"equivalence_ratio": asked})
     notes = [
-        (f"The study froze an equivalence_ratio of {frozen:g}, but the analysis used {asked:g}.")
+        (
+            f"The frozen study sets an equivalence_ratio of {frozen:g}, but the analysis used "
+            f"{asked:g}."
+        )
     ]
     return replace(data, choices=choices), notes if "equivalence_ratio" in data.frozen else []
 
@@ -194,7 +197,10 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
         return asked, [
-            (f"The study froze the normalisation '{frozen}', but the analysis used '{asked}'.")
+            (
+                f"The frozen study sets the normalisation '{frozen}', but the analysis used "
+                f"'{asked}'."
+            )
         ]
     if asked or frozen:
         return str(asked or frozen), []
@@ -206,7 +212,7 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
         return rule, [
             (
                 f"Mixed scales: {int((~(tops > 0)).sum())} of {len(tops)} trials have no declared "
-                f"scale top above 0; all are normalised by '{rule}' instead."
+                f"scale top above 0; all trials are normalised by '{rule}' instead."
             )
         ]
     return rule, []

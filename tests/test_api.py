@@ -43,7 +43,7 @@ def test_the_package_offers_its_api_and_nothing_else():
         (lambda: slipscale.power(participants=0), r"participants is \[0\], expected 1 or more"),
         (lambda: slipscale.power(alpha=5), "alpha is 5, expected a proportion"),
         (lambda: slipscale.reconstruct("nowhere"), "nowhere"),
-        (lambda: slipscale.reconstruct("biet2007_table3").sample(0), "number 0"),
+        (lambda: slipscale.reconstruct("biet2007_table3").sample(0), "number is 0"),
         (lambda: slipscale.open_plate("nowhere"), "unknown backend 'nowhere'"),
     ],
 )

@@ -108,14 +108,14 @@ def _meaning(
         wanted = yes.strip().lower()
         if wanted not in counts.index:
             raise UserError(
-                f"{where}: '{yes}' does not occur; found {_described(counts)}: expected --yes "
-                "with one of these"
+                f"{where}: '{yes}' does not occur; found {_described(counts)}. Set --yes to one of "
+                "these codes"
             )
         others = counts.drop(wanted)
         if len(others) and int(others.iloc[1:].sum()) > most_lost:
             raise UserError(
-                f"{where}: besides '{yes}' there are {_described(others)}; expected two "
-                "codes, yes and no: exclude the other rows (--only), or name another column"
+                f"{where}: besides '{yes}' there are {_described(others)}; expected only two "
+                "codes, for yes and no. Exclude the other rows (--only), or name another column"
             )
         return frozenset({wanted}), frozenset(map(str, others.index[:1]))
     for agreed, disagreed in PAIRS:
@@ -125,7 +125,7 @@ def _meaning(
     raise UserError(
         f"{where}: the answers are {_described(counts)}; expected yes and no. State which "
         "code means yes, for example --yes "
-        f"{next(iter(counts.index), 'CODE')}; for counts of yes use --yes-count and --n"
+        f"{next(iter(counts.index), 'CODE')}; for counts of yes answers, use --yes-count and --n"
     )
 
 

@@ -283,7 +283,7 @@ def _without_doubles(
     shown = clean[duplicated].head(LISTED_PROBLEMS)
     problems.add_many(
         [
-            f"{place}: trial {trial:g} of {who} occurs twice; the first is kept"
+            f"{place}: trial {trial:g} of {who} occurs twice; only the first is kept"
             for place, trial, who in zip(
                 places(shown, sources), shown["trial"], shown[PARTICIPANT], strict=True
             )

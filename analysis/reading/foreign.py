@@ -254,7 +254,9 @@ def _of_trials(
     response = "n" if mapping.columns.n else ANSWER if mapping.of_answers else RESPONSE
     blank = frame[STIMULUS].isna() & frame[response].isna()
     if blank.any():
-        problems.add(f"{path.name}: {int(blank.sum())} rows without stimulus and response; skipped")
+        problems.add(
+            f"{path.name}: {int(blank.sum())} rows without stimulus and response were skipped"
+        )
     return frame[~blank].reset_index(drop=True)
 
 
@@ -297,7 +299,7 @@ def _one_row_per_answer(
         raise UserError(
             f"{places(frame.iloc[[at]], sources)[0]}: {problems.title('yes_count')} is "
             f"{frame['yes_count'].iloc[at]} and {problems.title('n')} {frame['n'].iloc[at]}; "
-            "expected whole numbers, yes from 0 to n"
+            "expected whole numbers, with 0 to n yes answers"
         )
     times = np.stack([yes, n - yes], axis=1).astype(int).ravel()
     rows = frame.loc[frame.index.repeat(2)].assign(**{ANSWER: ["yes", "no"] * len(frame)})
@@ -412,7 +414,11 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
     sizes = pairs[GROUP].value_counts()
     alone = sorted(sizes.index[sizes == 1])
     if len(alone) == 1:
-        problems.add(f"Group '{alone[0]}' has one participant, and therefore no spread.")
+        problems.add(
+            f"Group '{alone[0]}' has only one participant, so its spread cannot be estimated."
+        )
     elif alone:
-        problems.add(f"Groups of one participant have no spread: {listed(alone)}.")
+        problems.add(
+            f"The spread cannot be estimated in groups of one participant: {listed(alone)}."
+        )
     return pairs

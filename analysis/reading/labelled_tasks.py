@@ -131,8 +131,8 @@ def of_one_label(
     if left := sorted(set(tasks) - {label}):
         problems.add(
             f"{kind.title} occurs under several labels: '{label}' is analysed, "
-            f"{' and '.join(repr(each) for each in left)} left out; to analyse that one: slipscale "
-            f"analyse --task {left[0]}"
+            f"{' and '.join(repr(each) for each in left)} left out; to analyse the latter, run "
+            f"slipscale analyse --task {left[0]}"
         )
     return tasks.get(label, [])
 

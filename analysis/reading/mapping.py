@@ -198,11 +198,11 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(columns.response) and answers != AnswerWords(),
-                "expected yes and alternatives only for answers",
+                "expected yes and alternatives only with a column of answers",
             ),
             (
                 bool(columns.yes_count and answers.yes),
-                "expected yes only for a column of answers: counts have no codes",
+                "expected yes only with a column of answers, because counts have no codes",
             ),
             (
                 bool(columns.reference and columns.response),
@@ -281,7 +281,7 @@ def write_mapping(mapping: TableMapping, path: Path) -> Path:
     file = (path if path.is_dir() else path.parent) / NAME
     if file.exists() and beside(path) != mapping:
         raise UserError(
-            f"{file}: already exists with different content; expected to write a new file"
+            f"{file}: already exists with different content; remove it to save these options"
         )
     try:
         file.write_text(

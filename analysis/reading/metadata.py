@@ -45,7 +45,10 @@ def sidecars(
     for table in tables:
         path = table.with_suffix(".json")
         if not path.is_file():
-            absent.append(f"{path.relative_to(folder)}: no such sidecar; study and seed unknown")
+            absent.append(
+                f"{path.relative_to(folder)}: this sidecar does not exist, so the study "
+                "and seed are unknown"
+            )
             continue
         content, source = read_source(path, folder)
         sources.append(source)
@@ -89,7 +92,7 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
         )
         raise UserError(
             f"{folder}: pilot and participant records are mixed ({examples}); expected only one "
-            "kind: move the pilot's files to a separate folder"
+            "kind; move the pilot's files to a separate folder"
         )
 
 
@@ -100,7 +103,7 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
         (one, first), (other, second) = list(found.items())[:2]
         raise UserError(
             f"{folder}: {first.name} is in {one.unit_in_full} and {second.name} in "
-            f"{other.unit_in_full}; expected data in one quantity; analyse them separately"
+            f"{other.unit_in_full}; expected data in one quantity; analyse each quantity separately"
         )
     return next(iter(found), PLATE_AMPLITUDE)
 
@@ -116,7 +119,7 @@ def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.
     unnamed = frame[PARTICIPANT].isna()
     if unnamed.any():
         lines = listed_lines(frame.loc[unnamed, "line"].tolist())
-        problems.add(f"{path.name}, {lines}: no participant_id; left out")
+        problems.add(f"{path.name}, {lines}: no participant_id, so left out")
     return frame[~unnamed].drop(columns=["file", "line"]).reset_index(drop=True)
 
 

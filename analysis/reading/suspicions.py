@@ -88,7 +88,8 @@ def notes_on_answers(
         count = int((values == code).sum())
         if count and len(others) and code > FAR * others.max():
             yield (
-                f"{file}: {count} answers are {code:g}, the next largest is {others.max():g}; "
+                f"{file}: {count} answers are {code:g}, and the next largest answer is "
+                f"{others.max():g}; "
                 f"if {code:g} means a missing answer, write n/a"
             )
     known: dict[tuple[tuple[float, float], ...], str] = {}
@@ -96,11 +97,14 @@ def notes_on_answers(
         own = tuple(zip(rows[level].tolist(), rows[answer].tolist(), strict=True))
         half = len(own) // 2
         if len(own) % 2 == 0 and _alike(own[:half]) and own[:half] == own[half:]:
-            yield f"{file}: the last {half} answers of {who} repeat the first {half}; pasted twice?"
+            yield (
+                f"{file}: the last {half} answers of {who} repeat the first {half}; check "
+                "whether they were pasted twice"
+            )
         if _alike(own) and known.setdefault(own, str(who)) != str(who):
             yield (
                 f"{file}: {known[own]} and {who} have the same {len(own)} answers in the same "
-                "order; copied?"
+                "order; check whether they were copied"
             )
 
 

@@ -104,7 +104,7 @@ def read_table(
 def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
     text, encoding = decoded(content, path)
     if encoding == FALLBACK:
-        problems.add(f"{path.name}: not UTF-8; read as Windows-1252: check names with accents")
+        problems.add(f"{path.name}: not UTF-8, so read as Windows-1252; check names with accents")
     return text
 
 
@@ -198,7 +198,7 @@ def only_named(
         words &= ~quoted
     if absent.any():
         lines = listed_lines(frame.loc[absent, "line"].tolist())
-        problems.add(f"{name}, {lines}: no {identifier}; left out")
+        problems.add(f"{name}, {lines}: no {identifier}, so left out")
     if words.any():
         names = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())

@@ -35,7 +35,9 @@ def add_data(parser: ArgumentParser) -> None:
         help="remove a participant's data permanently; the number is never reused",
         epilog="example: slipscale data withdraw data --participant 01",
     )
-    withdraw.add_argument("--participant", required=True, metavar="01", help="who withdraws")
+    withdraw.add_argument(
+        "--participant", required=True, metavar="01", help="label of the participant who withdraws"
+    )
     withdraw.add_argument(
         "--yes",
         action="store_true",
@@ -48,7 +50,9 @@ def add_data(parser: ArgumentParser) -> None:
     )
     for name in ("one", "other"):
         merge.add_argument(name, type=Path, metavar="DATASET", help="a data set folder")
-    merge.add_argument("--out", type=Path, required=True, metavar="DIR", help="a new folder")
+    merge.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="new folder for the merged data set"
+    )
     optional = dataset_default()
     for command in (build, verify, withdraw):
         command.add_argument(
@@ -102,19 +106,20 @@ def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
     for path in withdraw(dataset, participant) if remove else theirs(dataset, participant):
         print(f"{'removed' if remove else 'would be removed'}: {path}")
     if not remove:
-        print("Nothing has been removed yet: add --yes.", file=sys.stderr)
+        print("Nothing has been removed yet. To remove the data, add --yes.", file=sys.stderr)
         return ANSWER_IS_NO
     for source in sources_with(dataset, participant):
         print(
             f"{dataset} was merged from {source}, which may still contain participant "
-            f"{participant}: slipscale data withdraw {source} --participant {participant} "
+            f"{participant}. To check and remove the data: slipscale data withdraw {source} "
+            f"--participant {participant} "
             "--yes",
             file=sys.stderr,
         )
     print(
         "The results of all participants were removed as well; slipscale analyse computes "
-        "them again. Remove any copies that you made elsewhere. To replace participant "
-        f"{participant}: --participant {replacement(participant)}"
+        "them again. Remove any copies that you made elsewhere. To test a replacement for "
+        f"participant {participant}: --participant {replacement(participant)}"
     )
     return DONE
 

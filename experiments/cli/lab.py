@@ -86,8 +86,8 @@ def run_lab(args: Namespace) -> int:
     lab = init(args.folder, given, _ask if sys.stdin.isatty() else None)
     print(
         f"wrote {args.folder / FILE}: study {lab.study}, plate {lab.plate}, data in "
-        f"{lab.data}\nCommands run in that folder use these settings: slipscale check, then "
-        "slipscale next"
+        f"{lab.data}\nCommands that you run in this folder use these settings. Continue with "
+        "slipscale check, then slipscale next"
     )
     return DONE
 
@@ -119,7 +119,7 @@ def add_next(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--pilot",
         action="store_true",
-        help="rehearse: run a pilot, with data in the rehearsals folder",
+        help="rehearse the session: run a pilot and store its data in the rehearsals folder",
     )
     parser.add_argument("--yes", action="store_true", help="begin without asking for confirmation")
 
@@ -148,7 +148,7 @@ def run_next(args: Namespace) -> int:
     )
     begins_as_before(out, defaults.study, defaults.plate, ask=False)  # `next` asks anyway
     if not args.yes and not _agreed():
-        print("not begun")
+        print("not started")
         return ANSWER_IS_NO
     session = visit.session if visit else _first_session(defaults)
     return run_session(
@@ -186,7 +186,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     if wanted is None and roster.new is None:
         back = ", ".join(person.label for person in roster.of("returns"))
         raise UserError(
-            f"all {roster.planned} planned participants have begun"
+            f"all {roster.planned} planned participants have started"
             + (
                 f"; participants due to return: {back} (slipscale next --participant ...)"
                 if back
@@ -229,8 +229,8 @@ def run_participants(args: Namespace) -> int:
         console.print(table)
     begun = sum(person.state != "withdrew" for person in roster.people)
     print(
-        f"{begun} of {roster.planned} planned participants have begun, "
-        f"{len(roster.of('done'))} are done"
+        f"{begun} of {roster.planned} planned participants have started; "
+        f"{len(roster.of('done'))} finished"
     )
     for sentence in (*_exclusions(roster), *_without_backup(defaults)):
         print(sentence)
@@ -295,7 +295,10 @@ def _how_to_resume(person: Person) -> str:
 def add_note(parser: ArgumentParser) -> None:
     """Add the arguments of ``slipscale note`` to the parser."""
     parser.add_argument(
-        "words", nargs="+", metavar="WORDS", help=("the note; never a participant's name")
+        "words",
+        nargs="+",
+        metavar="WORDS",
+        help=("text of the note; must not contain a participant's name"),
     )
 
 

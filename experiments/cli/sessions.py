@@ -56,7 +56,7 @@ def add_setting(parser: ArgumentParser) -> None:
         type=Path,
         default=default.backup,
         metavar="DIR",
-        help="a folder on another disk, to which the journal is copied at the end",
+        help="folder on another disk to which the journal is copied at the end",
     )
     parser.add_argument(
         "--markers",
@@ -142,7 +142,7 @@ def add_participant(parser: ArgumentParser, *, required: bool) -> None:
         "--out",
         type=Path,
         metavar="DIR",
-        help=f"the data set (default: {default.out(pilot=False)}; for pilots "
+        help=f"folder of the data set (default: {default.out(pilot=False)}; for pilots "
         f"{default.out(pilot=True)})",
     )
 
@@ -156,7 +156,7 @@ def add_run(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="language of the participant's texts (default: the study's)",
+        help="language of the texts for participants (default: the study's)",
     )
     parser.add_argument(
         "--seed",
@@ -168,7 +168,7 @@ def add_run(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--add-study",
         action="store_true",
-        help="allow a second study in a data set that contains another one",
+        help="add this study to a data set that already contains another one",
     )
     parser.add_argument(
         "--unblind", action="store_true", help=("show the amplitude to the operator")
@@ -213,7 +213,7 @@ def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True)
         return True
     if input("Begin anyway? [y/N] ").strip().casefold() in ("y", "yes"):
         return True
-    print("not begun")
+    print("not started")
     return False
 
 
@@ -345,7 +345,7 @@ def _interrupted(folder: Path | None) -> str:
     if found:
         return f"{start}. {'; '.join(how_to_resume(path) for path in found)}"
     searched = folder or f"{defaults.data} or {defaults.pilots}"
-    return f"{start}, and there is none in {searched}; begin one: slipscale run --participant 01"
+    return f"{start}, but {searched} contains none; to begin a run: slipscale run --participant 01"
 
 
 def _end(outcome: str, journal: Path) -> int:
@@ -368,9 +368,9 @@ def add_check(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="language of the participant's texts (default: the study's)",
+        help="language of the texts for participants (default: the study's)",
     )
-    parser.add_argument("--pilot", action="store_true", help="check for a pilot run")
+    parser.add_argument("--pilot", action="store_true", help="check whether a pilot run can start")
     parser.add_argument(
         "--only", metavar="NAME", help="run only one check: plate, display, sound, ..."
     )

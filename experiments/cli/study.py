@@ -37,7 +37,9 @@ def add_study(parser: ArgumentParser) -> Commands:
         metavar="TEXT",
         help="title of the study and its data set (default: prompt for it)",
     )
-    new.add_argument("--author", metavar="NAME", action="append", help="an author; can be repeated")
+    new.add_argument(
+        "--author", metavar="NAME", action="append", help="name of an author; may be repeated"
+    )
     new.add_argument(
         "--from",
         dest="template",
@@ -70,7 +72,7 @@ def add_study(parser: ArgumentParser) -> Commands:
     show.add_argument(
         "--timeline",
         action="store_true",
-        help="instead print a participant's timeline: minutes and their spread, plate vibration "
+        help="print a participant's timeline instead: minutes and their spread, plate vibration "
         "time, cost",
     )
     show.add_argument(

@@ -70,7 +70,7 @@ def decide(
         )
     known = decisions(path) if path.exists() else ()
     if excluded == bool(known and known[-1].excluded):
-        state = "excluded already" if excluded else "not excluded by hand"
+        state = "already excluded" if excluded else "not excluded by hand"
         raise UserError(f"participant {participant} is {state}")
     if not reason.strip():
         raise UserError("expected a reason, which is printed in the report")

@@ -80,7 +80,9 @@ def mode_of(dataset: Path) -> Mode | None:
         if plan:
             modes.add(plan.mode)
     if len(modes) > 1:
-        raise UserError(f"{dataset}: contains pilots and participants, which must not be mixed")
+        raise UserError(
+            f"{dataset}: contains both pilot and participant data, which must not be mixed"
+        )
     return modes.pop() if modes else None
 
 

@@ -39,10 +39,10 @@ FLAGS: Mapping[str, str] = {
     VOIDED: "voided by the operator; not to be analysed",
     TIMED_OUT: "the time limit expired before an answer was given",
     FAULT: "the apparatus failed during this trial; the surface was presented again",
-    PAUSED: "the operator paused in this trial",
+    PAUSED: "the operator paused the session during this trial",
     REPRESENTED: "the surface was presented and explored again before the answer",
-    RESUMED: "the run was interrupted in this trial and resumed",
-    SENSOR: "the measurements cannot come from a finger (a wrong column, unit or wire), or a "
+    RESUMED: "the run was interrupted during this trial and resumed",
+    SENSOR: "the measurements cannot come from a finger (a wrong column, unit or connection), or a "
     "tenth of the readings could not be read",
     UNCHANGED: "the finger did not trigger the change of a transient while it explored the surface",
     DAMAGED: "a journal record of this trial, or next to it, is damaged; not to be analysed",
@@ -62,7 +62,8 @@ NOTES: Mapping[str, str] = {
     "seed": "random seed for all orders",
     "mode": "participant, or pilot: a trial of the study, not data",
     "language": (
-        "language of the participant's texts; texts in the study's own languages are in `code/`"
+        "language of the texts shown to the participant; for languages that the study itself "
+        "provides, see `code/`"
     ),
     "texts_hash": "SHA-256 of all texts that the participant could read; n/a if the journal "
     "is older",

@@ -142,7 +142,7 @@ def not_drawn(text: str) -> str:
     """
     if any(unicodedata.bidirectional(each) in FROM_THE_RIGHT for each in text):
         return (
-            "it is written from right to left, which the participant's screen cannot draw"
+            "it is written from right to left, which the participant's screen cannot display"
             f"{_fonts(text)}"
         )
     # Letters with marks are combined if there is a single character.
@@ -152,7 +152,8 @@ def not_drawn(text: str) -> str:
         return ""
     shown = ", ".join(f"{each!r} (U+{ord(each):04X})" for each in list(strange)[:MOST_SHOWN])
     return (
-        f"the participant's screen cannot draw {shown}; it has Latin, Greek and Cyrillic letters"
+        f"the participant's screen cannot display {shown}; it supports Latin, Greek and Cyrillic "
+        "letters"
         f"{_fonts(signs)}"
     )
 
@@ -175,4 +176,4 @@ def too_long(key: str, text: str) -> str:
     if len(lines) <= room.lines and all(len(line) <= room.letters for line in lines):
         return ""
     fits = f"{room.lines} lines of {room.letters}" if room.lines > 1 else f"{room.letters}"
-    return f"it is too long for its place ({room.where}): about {fits} letters fit"
+    return f"it is too long for its place ({room.where}); about {fits} characters fit"

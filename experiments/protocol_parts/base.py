@@ -143,7 +143,7 @@ class Context:
     def own_or_listed(self, own: tuple[float, ...] | None) -> tuple[float, ...]:
         """Return the task's own levels or the study's. Raises `UserError` if neither exists."""
         if not (own or self.levels):
-            raise UserError(f"the study lists no {self.quantity.levels} and the task has none")
+            raise UserError(f"neither the study nor the task lists {self.quantity.levels}")
         return own or self.levels
 
 

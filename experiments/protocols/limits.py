@@ -54,8 +54,8 @@ class Limits(RestedOptions):
     )
     start_steps: Count = setting(
         2,
-        "Maximum number of levels by which a series starts further inside the range; drawn at "
-        "random for each series.",
+        "Maximum number of levels by which the start of a series is moved inward from the end of "
+        "the range; the shift is drawn at random for each series.",
         unit="levels",
     )
 
@@ -88,7 +88,7 @@ def check(options: Limits, context: Context) -> None:
     if count < needed:
         raise UserError(
             f"{q.named('lowest_level')} to {q.named('highest_level')} has {count} levels; expected "
-            f"{needed} or more: start_steps and {PAIR}"
+            f"at least start_steps + {PAIR}, which is {needed}"
         )
 
 

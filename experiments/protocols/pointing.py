@@ -131,7 +131,9 @@ class Movement(NamedTuple):
 def check(options: Pointing, context: Context) -> None:
     """Raise `UserError` if a target cannot be shown or presented."""
     if context.varied is not None:
-        raise UserError("pointing: expected levels of the plate, not a study with vary")
+        raise UserError(
+            "pointing: a study with vary is not supported, expected levels of the plate"
+        )
     if options.dimensions == 2 and not options.movements % 2:  # noqa: PLR2004
         raise UserError(
             f"pointing: movements is {options.movements}, expected an odd number in two dimensions"
@@ -154,7 +156,8 @@ def check(options: Pointing, context: Context) -> None:
     if ON_TARGET in options.feedback:
         if options.dimensions != 1:
             raise UserError(
-                "pointing: feedback on the target follows the stroke only, expected dimensions = 1"
+                "pointing: feedback on the target requires movements along the stroke, expected "
+                "dimensions = 1"
             )
         if options.target_level == options.ground_level:
             raise UserError(

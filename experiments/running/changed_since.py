@@ -54,7 +54,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     if now < then:
         yield (
             f"this computer's date, {now:%Y-%m-%d %H:%M} UTC, is before the start of {last.stem}, "
-            f"{then:%Y-%m-%d %H:%M} UTC: set the clock"
+            f"{then:%Y-%m-%d %H:%M} UTC; set the clock"
         )
 
 

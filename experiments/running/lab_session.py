@@ -275,7 +275,7 @@ def _perform(
     if plan.mode == "participant" and isinstance(stage, EmulatedStage):
         raise UserError(
             f"--position {specs.position}: the stage is emulated, so nothing moves; expected a "
-            "stage, or --pilot"
+            "real stage, or --pilot"
         )
     stack.enter_context(person)
     keys = _enter(stack, Keys())

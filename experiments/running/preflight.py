@@ -196,7 +196,9 @@ def check_participant(planned: PlannedSession) -> Finding:
         numbers = {int(label) for label in taken if label.isdigit()}
         number = next(n for n in range(1, len(taken) + 2) if n not in numbers)
         return Finding(
-            name="participant", passed=True, detail=f"{len(taken)} so far; next free: {number:02d}"
+            name="participant",
+            passed=True,
+            detail=f"{len(taken)} so far; the next free label is {number:02d}",
         )
     check_labels(participant=planned.participant, session=planned.session, run=planned.run)
     check_alike(planned.out, planned.participant)

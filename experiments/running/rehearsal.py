@@ -87,7 +87,8 @@ def bounded(steps: Steps, plan: RunPlan) -> Steps:
         if count > (MOST_STEPS_OF_A_TRIAL if trial else MOST_STEPS_BETWEEN):
             where = f"{named[trial.task]}, trial {trial.number}" if trial else "between trials"
             raise UserError(
-                f"{where}: no end after {count - 1:,} steps; expected the protocol to end the "
+                f"{where}: not finished after {count - 1:,} steps; expected the protocol to end "
+                "the "
                 "trial (EndTrial) after a limited number of attempts"
             )
         answer = yield step

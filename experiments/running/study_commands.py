@@ -121,7 +121,7 @@ def _textures(study: Study) -> Iterator[str]:
         ]
     for name, surface in surfaces:
         if followed := surface.followed():
-            parts = f"the plate passes {followed.plate:.0%} of {followed.whole}"
+            parts = f"the plate reproduces {followed.plate:.0%} of {followed.whole}"
             if study.plate_quantity.in_um_pp:  # only ultrasonic plates have an air film
                 parts += f", friction from the film model {followed.friction:.0%}"
                 if followed.rise_s:
@@ -175,7 +175,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
     ]
     if any(protocol.possible_levels for protocol, _ in plan.tasks()):
         lines.append(
-            "if they depend on the answers: for a participant who always chooses the first option"
+            "orders that depend on answers: for a participant who always chooses the first option"
         )
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)

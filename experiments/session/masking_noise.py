@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from slipscale.faults import RigError
 from slipscale.stimuli.masking_noise import pink_noise, ramp
 
-REMEDY = "plug in headphones and select them as the system output, or turn masking off"
+REMEDY = "plug in headphones and select them as the system output, or turn masking noise off"
 COMMON_RATE_HZ = 48_000.0
 CHANNELS = 2
 STALL_S = 1.0  # maximum time for a device to finish after a fade

@@ -63,7 +63,8 @@ class Factor(FrozenTable):
     )
     simulated: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = Field(
         default_factory=dict,
-        description="Factor by which a level multiplies what simulated people feel; default: 1.",
+        description="Factor by which a level multiplies the sensation of simulated people; "
+        "default: 1.",
     )
     simulated_growth: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = (
         Field(
@@ -122,9 +123,9 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     if len(set(factor.levels)) < len(factor.levels):
         yield (*place, "levels"), {"msg": "expected different values"}
     if factor.name in TAKEN:
-        yield (*place, "name"), {"msg": f"'{factor.name}' is a column of every task already"}
+        yield (*place, "name"), {"msg": f"'{factor.name}' is already a column of every task"}
     if field and field == levels.vary:
-        yield (*place, "name"), {"msg": f"{factor.name} is varied already"}
+        yield (*place, "name"), {"msg": f"{factor.name} is already varied"}
     if field and not (levels.vary or study.get("textures")):
         yield (
             (*place, "name"),

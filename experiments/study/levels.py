@@ -139,9 +139,9 @@ class Levels:
         if followed and not followed.felt and self.made.in_um_pp:
             film_ms = 1000 * FILM_TIME_CONSTANT_S
             raise UserError(
-                f"{self.quantity.short(surface.level)} makes {followed.change}, where friction "
-                f"keeps {followed.friction:.1%} of {followed.whole} (film {film_ms:g} ms); "
-                f"expected {LEAST_FOLLOWED:.0%} or more: {followed.remedy}"
+                f"{self.quantity.short(surface.level)} corresponds to {followed.change}, at which "
+                f"friction reproduces only {followed.friction:.1%} of {followed.whole} (film "
+                f"{film_ms:g} ms); expected at least {LEAST_FOLLOWED:.0%}. Use {followed.remedy}"
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:

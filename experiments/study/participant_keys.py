@@ -26,8 +26,7 @@ class ParticipantKeys(FrozenTable):
     )
     yes: Key = setting(
         "",
-        "Character of the key for yes; default: the letter of the participant's language, as for "
-        "no.",
+        "Character of the key for yes; default: the letter that the participant's language uses.",
     )
     no: Key = setting("", "Character of the key for no.")
     numbers: Literal["typed", "spoken"] = setting(

@@ -88,10 +88,8 @@ class Stroke(FrozenTable):
         "Whether a stage makes the strokes while the finger rests; --position then selects the "
         "stage.",
     )
-    pacer: Switch = setting(
-        True, "Whether a mark on the participant's screen moves with the speed."
-    )
-    stroke_mm: Positive = setting(40.0, "Length of a stroke, after which the mark turns.")
+    pacer: Switch = setting(True, "Whether a mark on the participant's screen moves at this speed.")
+    stroke_mm: Positive = setting(40.0, "Length of a stroke, after which the mark reverses.")
     feedback_s: Seconds = setting(
         1.5,
         "Duration of the text that tells the participant what to change after an exploration "

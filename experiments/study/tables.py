@@ -132,7 +132,7 @@ class StatedWords(FrozenTable):
     adjective: Words = Field(
         description=("Adjective, as in “How slippery is it?”; in the feminine form.")
     )
-    noun: Words = Field(description="As in “slipperiness”.")
+    noun: Words = Field(description="Noun, as in “slipperiness”.")
     masculine: str = setting("", "The adjective's masculine form.")
     plural: str = setting("", "The adjective's plural.")
 

@@ -23,7 +23,10 @@ if TYPE_CHECKING:
 
     Table = dict[str, Sequence[object]]
 
-SAVE = "in MATLAB: s = table2struct(T, 'ToScalar', true); save('data.mat', '-struct', 's', '-v7')"
+SAVE = (
+    "save it in MATLAB with: s = table2struct(T, 'ToScalar', true); save('data.mat', '-struct', "
+    "'s', '-v7')"
+)
 #: First bytes of a version 7.3 file, which is in HDF5 format.
 VERSION_7_3 = b"MATLAB 7.3 MAT-file"
 
@@ -51,7 +54,8 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if len(chosen) != 1:
         named = ", ".join(name or "the vectors" for name in tables) or "none"
         raise UserError(
-            f"{path}: tables are {named}; expected one, or the variable name (--sheet); {SAVE}"
+            f"{path}: the tables in the file are {named}; expected one table, or the name of its "
+            f"variable (--sheet); {SAVE}"
         )
     (table,) = chosen
     length = len(next(iter(table.values())))
@@ -65,7 +69,7 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
     from scipy import io as scipy_io  # noqa: PLC0415 - only for such a file
 
     if content.startswith(VERSION_7_3):
-        raise UserError(f"{path}: a MATLAB file in version 7.3; expected version 7; {SAVE}")
+        raise UserError(f"{path}: a MATLAB 7.3 file; expected version 7; {SAVE}")
     try:
         found = scipy_io.loadmat(io.BytesIO(content), simplify_cells=True)
     except Exception as error:  # noqa: BLE001 - loadmat raises whatever damaged bytes lead to

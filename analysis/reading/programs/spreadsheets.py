@@ -44,7 +44,9 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             parts = archive.infolist()
         if sum(part.file_size for part in parts) > LARGEST_WORKBOOK_MB * 2**20:
-            raise UserError(f"{path}: more than {LARGEST_WORKBOOK_MB} MB unpacked; expected a CSV")
+            raise UserError(
+                f"{path}: more than {LARGEST_WORKBOOK_MB} MB when unpacked; expected a CSV file"
+            )
         if any(part.filename.endswith("vbaProject.bin") for part in parts):
             raise UserError(f"{path}: a workbook with macros; expected one saved as .xlsx or CSV")
         book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)

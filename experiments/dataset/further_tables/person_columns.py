@@ -75,11 +75,11 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
         MODE: Column(
             value=lambda _: None,
             kind="label",
-            description="Whether these are data",
+            description="Whether the answers are data or come from a pilot run",
             levels={
                 "participant": "a person's answers, to be analysed",
                 "pilot": (
-                    "a pilot run: simulated, or answered by a person who tried out the study"
+                    "a pilot run: simulated, or completed by a person who tried out the study"
                 ),
             },
         ),

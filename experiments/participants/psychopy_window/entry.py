@@ -324,8 +324,8 @@ def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Valu
     count = len(question.options)
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(
-            f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}: "
-            "each needs a number key"
+            f"question '{question.prompt}' has {count} options, expected 1 to {NUMBER_KEYS}, "
+            "because each option requires a number key"
         )
     numbers = range(1, count + 1)
     if isinstance(question, ComparisonQuestion):

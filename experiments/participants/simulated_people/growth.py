@@ -108,7 +108,8 @@ def people_for(study: Study, population: Population | None = None) -> Population
     if people.unit or people.levels != AMPLITUDE_UM_PP:
         raise UserError(
             f"population '{people.name}': its levels are in {people.unit or 'µm peak to peak'}, "
-            f"the study's in {quantity.unit_in_full}; expected a population in the study's unit"
+            f"but the study's are in {quantity.unit_in_full}; expected a population in the study's "
+            "unit"
         )
     import numpy as np  # noqa: PLC0415 - pilots only
 

@@ -66,14 +66,14 @@ class Stopping:
         for name in ("reversals", "threshold_sd_log10"):
             if getattr(self, name) is not None and getattr(progress, name) is None:
                 raise UserError(
-                    f"stopping: this method has no {name}, so that rule could never stop; use "
-                    "another rule, or most_trials alone"
+                    f"stopping: this method has no {name}, so this rule could never stop a track; "
+                    "use another rule, or most_trials alone"
                 )
         wanted, known = self.threshold_sd_log10, progress.threshold_sd_log10
         if wanted is not None and known is not None and known <= wanted:
             raise UserError(
-                f"stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds has "
-                f"a spread of {known:.3g} before any answer: expected a smaller value"
+                f"stopping: threshold_sd_log10 is {wanted:g}, but the grid of thresholds has a "
+                f"spread of {known:.3g} before any answer; expected a smaller value"
             )
 
     def reason(self, progress: Progress) -> str | None:

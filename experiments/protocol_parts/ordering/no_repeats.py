@@ -17,7 +17,7 @@ from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 from slipscale.faults import UserError
 
 ALONE = (
-    "no_immediate_repeat: a single surface must follow itself; use more surfaces, or "
+    "no_immediate_repeat: a single surface always follows itself; use more surfaces, or "
     "no_immediate_repeat = false"
 )
 # This is four hours of trials. Generating an order of this size takes a second.

@@ -61,7 +61,7 @@ def test_counts_are_no_answers(tmp_path):
     pd.DataFrame(
         [{"who": w, "size": s, "felt": 3 * s + w} for w in range(5) for s in range(1, 7)]
     ).to_csv(path, index=False)
-    with pytest.raises(UserError, match="for counts of yes use --yes-count and --n"):
+    with pytest.raises(UserError, match="for counts of yes answers, use --yes-count and --n"):
         load(path, mapping())
 
 

@@ -68,7 +68,7 @@ def test_a_file_in_another_participant_s_folder_is_not_counted_twice(dataset):
     (folder / "sub-02/beh" / path.name.replace("run-01", "run-02")).write_text(path.read_text())
     data = load(folder)
     assert data.counts["analysed"] == 48
-    assert any("in another participant's folder; not read" in p for p in data.problems)
+    assert any("in another participant's folder; it was not read" in p for p in data.problems)
 
 
 def test_who_is_missing_or_did_not_finish_is_said(dataset):
@@ -308,7 +308,7 @@ def test_rows_of_participants_tsv_without_a_name_are_left_out(dataset):
     assert list(data.participants["participant_id"]) == ["sub-01", "sub-02", "sub-03"]
     assert data.problems == (
         "participants.tsv, line 3: empty; skipped",
-        "participants.tsv, line 4: no participant_id; left out",
+        "participants.tsv, line 4: no participant_id, so left out",
     )
     assert not any("have no trials" in p for p in analyse(data).problems)
 

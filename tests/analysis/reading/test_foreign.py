@@ -102,7 +102,7 @@ def test_psychopy_s_own_csv_reads(table_by_hand):
     data = load(table_by_hand(text, encoding="utf-8-sig"), mapping())
     assert data.counts["unanswered"] == 1
     assert data.counts["analysed"] == 2
-    assert data.problems == ("study.csv: 1 rows without stimulus and response; skipped",)
+    assert data.problems == ("study.csv: 1 rows without stimulus and response were skipped",)
 
 
 @pytest.mark.parametrize("suffix", ["beh", "events"])
@@ -148,7 +148,9 @@ def test_a_group_goes_with_its_participants(tmp_path):
         "b": "young",
         "c": "old",
     }
-    assert data.problems == ("Group 'old' has one participant, and therefore no spread.",)
+    assert data.problems == (
+        "Group 'old' has only one participant, so its spread cannot be estimated.",
+    )
 
 
 def test_a_second_factor_within_participants_is_analysed_one_condition_at_a_time(tmp_path):

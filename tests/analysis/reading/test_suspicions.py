@@ -56,7 +56,8 @@ def test_a_code_for_a_missing_answer_is_noted_and_kept(tmp_path):
     data = load(written(tmp_path, rows))
     (note,) = [each for each in data.problems if "999" in each]
     assert note == (
-        "data.csv: 2 answers are 999, the next largest is 23; if 999 means a missing answer, "
+        "data.csv: 2 answers are 999, and the next largest answer is 23; if 999 means a missing "
+        "answer, "
         "write n/a"
     )
     assert (data.estimates["estimate"] == 999).sum() == 2
@@ -70,10 +71,16 @@ def test_a_large_honest_number_is_not_noted(tmp_path):
 def test_answers_that_were_pasted_twice_or_copied_are_noted(tmp_path):
     one, two = rated("a", times=3), rated("b", 2.0, times=3)
     data = load(written(tmp_path, [*one, *one, *two]))
-    assert "data.csv: the last 9 answers of a repeat the first 9; pasted twice?" in data.problems
+    assert (
+        "data.csv: the last 9 answers of a repeat the first 9; check whether they were pasted twice"
+        in data.problems
+    )
     copied = [("b", level, estimate) for _, level, estimate in one]
     data = load(written(tmp_path, [*one, *copied]))
-    assert "data.csv: a and b have the same 9 answers in the same order; copied?" in data.problems
+    assert (
+        "data.csv: a and b have the same 9 answers in the same order; check whether they were "
+        "copied" in data.problems
+    )
     assert load(written(tmp_path, [*one, *two])).problems == ()
 
 

@@ -211,7 +211,7 @@ def test_participants_says_who_is_where(lab, tmp_path, record_runs, capsys):
     cut(tmp_path / "data", "02")
     assert main(["participants"]) == 0
     out = capsys.readouterr().out
-    assert "2 of 12 planned participants have begun, 1 are done" in out
+    assert "2 of 12 planned participants have started; 1 finished" in out
     assert "participant 02: To continue: slipscale resume data/sourcedata/sub-02" in out
     assert "next: participant 03" in out
 

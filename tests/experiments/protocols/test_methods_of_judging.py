@@ -141,7 +141,7 @@ def test_surfaces_that_feel_alike_share_a_group_and_stronger_ones_a_higher_categ
     [
         ("[0.0, 0.8, 1.6, 2.4]", "[0.8]", "same_different needs 2 surfaces, but the study has 1"),
         ("[0.0, 0.8, 1.6, 2.4]", "[0.8, 1.0]", "sorting needs 3 surfaces, but the study has 2"),
-        ("step_um_pp = 0.2", "step_um_pp = 0.6", "has 3 levels; expected 4 or more: start_steps"),
+        ("step_um_pp = 0.2", "step_um_pp = 0.6", "has 3 levels; expected at least start_steps"),
         ('"a little", "clearly", "very much"', "", "labels of item 5 .*at least 2"),
         (
             "[0.0, 0.8, 1.6, 2.4]",

@@ -141,7 +141,7 @@ def test_a_question_repeated_until_a_simulated_person_would_never_end_is_refused
             yield EndTrial(trial=trial)
         yield EndBlock(screen=Instruct(text="over"))
 
-    with pytest.raises(UserError, match="trial 1: no end after 1,000 steps"):
+    with pytest.raises(UserError, match="trial 1: not finished after 1,000 steps"):
         pilot(GRIP, steps=until_even, simulated={"grip": lambda *_: 50.0}, begun=True)
 
 
@@ -156,10 +156,10 @@ def test_a_pilot_of_outside_tasks_alone_is_done_and_says_that_nothing_reads_them
 
 
 def test_validate_finds_a_protocol_that_never_ends(pilot, tmp_path):
-    with pytest.raises(UserError, match="no end"):
+    with pytest.raises(UserError, match="not finished"):
         pilot(GRIP, steps=repeating)
     (file,) = tmp_path.glob("outside0.toml")
-    with pytest.raises(UserError, match="trial 1: no end after 1,000 steps"):
+    with pytest.raises(UserError, match="trial 1: not finished after 1,000 steps"):
         validate(str(file))
 
 
@@ -200,9 +200,9 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ({"steps": lambda o, c: steps(o, c, level=2.6)}, "2.6 µm p-p is outside"),
         (
             {"steps": repeating},
-            "trial 1: no end after 1,000 steps",
+            "trial 1: not finished after 1,000 steps",
         ),
-        ({"steps": lambda *_: forever()}, "no end after 10,000 steps"),
+        ({"steps": lambda *_: forever()}, "not finished after 10,000 steps"),
         (
             {"trials": broken},
             r"trials raised KeyError: 'lost' \(module .*protocols, line",

@@ -80,7 +80,7 @@ def test_rules_that_draw_each_order_by_itself_are_balanced_on_average(study):
 def test_transitions_across_blocks_count_where_orders_are_drawn_by_themselves():
     options = MagnitudeEstimation(protocol="magnitude_estimation", randomisation="blocked")
     said = order_balance(options, "ab", [["ab", "ab"], ["ab", "ab"]])
-    assert said.endswith("a surface follows another 2 to 4 times")
+    assert said.endswith("each surface follows each other one 2 to 4 times")
 
 
 def test_one_surface_has_no_order_to_balance():
@@ -161,7 +161,9 @@ def test_validate_reports_how_much_of_each_texture_plate_and_friction_follow():
     said = validate("textures_demo").splitlines()
     # 50 mm/s over 2.5 mm are 20 Hz, over 10 mm 5 Hz; the film's lag is 27 Hz.
     assert "texture fine: 20 Hz at 50 mm/s" in said[1]
-    assert said[1].endswith("passes 100% of a sinusoidal depth, friction from the film model 80%")
+    assert said[1].endswith(
+        "reproduces 100% of a sinusoidal depth, friction from the film model 80%"
+    )
     assert "texture coarse: 5 Hz" in said[2]
     assert said[2].endswith("friction from the film model 98%")
 
@@ -171,7 +173,7 @@ def test_the_balance_of_a_huge_study_is_told_of_its_first_runs(tmp_path):
     path.write_text(LARGE.format(repetitions=100))
     said = validate(str(path)).splitlines()
     assert said[1] == "the first 99 of 1000000 runs:"
-    assert "here a surface follows another 9850 to 9851 times" in said[2]
+    assert "here each surface follows each other one 9850 to 9851 times" in said[2]
 
 
 def test_a_run_that_nobody_can_finish_is_refused(tmp_path):

@@ -79,7 +79,7 @@ except RigError as error:
     if sys.platform.startswith("linux"):
         checked, started = result.stdout.splitlines()
         assert "no sound can be played" in checked
-        assert "turn masking off" in checked
+        assert "turn masking noise off" in checked
         assert started == f"masking noise: {checked}"
 
 

@@ -174,10 +174,10 @@ def test_over_participants_each_condition_follows_each_other_equally_often(cross
     "old, new, said",
     [
         ('"left", "right"]', '"left", "left"]', "expected different values"),
-        ('name = "direction"', 'name = "phase"', "'phase' is a column of every task already"),
+        ('name = "direction"', 'name = "phase"', "'phase' is already a column of every task"),
         ('name = "direction"', 'name = "catch"', "has a column 'catch', which is also a factor"),
-        ('"finger_speed_mm_s"\nl', '"spatial_period_mm"\nl', "spatial_period_mm is varied already"),
-        ("[20.0, 50.0]", "[20.0, 360.0]", "keeps 19.5% of a sinusoidal depth"),
+        ('"finger_speed_mm_s"\nl', '"spatial_period_mm"\nl', "spatial_period_mm is already varied"),
+        ("[20.0, 50.0]", "[20.0, 360.0]", "reproduces only 19.5% of a sinusoidal depth"),
         ("[20.0, 50.0]", '["slow", "fast"]', "expected numbers, not 'slow'"),
         ('right = "Stroke to the right."', "", "expected a text in 'en' for each level"),
         ("left = ", "up = ", "up: expected levels of the factor"),

@@ -152,7 +152,7 @@ def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is
         ({"comparing__options": "das erste | das zweite"}, "expected 3 answers"),
         ({"window__yes_key": "n"}, "expected two different letters"),
         ({"window__decimal": "'"}, r"window\.decimal: expected a point or a comma"),
-        ({"session__rest": "Пауза 休み"}, r"cannot draw '休' \(U\+4F11\)"),
+        ({"session__rest": "Пауза 休み"}, r"cannot display '休' \(U\+4F11\)"),
         ({"session__rest": "הפסקה"}, "from right to left"),
         ({"session__welcome": "Wort " * 500}, "too long for its place"),
         ({"matching__title": "Donaudampfschiff" * 4}, "too long for its place"),

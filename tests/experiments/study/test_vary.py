@@ -215,7 +215,7 @@ def test_levels_in_volts_keep_the_plates_unit_in_the_stimulus():
         (
             "mm_s = 5.0",
             "mm_s = 60.0",
-            "0.5 mm makes 120 Hz.*keeps 19.5% of a.*film 6 ms.*20% or more",
+            "0.5 mm corresponds to 120 Hz.*reproduces only 19.5% of a.*film 6 ms.*at least 20%",
         ),
         (
             "mm_s = 5.0",
@@ -250,7 +250,7 @@ def test_a_study_of_textures_alone_needs_no_plain_surface_except_for_what_steps_
     head = 'name = "t"\ntitle = "T"\n' + texture
     rated = parse_study(head + '[[tasks]]\nprotocol = "magnitude_estimation"', "t.toml")
     assert rated.levels == ()
-    with pytest.raises(UserError, match="lists no amplitudes and the task has none"):
+    with pytest.raises(UserError, match="neither the study nor the task lists amplitudes"):
         parse_study(head + '[[tasks]]\nprotocol = "descending_difference"', "t.toml")
 
 

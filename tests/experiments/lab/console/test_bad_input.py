@@ -197,7 +197,7 @@ def test_of_five_hundred_participants_those_who_wait_are_shown_and_all_at_a_pres
 ):
     page = visitor.see("/")
     assert page.count('<th scope="row">') == 60
-    assert "500 of 12 planned participants have begun, 100 are done" in words_of(page)
+    assert "500 of 12 planned participants have started; 100 finished" in words_of(page)
     assert "500 participants. 60 are shown: those who need an action" in words_of(page)
     assert page.count("tag interrupted") == 60
     assert visitor.see("/?all=1").count('<th scope="row">') == 500

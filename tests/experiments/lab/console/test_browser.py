@@ -470,7 +470,7 @@ def a_fault_a_note_a_pause_and_a_void(page, lab, run):
     page.locator(".state-fault").wait_for(state="detached")
     answer_until(page, shows(page, "No session is running"), run)
     to_page(page, "Today")
-    page.get_by_text("1 of 3 planned participants have begun, 1 are done").wait_for()
+    page.get_by_text("1 of 3 planned participants have started; 1 finished").wait_for()
     page.get_by_text("the heating came on").wait_for()
 
 

@@ -119,7 +119,7 @@ def test_every_page_speaks_the_readers_language(visitor, recorded, path):
 
 def test_today_shows_who_is_where_and_offers_what_can_be_done(visitor, recorded):
     page = visitor.see("/")
-    assert "2 of 12 planned participants have begun, 1 are done" in words_of(page)
+    assert "2 of 12 planned participants have started; 1 finished" in words_of(page)
     assert "participant 03" in words_of(page)
     assert page.count('data-do="resume"') == 1
     assert page.count('data-do="begin"') == 2

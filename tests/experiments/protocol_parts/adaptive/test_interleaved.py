@@ -125,9 +125,11 @@ def test_a_rule_that_cannot_stop_is_refused(options, words):
 
 
 def test_a_rule_that_does_not_fit_its_method_is_refused():
-    with pytest.raises(UserError, match="no threshold_sd_log10, so that rule could never stop"):
+    with pytest.raises(
+        UserError, match="no threshold_sd_log10, so this rule could never stop a track"
+    ):
         Stopping(most_trials=10, threshold_sd_log10=0.05).check(RULE.start())
-    with pytest.raises(UserError, match="no reversals, so that rule could never stop"):
+    with pytest.raises(UserError, match="no reversals, so this rule could never stop a track"):
         Stopping(most_trials=10, reversals=5).check(QUEST.start())
     with pytest.raises(UserError, match=r"has a spread of 0\.1\S+ before any answer"):
         Stopping(most_trials=10, threshold_sd_log10=0.5).check(QUEST.start())
