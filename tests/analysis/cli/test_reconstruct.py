@@ -161,7 +161,7 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
         (["nowhere.toml"], "cannot be read"),
         (["biet2007_table3", "--sample", "0"], "expected 1 or more"),
         (["biet2007_table3", "--long"], "expected --sample N as well"),
-        (["biet2007_table3", "--sample", "1", "--conclusions"], "choose one"),
+        (["biet2007_table3", "--sample", "1", "--conclusions"], "cannot be combined"),
         (["biet2007_table3", "--memory-gib", "0.0001"], "needs about"),
         (["biet2007_table3", "--minutes", "0"], "0 min are allowed"),
     ],
