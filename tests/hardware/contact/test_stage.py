@@ -8,9 +8,10 @@ from hypothesis import strategies as st
 
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.contact.motion import travelled
 from slipscale.hardware.contact.registry import open_source
 from slipscale.hardware.contact.source import SensorFault, Surroundings
-from slipscale.hardware.contact.stage import Strokes, travelled
+from slipscale.hardware.contact.stage import Strokes
 
 SLOW = Strokes(speed_mm_s=50.0, length_mm=40.0)
 
