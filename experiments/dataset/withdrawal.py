@@ -1,8 +1,8 @@
 """Withdraw a participant: remove all of the participant's data, and record the withdrawal.
 
-A withdrawal applies to the data set, its backups and the merged sets that include it. The complete
-list of tasks is recorded before the first file is removed, and the withdrawal is marked as finished
-last. Each step can be repeated, so the same command finishes an interrupted withdrawal.
+A withdrawal applies to the data set, its backups and the merged sets that include it. All tasks are
+recorded before the first file is removed, and each step can be repeated, so the same command
+finishes an interrupted withdrawal.
 
 The label is not used again. The replacement's label is R followed by the old label. Both labels end
 in the same number, which determines the position in the counterbalancing.

@@ -1,8 +1,8 @@
 """Decide whether results may be shown, and record early unblinding.
 
 An operator who sees answers while data are being collected is no longer blind. Means and figures
-are therefore shown only when all planned participants are done, or when an operator explicitly
-requests them earlier. The request is recorded.
+are therefore shown only when all planned participants are done, or when an operator requests them,
+which is recorded.
 """
 
 from __future__ import annotations

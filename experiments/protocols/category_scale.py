@@ -33,7 +33,7 @@ from slipscale.faults.frozen_table import setting
 
 
 class CategoryScale(RatedOptions):
-    """Options for category ratings, in addition to the options for order and pacing."""
+    """Options for category ratings, in addition to order and pacing."""
 
     repetitions: AtLeastOne = setting(
         3, "Number of ratings per surface.", unit="ratings per surface"
@@ -65,7 +65,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         texts, factors = self.context.texts, {"categories": len(self.labels)}
         coded = tuple((str(place), label) for place, label in enumerate(self.labels, start=1))
         return (

@@ -47,7 +47,7 @@ TASK = "descendingdifference"
 
 
 class DescendingDifference(PacedOptions):
-    """Options for the descending-difference protocol, in addition to the options for pacing."""
+    """Options for the descending-difference protocol, in addition to pacing."""
 
     series: AtLeastOne = setting(1, "Number of descending series.", unit="series")
     catch_steps: Count = setting(

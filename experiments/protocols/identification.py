@@ -36,7 +36,7 @@ FEWEST = 2
 
 
 class Identification(RatedOptions):
-    """Options for identification, in addition to the options for order and pacing."""
+    """Options for identification, in addition to order and pacing."""
 
     repetitions: AtLeastOne = setting(
         10, "Number of presentations per surface.", unit="trials per surface"
@@ -95,7 +95,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         options, texts, levels = self.options, self.context.texts, self.context.levels
         trial = self.numbered(condition, number, repeats, factors={})
         # The code is the surface's name in the data; the participant sees the surface's number.

@@ -1,8 +1,7 @@
 """Magnitude estimation of slipperiness (Biet 2007, Section IV-B, second experiment).
 
 The surfaces, including textures, are presented in random order. After exploring each surface, the
-participant types a number for its slipperiness. If the operator voids a trial, it is repeated under
-a new number at the end of its block. Timed-out trials are also repeated if the study requests it.
+participant types a number for its slipperiness.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ TASK = "magnitudeestimation"
 
 
 class MagnitudeEstimation(RatedOptions):
-    """Options for magnitude estimation, in addition to the options for order and pacing.
+    """Options for magnitude estimation, in addition to order and pacing.
 
     When the maximum exploration time is over, the surface is switched off.
     """
@@ -105,7 +104,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(

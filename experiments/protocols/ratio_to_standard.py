@@ -63,7 +63,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         texts = self.context.texts
         trial = self.numbered(
             condition,

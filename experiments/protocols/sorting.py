@@ -34,7 +34,7 @@ FEWEST = 3
 
 
 class Sorting(RatedOptions):
-    """Options for free sorting, in addition to the options for order and pacing."""
+    """Options for free sorting, in addition to order and pacing."""
 
     repetitions: AtLeastOne = setting(
         2,
@@ -69,7 +69,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(

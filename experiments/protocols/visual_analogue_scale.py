@@ -37,7 +37,7 @@ PLACES: dict[Start, float] = {"left": 0.0, "middle": LENGTH / 2, "right": LENGTH
 
 
 class VisualAnalogueScale(RatedOptions):
-    """Options for ratings on a line, in addition to the options for order and pacing."""
+    """Options for ratings on a line, in addition to order and pacing."""
 
     resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = setting(
         1.0,
@@ -127,7 +127,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         options, texts = self.options, self.context.texts
         question = VisualAnalogueQuestion(
             prompt=texts["visual_analogue_scale.rating"],

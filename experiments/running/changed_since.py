@@ -1,7 +1,7 @@
 """Report changes of the study, the plate or the computer's date since a data set's last run.
 
-A change can be intentional, but an unintended change must not be discovered ten participants too
-late. Therefore `check` reports changes, and `run` and `next` ask for confirmation.
+Changes can be unintended. Therefore `check` reports them, and `run` and `next` ask for
+confirmation.
 """
 
 from __future__ import annotations

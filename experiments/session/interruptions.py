@@ -50,7 +50,7 @@ class Interruptions:
     Parameters
     ----------
     plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        The objects of the session with these names.
+        The session's objects with these names.
     hold_text : str
         Text that asks the participant to wait.
     """

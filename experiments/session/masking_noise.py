@@ -110,8 +110,8 @@ class MaskingNoise:
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine. The level at the ear also depends on the
-        headphones and the system's volume, so measure it once with a sound level meter.
+        Root mean square in dB re a full-scale sine. Measure the level at the ear with a sound level
+        meter, because it depends on the headphones and the system's volume.
     fade_s : float
         Duration of the fades.
     seed : int

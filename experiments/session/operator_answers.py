@@ -39,7 +39,7 @@ class OperatorAnswers:
     Parameters
     ----------
     progress, clock
-        The objects of the session with these names.
+        The session's objects with these names.
     """
 
     def __init__(self, progress: Progress, clock: Clock) -> None:

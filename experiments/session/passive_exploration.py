@@ -1,7 +1,7 @@
 """Move the stage during passive explorations.
 
-The stage moves only while the participant explores. However the exploration ends, the stage stops
-and returns to its start, so every exploration begins at the same position.
+The stage moves only while the participant explores, and then returns to its start, so every
+exploration begins at the same position.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Read the images of friction maps, and insert them into the study's text.
 
-The images are inserted when the study is read, because the study's text is copied into journals and
-data sets, and its hash identifies the study.
+The images are inserted when the study is read, because journals and data sets contain only the
+study's text.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Questions about the participant, answered by a choice or by a whole number within bounds.
 
-The data contain the code of an answer; the participant reads the answer's text in their language.
+The data contain an answer's code; the participant reads the answer in their language.
 """
 
 from __future__ import annotations

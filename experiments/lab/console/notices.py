@@ -1,7 +1,7 @@
 """Notices about irregularities in the laboratory folder, which every page shows.
 
-A notice contains information that the operator should have before the next session and that the
-table of participants does not show. It never prevents a session.
+A notice informs the operator about something that the table of participants does not show. It never
+prevents a session.
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ reaches a page:
 - All connections from other users of this computer are rejected. Cookies are not tied to a port, so
   another user's web page could otherwise receive our cookie.
 - The address shown in the terminal contains a token that works once, in one browser. The browser
-  then receives another secret in a cookie, and the next address has a new token.
+  then receives a secret in a cookie, and the next address has a new token.
 - The host name must be this console's own. Other names that resolve to this computer are rejected.
 - Requests for a change require this console's origin and a header that forms on other sites cannot
   send.

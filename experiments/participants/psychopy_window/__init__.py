@@ -2,8 +2,7 @@
 
 The contents of a screen (`scene`) and the behaviour of each step (`screens`) are independent of
 PsychoPy. PsychoPy is used by the window that draws (`display`), by the keyboard (`keyboard`), and
-by `window`, which combines them into a participant. It is imported when the window opens, not
-before.
+by `window`, which combines them into a participant.
 """
 
 from slipscale.experiments.participants.psychopy_window.display import check_screen, screens

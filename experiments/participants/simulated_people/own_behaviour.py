@@ -1,8 +1,7 @@
 """Custom simulated people: a package's class that modifies Slipscale's simulated person.
 
 The package registers its class as an entry point in the group ``slipscale.participants``. The entry
-point's name can then be passed to ``slipscale pilot --population``. A population file can also name
-the class and give other parameters.
+point's name can then be passed to ``slipscale pilot --population`` or used in a population file.
 """
 
 from __future__ import annotations

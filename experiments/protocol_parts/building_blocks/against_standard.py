@@ -28,7 +28,7 @@ STANDARD, JUDGED = 1, 2
 
 
 class StandardOptions(RatedOptions):
-    """Options for tasks with a standard, in addition to the options for order and pacing."""
+    """Options for tasks with a standard, in addition to order and pacing."""
 
     standard_level: Annotated[Amplitude, Field(gt=0)] = Field(
         description="Amplitude of the standard to which all surfaces are compared."

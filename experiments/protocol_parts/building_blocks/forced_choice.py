@@ -166,7 +166,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def trial(
         self, condition: Choice, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield one trial; return the numbers of trials to repeat."""
         options, texts = self.options, self.context.texts
         if repeats is not None:
             self._repetitions_left -= 1
@@ -211,7 +211,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def end(
         self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the end of a trial, update its track, and return the trials to be repeated."""
+        """Yield the end of a trial, update its track, and return the trials to repeat."""
         number, now = trial.number, self.tracks.now
         if condition.track is not None and chosen is not None:
             now = now.answered(correct=correct)

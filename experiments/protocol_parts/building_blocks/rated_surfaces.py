@@ -1,8 +1,7 @@
 """Code shared by tasks in which surfaces are rated one by one in random order.
 
-The order is generated in blocks, practice first. If the operator voids a trial, it is repeated
-under a new number at the end of its block. Timed-out trials are also repeated if the study requests
-it.
+The order is generated in blocks, practice first. Voided trials are repeated under new numbers at
+the end of their block, as are timed-out trials if the study requests it.
 """
 
 from __future__ import annotations
@@ -126,9 +125,8 @@ def with_catch_trials(
 ) -> list[list[Presentation]]:
     """Return the plan with catch trials at random positions; a column marks the catch trials.
 
-    Catch trials test attention and are added to the plan. They can occur anywhere among the main
-    trials, and all placements are equally likely. A catch trial belongs to the block in which it
-    occurs.
+    Catch trials can occur anywhere among the main trials, and all placements are equally likely. A
+    catch trial belongs to the block in which it occurs.
     """
     main = sum(each.phase == "main" for block in planned for each in block)
     stream = context.stream(context.task, "catch")
@@ -261,7 +259,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return reply
 
     def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's end; return the numbers of the trials to be repeated."""
+        """Yield a trial's end; return the numbers of trials to repeat."""
         voided = yield EndTrial(trial=trial)
         again = voided.trials if isinstance(voided, Voided) else ()
         missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again

@@ -28,7 +28,7 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        The objects of the session with these names.
+        The session's objects with these names.
     watch : callable
         Called on every frame to check the plate and the operator.
     wait : callable

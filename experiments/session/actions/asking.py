@@ -41,7 +41,7 @@ class Asking:
     ----------
     surface, participant, journal, clock, noise, sounds, markers, progress, contact,
     interruptions, operator_answers
-        The objects of the session with these names.
+        The session's objects with these names.
     wait : callable
         Shows the operator that the session is waiting for the participant.
     """

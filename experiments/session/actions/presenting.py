@@ -28,7 +28,7 @@ class Presenting:
     Parameters
     ----------
     surface, journal, clock, noise, markers, progress, tracking
-        The objects of the session with these names.
+        The session's objects with these names.
     """
 
     surface: SurfaceState
