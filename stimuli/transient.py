@@ -236,8 +236,8 @@ class Transient(Parametric):
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop:
         """Return the list of amplitudes that a plate plays after the trigger.
 
-        The last amplitude is held for `HELD_S` or more. The list is repeated, which is a fault,
-        unless `final_level` is commanded within this time.
+        The last amplitude is held for `HELD_S` or more. If `final_level` is not commanded within
+        this time, the list is repeated, and the repetition counts as a fault.
 
         Raises
         ------

@@ -263,7 +263,7 @@ class Protocol:
     answer : str
         The column for the trial's main answer, to which the row's response time belongs.
     instructions : str
-        The key of the participant's instructions, which the data set quotes.
+        The key of the text with the participant's instructions; the data set quotes this text.
     simulated : Mapping
         Maps the name of each question to the function that answers it in a pilot
         (`slipscale.experiments.protocol_parts.simulated_answers`). If a function is missing, the

@@ -167,7 +167,7 @@ class _Scpi(SimulatedGenerator):
         return self.number(float(getattr(channel, name)))
 
     def number(self, value: float) -> str:
-        """Format a number as this make does."""
+        """Format a number as this manufacturer's generators do."""
         raise NotImplementedError
 
     def _set(self, channel: GeneratorChannel, name: str, value: str) -> None:
@@ -215,7 +215,7 @@ class Keysight(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Format a number as this make does."""
+        """Format a number as this manufacturer's generators do."""
         return "9.9E+37" if value >= OPEN_OHM else f"{value:+.15E}"
 
 
@@ -253,7 +253,7 @@ class Rigol(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Format a number as this make does."""
+        """Format a number as this manufacturer's generators do."""
         return f"{value:.6E}"
 
 
@@ -275,7 +275,7 @@ class Tektronix(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Format a number as this make does."""
+        """Format a number as this manufacturer's generators do."""
         return "9.9E+37" if value >= OPEN_OHM else f"{value:.4E}".replace("E+0", "E")
 
 

@@ -26,8 +26,8 @@ def describe(
     textures, estimates : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.textures` and ``estimates``.
     rule : str
-        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. Within a run, every rule is
-        a division by one number.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. Within a run, every rule
+        divides by one number.
     standard_deviation : {"sample", "population"}
         Whether to divide by n - 1 or by n.
 

@@ -86,7 +86,7 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """An invisible area that sends the key drawn there when it is touched or clicked.
+    """An invisible area over a drawn key; touching or clicking the area sends the key.
 
     ``presses`` contains the characters to send, or `UP` or `DOWN`.
     """
