@@ -139,7 +139,7 @@ def _headed(column: TableColumn, quantity: Quantity) -> TableColumn:
 
 
 def _estimate(value: float) -> str:
-    """Format the estimate for a stimulus level of 1, which can be far below the presented levels."""
+    """Format the estimate for a stimulus level of 1, possibly far below the presented levels."""
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
