@@ -1,4 +1,4 @@
-"""Ensure with a system lock and a lock file that a journal has one writer at a time.
+"""Ensure that a journal has one writer at a time, using a system lock and a lock file.
 
 The system releases its lock when the process ends, but some network drives do not support locks. A
 writer therefore also creates a lock file next to the journal, which contains its host and process.

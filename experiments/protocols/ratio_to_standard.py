@@ -1,4 +1,4 @@
-"""Ratio judgements: the ratio of a surface's slipperiness to a standard's slipperiness.
+"""Ratio judgements: participants compare a surface's slipperiness with a standard's.
 
 Participants answer how many times as slippery as the standard a surface is. The answer needs no
 normalisation; analyses use its logarithm. Surfaces are presented in random order, mixed with catch

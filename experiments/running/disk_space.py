@@ -1,4 +1,4 @@
-"""Check by allocating it that disk space is really available, despite quotas."""
+"""Check that disk space is available despite quotas, by allocating the space."""
 
 from __future__ import annotations
 

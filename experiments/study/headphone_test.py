@@ -1,4 +1,4 @@
-"""The headphone test before the tasks: headphones are worn, and noise is heard in both ears.
+"""Test before the tasks that headphones are worn and that noise is heard in both ears.
 
 The test plays 200 Hz tones, of which one is quieter and one is in antiphase (Woods, Siegel, Traer
 and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in

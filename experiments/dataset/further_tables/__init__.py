@@ -1,1 +1,1 @@
-"""Data other than trials: finger, headphones, questionnaires, participants."""
+"""Tables of data other than trials: finger, headphones, questionnaires, participants."""
