@@ -80,20 +80,20 @@ class Finding:
 
     Parameters
     ----------
-    name : str
-        What was checked.
     passed : bool or None
         None if there is a problem that does not prevent the session.
     detail : str
         What was found.
     remedy : str
         What to do; empty if no action is needed.
+    name : str
+        Name of the check; set by `check`.
     """
 
-    name: str
     passed: bool | None
     detail: str
     remedy: str = ""
+    name: str = ""
 
 
 def check_study(planned: PlannedSession) -> Finding:
@@ -101,9 +101,7 @@ def check_study(planned: PlannedSession) -> Finding:
     plan = _plan(planned)
     plan.person_questions()  # the study may have no texts in the language given on the command line
     tasks = ", ".join(options.protocol for options in plan.study.tasks)
-    return Finding(
-        name="study", passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}"
-    )
+    return Finding(passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}")
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
@@ -134,21 +132,18 @@ def check_folder(planned: PlannedSession) -> Finding:
         full = why_not_taken(folder, ENOUGH_MB * 1_000_000) if free_mb >= ENOUGH_MB else ""
     except OSError as error:
         return Finding(
-            name="folder",
             passed=False,
             detail=f"{folder}: {error.strerror}",
             remedy="choose a folder on a local disk with --out, or correct its permissions",
         )
     if free_mb < ENOUGH_MB:
         return Finding(
-            name="folder",
             passed=False,
             detail=f"{folder}: {free_mb} MB free",
             remedy=f"free some space: at least {ENOUGH_MB} MB",
         )
     if full:
         return Finding(
-            name="folder",
             passed=False,
             detail=(
                 f"{folder}: {free_mb} MB are free, but {ENOUGH_MB} MB cannot be written ({full})"
@@ -160,7 +155,6 @@ def check_folder(planned: PlannedSession) -> Finding:
         check_backup(folder, planned.backup)
     notes = list(_notes(planned, locked=locked))
     return Finding(
-        name="folder",
         passed=None if notes else True,
         detail=f"{folder}: {free_mb / 1000:.0f} GB free",
         remedy="; ".join(notes),
@@ -196,9 +190,7 @@ def check_participant(planned: PlannedSession) -> Finding:
         numbers = {int(label) for label in taken if label.isdigit()}
         number = next(n for n in range(1, len(taken) + 2) if n not in numbers)
         return Finding(
-            name="participant",
-            passed=True,
-            detail=f"{len(taken)} so far; the next free label is {number:02d}",
+            passed=True, detail=f"{len(taken)} so far; the next free label is {number:02d}"
         )
     check_labels(participant=planned.participant, session=planned.session, run=planned.run)
     check_alike(planned.out, planned.participant)
@@ -210,9 +202,8 @@ def check_participant(planned: PlannedSession) -> Finding:
     )
     state = run_state(path)
     if state == "free":
-        return Finding(name="participant", passed=True, detail=f"{planned.participant} is free")
+        return Finding(passed=True, detail=f"{planned.participant} is free")
     return Finding(
-        name="participant",
         passed=False,
         detail=f"{planned.participant} already has a run ({state}): {path}",
         remedy=remedy(path, state),
@@ -253,7 +244,6 @@ def check_plate(planned: PlannedSession) -> Finding:
         reading_text += f"; the second actuator reads {second}"
     name = f"{who.manufacturer} {who.model} {who.serial}" if who else planned.plate
     return Finding(
-        name="plate",
         # A note (such as an old calibration) does not prevent a session, but the operator should
         # read it.
         passed=None if notes else True,
@@ -292,7 +282,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
 def check_contact(planned: PlannedSession) -> Finding:
     """Check that the finger sensors can be connected and read."""
     readings = try_sources(_contact_specs(planned), _plan(planned).study.seed)
-    return Finding(name="finger", passed=True, detail="; ".join(readings))
+    return Finding(passed=True, detail="; ".join(readings))
 
 
 def check_display(planned: PlannedSession) -> Finding:
@@ -320,7 +310,6 @@ def check_display(planned: PlannedSession) -> Finding:
         size = f"{window.display.handle.width} x {window.display.handle.height}"
     if not focused:
         return Finding(
-            name="display",
             passed=False,
             detail=f"screen {planned.screen}, {size}: the window has no keyboard focus",
             remedy=(
@@ -331,13 +320,12 @@ def check_display(planned: PlannedSession) -> Finding:
     seen = f"screen {planned.screen}, {size}, keyboard focus"
     if not stamped:
         return Finding(
-            name="display",
             passed=None,
             detail=f"{seen}; the keyboard does not time-stamp key presses",
             remedy="response times will be measured by the window, about 10 ms late and less "
             "regular, and marked accordingly; see docs/explanation/analysis.md",
         )
-    return Finding(name="display", passed=True, detail=f"{seen}, key presses have time stamps")
+    return Finding(passed=True, detail=f"{seen}, key presses have time stamps")
 
 
 def check_sound(planned: PlannedSession) -> Finding:
@@ -349,7 +337,6 @@ def check_sound(planned: PlannedSession) -> Finding:
     if noise is None:
         missing = check_device() if study.headphone_test else None
         return Finding(
-            name="sound",
             passed=None if missing else True,
             detail="the study uses no masking noise"
             + ("; no audio device: the headphone test will be skipped" if missing else ""),
@@ -360,9 +347,8 @@ def check_sound(planned: PlannedSession) -> Finding:
     remedy = check_device()
     required = noise.required or planned.sound_required
     if remedy is None:
-        return Finding(name="sound", passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")
+        return Finding(passed=True, detail=f"pink noise at {noise.level_db:g} dB FS")
     return Finding(
-        name="sound",
         passed=False if required else None,
         detail="no audio device"
         + ("; the headphone test will be skipped" if study.headphone_test else "")
@@ -381,13 +367,12 @@ def check_markers(planned: PlannedSession) -> Finding:
         names = ", ".join(markers.names)
     if lost:
         return Finding(
-            name="markers",
             passed=False,
             detail="; ".join(lost),
             remedy="check the recorder's cable and driver, or omit --markers",
         )
     detail = f"sent a start and an end marker to {names}" if names else "none are requested"
-    return Finding(name="markers", passed=True, detail=detail)
+    return Finding(passed=True, detail=detail)
 
 
 CHECKS: dict[str, Callable[[PlannedSession], Finding]] = {
@@ -437,12 +422,12 @@ def check(
             continue
         studyless = findings and findings[0].passed is False and name in NEED_STUDY
         if studyless:
-            finding = Finding(name=name, passed=False, detail=("not checked: the study has errors"))
+            finding = Finding(passed=False, detail="not checked: the study has errors")
         else:
             try:
                 finding = look(planned)
             except (UserError, RigError) as error:
-                finding = Finding(name=name, passed=False, detail=str(error))
+                finding = Finding(passed=False, detail=str(error))
         findings.append(replace(finding, name=name))
         tell(findings[-1])
     return findings
