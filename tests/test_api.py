@@ -66,7 +66,7 @@ def test_power_counts_each_size_once_and_names_the_first_that_suffices():
     found = slipscale.power(participants=(4, 24, 24), studies=50)
     assert [row.condition.participants for row in found.rows] == [4, 24]
     assert found.enough == 24
-    assert "24 participants or more reach 0.8" in repr(found)
+    assert "24 participants or more reach a power of 0.8" in repr(found)
 
 
 def test_samples_of_a_published_column_have_its_printed_mean():

@@ -158,7 +158,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_friction, 4.0, 1.6),
         "0",
         "µ'/µ",
-        "zero friction needs more than 4 µm; ours is below zero (levitation) at 5 µm",
+        "zero friction requires more than 4 µm; our value at 5 µm is below zero (levitation)",
         rule=more_than,
     ),
     **{f"reynolds.{pp}um": partial(reynolds, pp) for pp in (0.5, 1.2, 2.3)},

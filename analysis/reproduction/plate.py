@@ -76,9 +76,10 @@ def _peak() -> Harmonic:
 
 
 _TWIN = (
-    "measured in the paper; ours is the twin, which is set to it. The finite-element model gives "
-    "34.06 kHz and 3.23 µm p-p. A glue softer than ideal may cause the difference, as the paper "
-    "also conjectures (Section IV-A); this was not measured"
+    "measured in the paper; our value comes from the simulated twin, which is set to the "
+    "paper's. The finite-element model gives 34.06 kHz and 3.23 µm p-p. A glue softer "
+    "than ideal may cause the difference, as the paper also conjectures (Section IV-A); "
+    "this was not measured"
 )
 
 
@@ -178,23 +179,25 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _printed().half_wave_for_frequency_mm(25_000),
         "14.75",
         "mm",
-        "equation (38) over 2π with Table II throughout; 14.73 needs Appendix B's "
-        "c11 = 12.09e10 Pa in (40) together with Table II's neutral line, which is not "
-        "consistent: reported, not tuned",
+        "equation (38) divided by 2π, with Table II throughout; 14.73 requires Appendix "
+        "B's c11 = 12.09e10 Pa in (40) together with Table II's neutral line, which is "
+        "not consistent: the difference is reported, and no constant is tuned",
     ),
     "fig9.timoshenko.25kHz": item(
         _timoshenko_half_wave_mm,
         None,
         "mm",
-        "ours: plane strain, shear and rotary inertia; explains most of the gap to FE",
+        "our model assumes plane strain and includes shear and rotary inertia, which "
+        "explains most of the difference from the finite-element value",
     ),
     # Section III-C: the finite-element half wave
     "fig9.fe.25kHz": item(
         _fe_half_wave_mm,
         "13.6",
         "mm",
-        "3-D, coupled, electrodes shorted, w = 0 on the end faces; the paper's supports and "
-        "permittivity are not printed, and it rounds a reading from Fig. 9",
+        "three-dimensional, coupled, with shorted electrodes and w = 0 on the end faces; "
+        "the paper does not print its supports and permittivity, and rounds a reading "
+        "from Fig. 9",
     ),
     **{f"fig9.fe.{mm}mm": partial(fig9_fe, float(mm)) for mm in (9, 10, 11, 12, 14, 16, 20)},
     # Section III-C: the (8;0) mode
@@ -202,8 +205,9 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         _mode80_khz,
         "35.6",
         "kHz",
-        "free edges, continuous ceramic, shorted, default mesh (finer: 35.70); without "
-        "coupling 35.6; with the gaps of 1 mm 34.05, so the paper's model has no gaps here",
+        "free edges, continuous ceramic, shorted electrodes, default mesh (with a finer "
+        "mesh: 35.70 kHz); without coupling: 35.6 kHz; with the gaps of 1 mm: 34.05 kHz, "
+        "so the paper's model has no gaps here",
     ),
     # Section III-C: the harmonic peak at 15 V
     "fig12.frequency": item(lambda: _peak().peak_hz / 1e3, "34.77", "kHz", _GAPS),

@@ -125,9 +125,9 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
     for condition, size in fewest(found, target).items():
         where = condition.described(others)
         answer = (
-            f"{size} participants or more reach {target:g} on every comparison"
+            f"{size} participants or more reach a power of {target:g} in every comparison"
             if size
-            else f"none of these sizes reaches {target:g} on every comparison"
+            else f"none of these sample sizes reaches a power of {target:g} in every comparison"
         )
         line = f"{where}: {answer}" if where else answer[0].upper() + answer[1:]
         lines.append(f"{line}.")

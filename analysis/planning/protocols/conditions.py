@@ -218,8 +218,8 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
             f"{factor}: no effect is simulated, so these values are false-alarm rates. To "
             "simulate an effect, set simulated or simulated_growth in [[factors]]."
             if factor not in sizes
-            else f"{factor}: {size} participants or more reach {target:g}."
+            else f"{factor}: {size} participants or more reach a power of {target:g}."
             if size
-            else f"{factor}: none of these sizes reaches {target:g}."
+            else f"{factor}: none of these sample sizes reaches a power of {target:g}."
         )
     return lines

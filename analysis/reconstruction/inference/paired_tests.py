@@ -51,7 +51,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
         if shown or shown is None:
             break
     if shown == () and found.complete:
-        reason = "no pairing of any data set gives the printed value: all were tried"
+        reason = "no pairing of any data set gives the printed value: all pairings were tried"
         return impossible(case, rows, reason, extent, pairs)
     correlation = _correlations(found, parts) if case.test.of_two else None
     return case.said(

@@ -45,7 +45,7 @@ def impossible(column: Column) -> str:
     for name in INSIDE:
         printed = getattr(column, name)
         if printed and not low - printed.unit < printed.value < high + printed.unit:
-            found.append(f"{name} {printed.text} lies outside the scale, {low} to {high}")
+            found.append(f"{name} {printed.text} lies outside the scale from {low} to {high}")
     for name in ("sd", "maximum_deviation"):
         printed = getattr(column, name)
         if printed and printed.value - printed.unit >= high - low:
@@ -55,7 +55,7 @@ def impossible(column: Column) -> str:
         if a and b and a.value - a.unit >= b.value + b.unit:
             found.append(f"{smaller} {a.text} and {larger} {b.text} contradict each other")
     found += [
-        f"the rating {value} lies outside the scale, {low} to {high}"
+        f"the rating {value} lies outside the scale from {low} to {high}"
         for value, least in _told_to_occur(column)
         if least and column.scale.steps_to(value) is None
     ]

@@ -254,8 +254,8 @@ class Column(Summary):
         for value in (*stated, *self.present, *self.absent):
             if ((value - self.scale.minimum) / self.scale.step).denominator != 1:
                 raise ValueError(
-                    f"the rating {value} is not on the scale, steps of {self.scale.step} "
-                    f"from {self.scale.minimum}"
+                    f"the rating {value} is not on the scale, which has steps of "
+                    f"{self.scale.step} from {self.scale.minimum}"
                 )
         return self
 

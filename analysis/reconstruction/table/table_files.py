@@ -175,7 +175,7 @@ def read_rows(path: Path) -> list[Row]:
         If the file cannot be read or is not CSV, or its header is wrong.
     """
     if path.suffix.lower() != ".csv":
-        raise UserError(f"{path}: expected a CSV file, one row per column of a published table")
+        raise UserError(f"{path}: expected a CSV file with one row per column of a published table")
     return _csv_rows(_text_of(path), str(path))
 
 

@@ -187,7 +187,7 @@ def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Mod
     if not 0 < share < 1:
         raise UserError(f"share is {share:g}, expected between 0 and 1")
     if not 0 <= largest_lapse < 0.5:  # noqa: PLR2004 - half of the answers
-        raise UserError(f"largest_lapse is {largest_lapse:g}, expected 0 to below 0.5")
+        raise UserError(f"largest_lapse is {largest_lapse:g}, expected 0 or more and below 0.5")
     kind = METHODS[method]
     return Model(
         curve=CURVES[curve],

@@ -18,7 +18,6 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
 from slipscale.analysis.writing.numbers import (
     DASH,
-    counted,
     grouped,
     interval,
     level_of,
@@ -129,10 +128,11 @@ def _equivalence(
     if differ:
         p = p_value(min(logs.equivalence_p_holm for logs in differ)).replace("=", "≥")
         bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ)).replace("=", "≤")
+        many = f"{len(differ)} of {len(tested)} pairs" if rows else f"all {len(tested)} pairs"
+        many = many if len(tested) > 1 else "the pair"
         blocks.append(
             html.paragraph(
-                f"For {len(differ)} of {counted(len(tested), 'pair', 'pairs')} of "
-                f"{quantity.levels}, estimates differed and were not shown to be "
+                f"For {many} of {quantity.levels}, estimates differed and were not shown to be "
                 f"equivalent {within} (two one-sided tests, all {p}; all Bayes factors in "
                 f"favour of no difference {bayes}; see pairwise.csv)."
             )

@@ -351,7 +351,8 @@ def bayesian_growth(found: BayesianGrowth, confidence: float, quantity: Quantity
 
 def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | None:
     """Return a sentence on order effects and carry-over."""
-    texts = []
+    joint = {"depended": ", and ", "did not depend reliably": ", or "}
+    effects: dict[str, list[str]] = {}
     for slope, words in (
         (found.log_slope_per_trial, "trial position"),
         (found.log_slope_per_um_pp_before, f"the preceding {quantity.stimulus}"),
@@ -359,10 +360,11 @@ def order(found: OrderEffects, confidence: float, quantity: Quantity) -> str | N
         if not slope:
             continue
         verb = "depended" if reliable(slope.p, confidence) else "did not depend reliably"
-        texts.append(f"{verb} on {words}, t({slope.df}) = {number(slope.t)}, {p_value(slope.p)}")
-    if not texts:
-        return None
-    return f"Estimates {'; they '.join(texts)}."
+        effects.setdefault(verb, []).append(
+            f"on {words}, t({slope.df}) = {number(slope.t)}, {p_value(slope.p)}"
+        )
+    texts = [f"{verb} {joint[verb].join(parts)}" for verb, parts in effects.items()]
+    return f"Estimates {'; they '.join(texts)}." if texts else None
 
 
 def reliability(found: Reliability, confidence: float, _quantity: Quantity) -> str:

@@ -31,7 +31,7 @@ HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
 def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
     threshold, named = task.threshold_um_pp, f"Method of limits ({task.task})"
     if isinstance(threshold, NotComputed):
-        return f"{named}: no threshold: {threshold.reason}."
+        return f"{named}: no threshold was computed ({threshold.reason})."
     standard = task.standard_um_pp
     of = "" if standard is None else f" against a standard of {quantity.value(standard)}"
     return (

@@ -60,11 +60,10 @@ def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> s
     bias = found.bias_um_pp
     if isinstance(bias, NotComputed):
         return f"{what}; the bias was not tested ({bias.reason})."
-    called = "a bias of" if reliable(bias.p, confidence) else "no reliable bias,"
+    called = "a reliable bias" if reliable(bias.p, confidence) else "no reliable bias"
     return (
-        f"{what}: {called} {quantity.value(written(bias.mean))}, {level_of(confidence)} "
-        f"CI {bracketed(bias.interval, written)}, t({bias.df}) = "
-        f"{number(bias.t)}, {p_value(bias.p)}."
+        f"{what}, with {called} ({quantity.value(written(bias.mean))}, {level_of(confidence)} CI "
+        f"{bracketed(bias.interval, written)}, t({bias.df}) = {number(bias.t)}, {p_value(bias.p)})."
     )
 
 

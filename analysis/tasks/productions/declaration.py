@@ -48,19 +48,22 @@ def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> st
     )
     slope = found.slope
     if isinstance(slope, NotComputed):
-        return f"{what}: no exponent ({slope.reason})."
+        return f"{what}: no exponent was computed ({slope.reason})."
     grew = (
-        f"{what}: log {quantity.level} grew by {number(slope.mean)} per log number (mean of "
-        f"participants' slopes), {level_of(confidence)} CI {bracketed(slope.interval)}"
+        f"{what}: log {quantity.level} grew by {number(slope.mean)} per unit of the log "
+        f"number (mean of participants' slopes), {level_of(confidence)} CI "
+        f"{bracketed(slope.interval)}"
     )
     if found.exponent is None:
         return f"{grew}; the slope is not above 0, so there is no exponent."
     if found.exponent_interval is None:
         return (
-            f"{grew}: an exponent of {number(found.exponent)}, whose interval has no upper bound."
+            f"{grew}, which corresponds to an exponent of {number(found.exponent)}, whose interval "
+            "has no upper bound."
         )
     return (
-        f"{grew}: an exponent of {number(found.exponent)}, CI {bracketed(found.exponent_interval)}."
+        f"{grew}, which corresponds to an exponent of {number(found.exponent)}, CI "
+        f"{bracketed(found.exponent_interval)}."
     )
 
 
@@ -77,7 +80,7 @@ def _both(found: BothExponents, confidence: float) -> str:
     return (
         f"For the {found.n} participants who did both, the exponent of production was "
         f"{number(found.production)} and the exponent of {found.counterpart} was "
-        f"{number(found.estimation)} (geometric means): {number(found.ratio)} times as large, "
+        f"{number(found.estimation)} (geometric means). Their ratio was {number(found.ratio)}, "
         f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. Their geometric "
         f"mean, the usual remedy (Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
         f"{bracketed(found.combined_interval)}."

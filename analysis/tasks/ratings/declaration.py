@@ -93,13 +93,12 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
         )
     else:
         low, high = start.interval
-        told = "not reliably " if low <= 0 <= high else ""
+        doubt = ", which is not a reliable shift" if low <= 0 <= high else ""
         texts.append(
-            "When the mark started 10 points further to the right, ratings were "
-            f"{told}shifted {number(10 * abs(start.mean))} points to the "
+            "When the mark started 10 points further to the right, ratings were shifted "
+            f"{number(10 * abs(start.mean))} points to the "
             f"{'right' if start.mean >= 0 else 'left'} ({level_of(confidence)} CI "
-            f"[{number(10 * low)}, {number(10 * high)}]; positive values are to the "
-            "right)."
+            f"[{number(10 * low)}, {number(10 * high)}]; positive values are to the right){doubt}."
         )
     ends = sum(each.at_left + each.at_right for each in found.surfaces)
     if ends:

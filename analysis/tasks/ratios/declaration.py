@@ -33,7 +33,7 @@ def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
     )
     law = found.power_law
     if isinstance(law, NotComputed):
-        return f"{what}: no exponent ({law.reason})."
+        return f"{what}: no exponent was computed ({law.reason})."
     return (
         f"{what}: the mean exponent of participants' power functions of {quantity.name} was "
         f"{number(law.exponent)}, {level_of(confidence)} CI {bracketed(law.interval)} (n = "

@@ -20,7 +20,7 @@ from slipscale.analysis.tasks.scales.statistics import SCALES, TRIALS, TaskScale
 from slipscale.analysis.tasks.scales.transitivity import Consistency
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import tip
-from slipscale.analysis.writing.numbers import DASH, bracketed, counted, number, p_value
+from slipscale.analysis.writing.numbers import DASH, bracketed, counted, joined, number, p_value
 from slipscale.figure_style import BLUE, GREY, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
 
@@ -71,10 +71,10 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
         counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
         shares = ", ".join(f"{name}: {chosen} of {there}" for name, chosen, there in counts)
         listing = f"; chosen: {shares}" if shares else ""
-        return f"{what}: no scale ({scale.reason}){listing}."
+        return f"{what}: no scale was computed ({scale.reason}){listing}."
     order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
-    names = ", ".join(f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order)
-    return f"{what}: scale values, from the least to the most {quantity.adjective}: {names}."
+    names = joined([f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order])
+    return f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
 
 
 def _blocks(

@@ -53,7 +53,7 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
     """Return a sentence on the population threshold and the Weber fraction."""
     what = title(found, quantity)
     if isinstance(found.population, NotComputed):
-        return f"{what}: no population estimate ({found.population.reason})."
+        return f"{what}: no population threshold was computed ({found.population.reason})."
     threshold = found.population.threshold_um_pp
     text = (
         f"{what}: {MEANT[found.method][0]}"
@@ -107,7 +107,7 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
                 f"{quantity.value(significant(found.value))}, {level_of(confidence)} CI "
                 f"{bracketed(found.interval, significant)}, n = {n}"
             ),
-            lambda reason: f"no mean ({reason})",
+            lambda reason: f"not computed ({reason})",
         )
         return f"{each.condition}: {value}" if each.condition else value
 
@@ -140,7 +140,7 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
                 f"; just noticeable difference {significant(just.value)}, CI "
                 f"{bracketed(just.interval, significant)}"
             ),
-            lambda reason: f"; no just noticeable difference ({reason})",
+            lambda reason: f"; the just noticeable difference was not computed ({reason})",
         )
     if found.weber_fraction:
         text += f"; Weber fraction {unit_number(found.weber_fraction.value, 3)}"

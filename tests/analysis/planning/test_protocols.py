@@ -204,7 +204,7 @@ def test_thresholds_by_condition_have_a_power(tmp_path, capsys):
     command = ["power", str(tmp_path / "hands.toml"), "--participants", "6", "--studies", "1"]
     assert commands.main([*command, "--out", str(tmp_path / "out")]) == 0
     said = " ".join(capsys.readouterr().out.split())
-    assert "hand: 6 participants or more reach 0.8." in said
+    assert "hand: 6 participants or more reach a power of 0.8." in said
     assert "speed: no effect is simulated" in said
     rows = list(csv.DictReader((tmp_path / "out" / "conditions.csv").read_text().splitlines()))
     assert [(row["factor"], row["first"], row["second"]) for row in rows] == [

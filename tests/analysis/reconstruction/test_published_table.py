@@ -139,7 +139,7 @@ def test_a_csv_file_that_is_no_table_is_refused(text, said):
 @pytest.mark.parametrize(
     "facts, said",
     [
-        ({"mean": "11.2"}, "mean 11.2 lies outside the scale, 0 to 10"),
+        ({"mean": "11.2"}, "mean 11.2 lies outside the scale from 0 to 10"),
         ({"sd": "11.50"}, "sd 11.50 is impossible on a scale from 0 to 10"),
         ({"observed_minimum": "4", "observed_maximum": "3"}, "contradict each other"),
         ({"median": "-2", "maximum_deviation": "12"}, "median -2 lies .* maximum_deviation 12 is"),

@@ -348,7 +348,7 @@ def test_an_end_that_the_data_do_not_set_is_infinite_or_zero():
             "expected one of weibull, log_logistic, log_normal, gumbel, logistic, normal",
         ),
         ({"share": 1.0}, "share is 1, expected between 0 and 1"),
-        ({"largest_lapse": 0.5}, "largest_lapse is 0.5, expected 0 to below 0.5"),
+        ({"largest_lapse": 0.5}, "largest_lapse is 0.5, expected 0 or more and below 0.5"),
     ],
 )
 def test_choices_that_cannot_be_are_refused(options, words):
