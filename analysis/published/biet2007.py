@@ -28,8 +28,8 @@ TABLE3_FILE = Path(__file__).with_name("biet2007_table3.toml")
 ALLOWED_DATASET = Path(__file__).with_name("biet2007_table3_dataset.csv")
 
 NOT_RAW_DATA = (
-    "computed from a data set that Table III allows, found by search; "
-    "the authors' raw data were never published"
+    "computed from a data set that is consistent with Table III and was found by a search; the "
+    "authors never published their raw data"
 )
 
 

@@ -139,7 +139,7 @@ def numbers(
         problems.add_many(
             [
                 f"{place}, column {problems.title(column)}: '{cell(value)}' instead of "
-                f"{expected}{_hint(value)}; {lost} is left out"
+                f"{expected}{_hint(value)}; {lost} is omitted"
                 for place, value in zip(places(shown, sources), shown[column], strict=True)
             ],
             f"column {problems.title(column)}",
@@ -178,9 +178,9 @@ def _refuse_many(
     first = frame.loc[cells.index[:1]]
     raise UserError(
         f"{places(first, sources)[0]}, column {problems.title(column)}: "
-        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} more of {len(frame)} cells are not "
-        "numbers; expected numbers in the same format throughout the file, and n/a for missing "
-        "values"
+        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} other of {len(frame)} cells are "
+        "not numbers; expected numbers in the same format throughout the file, and n/a for "
+        "missing values"
     )
 
 
@@ -216,11 +216,11 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
         marked = _in_lower_case(frame["catch"])
         for sentence, wrong in (
             (
-                "catch steps change the amplitude; they count as steps",
+                "catch steps change the amplitude and are analysed as steps",
                 marked.isin(TRUE) & ~unchanged,
             ),
             (
-                "steps do not change the amplitude; they count as catch steps",
+                "steps do not change the amplitude and are analysed as catch steps",
                 ~marked.isin(TRUE) & unchanged,
             ),
         ):
@@ -258,8 +258,8 @@ def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
     for name, count in counts[counts > 0].items():
         if str(name).lower() not in PHASES:
             problems.add(
-                f"Phase '{cell(name)}': its {count} trials count as main trials; only trials in "
-                "the phase 'practice' are left out."
+                f"Phase '{cell(name)}': its {count} trials are analysed as main trials; only "
+                "trials in the phase 'practice' are omitted."
             )
     lookup = np.array([str(name).lower() == PRACTICE for name in values.cat.categories], int)
     codes = lookup[values.cat.codes]

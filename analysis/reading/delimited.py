@@ -189,8 +189,8 @@ def quantity_of(path: Path) -> Quantity:
         return QuantityTable.model_validate(stated or {}).quantity
     except (ValueError, TypeError, KeyError, AttributeError, RecursionError):
         raise UserError(
-            f"{sidecar}: its {QUANTITY} cannot be read; expected name, unit and convention, as in "
-            "the study file"
+            f"{sidecar}: {QUANTITY} cannot be read; expected name, unit and convention, as in the "
+            "study file"
         ) from None
 
 
@@ -259,7 +259,10 @@ def _name(path: Path, root: Path) -> str:
 def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> None:
     """Raise a `UserError` if a required column is missing or a column occurs twice."""
     if duplicates := sorted({name for name in names if name and names.count(name) > 1}):
-        raise UserError(f"{path}: column {', '.join(duplicates)} occurs twice; expected it once")
+        raise UserError(
+            f"{path}: column {', '.join(duplicates)} occurs twice; expected only one column with "
+            "this name"
+        )
     if missing := [name for name in required if name not in names]:
         near = [
             f"{guess[0]} for {name}"

@@ -137,14 +137,14 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
         (one, point), (two, comma) = example["."], example[","]
         raise UserError(
             f"{name}: decimal points ('{point}' in column {one}) and decimal commas ('{comma}' in "
-            f"column {two}) are equally frequent; expected only one of them in the whole file"
+            f"column {two}) are equally frequent; expected only one kind in the whole file"
         )
     if points == commas == 0 and either is not None:
         column, text = either
         plain, decimals = re.sub("[.,]", "", text), text.replace(",", ".")
         raise UserError(
             f"{name}: column {column}: '{text}' could be {plain} or {decimals}, and no other "
-            "number in the file settles which; write numbers without thousands separators, or "
-            "state the decimal mark (--decimal)"
+            "number in the file is unambiguous; write numbers without thousands separators, or "
+            "specify the decimal mark (--decimal)"
         )
     return "," if commas > points else "."

@@ -269,14 +269,15 @@ def _check_levels(
         raise UserError(
             f"{sources[0].name}, column {problems.title(STIMULUS)}: {name} of "
             f"{levels.min():g} {mapping.stimulus.unit}".rstrip()
-            + "; expected 0 or more: a quantity with a true zero, not a logarithm or a difference"
+            + "; expected 0 or more, because the quantity must have a true zero and not be a "
+            "logarithm or a difference"
             + ("; add the standard to both columns" if mapping.columns.reference else "")
         )
     if LOGARITHMIC.search(f"{mapping.stimulus.unit} {name}"):
         problems.add(
-            f"{name} in {mapping.stimulus.unit or 'this unit'} is already a logarithm: its "
-            "exponents and growth functions are not those of the underlying quantity; convert "
-            "it first."
+            f"{name} in {mapping.stimulus.unit or 'this unit'} is already a logarithm, so "
+            "exponents and growth functions do not refer to the underlying quantity; convert the "
+            "levels first."
         )
 
 
@@ -345,9 +346,9 @@ def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Qu
     answers = steps.loc[(size == smallest), "difference_felt"].dropna()
     if len(answers) >= FEWEST_TO_WARN and answers.mean() >= LIKE_GUESSING and not (size == 0).any():
         problems.add(
-            f"At the smallest {quantity.name}, {smallest:g}, {answers.mean():.0%} of the "
-            "answers are yes. If every trial offered alternatives to choose from, state them "
-            "(--alternatives 2), so that guessing is not mistaken for sensitivity."
+            f"At the smallest {quantity.name}, {smallest:g}, {answers.mean():.0%} of the answers "
+            "are yes. If participants chose between alternatives in every trial, add "
+            "--alternatives 2, so that guessing is not mistaken for sensitivity."
         )
 
 
@@ -365,7 +366,7 @@ def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -
     )
     whole = rated["dissimilarity"].notna() & (rated["first"] != "") & (rated["second"] != "")
     if not whole.all():
-        problems.add(f"{int((~whole).sum())} ratings lack a number or an item; they are left out")
+        problems.add(f"{int((~whole).sum())} ratings without a number or an item are omitted")
     return rated[whole].reset_index(drop=True)
 
 
@@ -407,9 +408,8 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
         both = " and ".join(twice.loc[twice[PARTICIPANT] == first, GROUP][:2])
         column = problems.title(GROUP)
         raise UserError(
-            f"{path}: participant {first} has {both} in column {column}; expected a group "
-            "that stays the same for each participant (to analyse one condition: --only "
-            f"{column}=...)"
+            f"{path}: participant {first} has {both} in column {column}; expected one group per "
+            f"participant (to analyse a single condition, use --only {column}=...)"
         )
     sizes = pairs[GROUP].value_counts()
     alone = sorted(sizes.index[sizes == 1])

@@ -144,7 +144,7 @@ class TableMapping(FrozenTable):
         names = self.columns.model_dump().values()
         used = [name for name in names if name] + list(self.levels)
         if duplicates := sorted({name for name in used if used.count(name) > 1}):
-            raise ValueError(f"column {duplicates[0]} is named twice; expected different columns")
+            raise ValueError(f"column {duplicates[0]} is used twice; expected different columns")
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
@@ -159,7 +159,7 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(set(columns) - pair - others or self.levels),
-                "expected no stimulus, response or levels for ratings of pairs",
+                "expected ratings of pairs without stimulus, response and levels",
             ),
         )
 
@@ -173,7 +173,7 @@ class TableMapping(FrozenTable):
             ),
             (
                 len(set(self.levels.values())) < len(self.levels),
-                "expected a different level for each level column",
+                "expected a different level for each column",
             ),
         )
 
@@ -184,16 +184,16 @@ class TableMapping(FrozenTable):
             (
                 columns.stimulus is None or (columns.response is None) != self.of_answers,
                 (
-                    "expected a column for the stimulus and one for the response or the answer "
-                    "(yes and no, or yes_count and n), or levels for a wide table"
+                    "expected columns for the stimulus and for the response or answer (yes and "
+                    "no, or yes_count and n), or levels for a wide table"
                 ),
             ),
             (
                 bool(columns.yes_count) != bool(columns.n)
                 or bool(columns.yes_count and columns.answer),
                 (
-                    "expected both yes_count and n, the number of yes answers and the total "
-                    "number, instead of an answer"
+                    "expected both yes_count and n (numbers of yes answers and of all answers), "
+                    "and no answer"
                 ),
             ),
             (
@@ -206,7 +206,7 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(columns.reference and columns.response),
-                "expected a reference only together with an answer (yes and no)",
+                "expected a reference only with a column of answers (yes and no)",
             ),
         )
 

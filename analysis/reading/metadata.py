@@ -57,8 +57,8 @@ def sidecars(
             versions = dict(own.get(VERSIONS) or {})
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise UserError(
-                f"{path}: not a sidecar; expected a JSON object that contains Slipscale and "
-                f"software objects ({error})"
+                f"{path}: the file is not a sidecar; expected a JSON object that contains the "
+                f"objects Slipscale and software ({error})"
             ) from error
         if mode := own.get(WHOSE):
             modes.append((str(mode), path))
@@ -150,13 +150,13 @@ def choices(
     unchanged = digest(content.replace(b"\r\n", b"\n")) in ran_with if ran_with else None
     if unchanged is False:
         problems.add(
-            "code/study.toml is not the study file of the sessions (its SHA-256 is in no "
-            "sidecar), so its analysis choices may have been made after the data were seen"
+            "code/study.toml is not the study file of the sessions (no sidecar contains its "
+            "SHA-256), so the analysis choices may have been made after the data were seen"
         )
     if len(ran_with) > 1:
         problems.add(
-            f"Sessions used {len(ran_with)} different study files; the analysis choices come from "
-            "code/study.toml"
+            f"The sessions used {len(ran_with)} different study files; the analysis choices are "
+            "those in code/study.toml"
         )
     return choices, tuple(sorted(table)), unchanged, text
 

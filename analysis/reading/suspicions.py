@@ -49,7 +49,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
     if summaries:
         raise UserError(
-            f"{file}, column {column}: '{summaries[0]}' looks like a summary of the table, not a "
+            f"{file}, column {column}: '{summaries[0]}' is probably a summary row and not a "
             "participant; remove the row, or rename the participant"
         )
     numbers: dict[str, str] = {}
@@ -59,12 +59,12 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
             if first != label:
                 raise UserError(
                     f"{file}, column {column}: '{first}' and '{label}' are the same number; write "
-                    "each participant's label the same way throughout the file"
+                    "the label of each participant in the same way throughout the file"
                 )
     lower: dict[str, str] = {}
     return [
-        f"{file}, column {column}: '{lower[label.lower()]}' and '{label}' differ only in "
-        "case; they count as two participants"
+        f"{file}, column {column}: '{lower[label.lower()]}' and '{label}' differ only in case and "
+        "are analysed as two participants"
         for label in labels
         if lower.setdefault(label.lower(), label) != label
     ]

@@ -203,8 +203,8 @@ def only_named(
         names = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())
         problems.add(
-            f"{name}, {lines}: {identifier} is {names}, a usual code for missing values; left "
-            "out (if it is a name, put it in quotation marks)"
+            f"{name}, {lines}: {identifier} is {names}, a usual code for missing values, so the "
+            "rows are omitted (if it is a name, put it in quotation marks)"
         )
     kept = ~(absent | words)
     frame = frame.assign(**{identifier: tidy})

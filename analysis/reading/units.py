@@ -33,7 +33,7 @@ def factor(given: str, wanted: str) -> float:
             return float(f"1e{powers[base] - power}")
     raise UserError(
         f"unit {given or 'of no name'}: cannot be converted to {wanted}; expected the same unit "
-        "with another prefix, such as µPa to Pa, or a converted column"
+        "with another prefix, such as Pa for µPa, or a converted column"
     )
 
 

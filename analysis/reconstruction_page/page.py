@@ -169,8 +169,8 @@ def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
 
 # Questions to the authors of an impossible table, starting with harmless causes.
 ASK = (
-    "Is n the number of ratings behind each printed number, or are some missing?",
-    "In which steps could participants answer, and what are the ends of the scale?",
+    "Is n the number of ratings in each column, or are some ratings missing?",
+    "What are the ends of the scale, and in which steps could participants answer?",
     "Is the printed spread a sample SD, a population SD or a standard error?",
     "Were numbers truncated, or rounded more than once?",
     "Can the raw ratings be shared?",
@@ -179,22 +179,22 @@ MEANINGS = (
     (
         "GRIM",
         (
-            "the mean of n whole ratings moves in steps of 1/n; a mean between two steps is "
-            "impossible (Brown and Heathers 2017)"
+            "the mean of n whole ratings is a multiple of 1/n; other means are impossible (Brown "
+            "and Heathers 2017)"
         ),
     ),
     (
         "GRIMMER",
         (
-            "the sum of squares also moves in whole steps; a printed SD between two steps is "
-            "impossible (Anaya 2016)"
+            "the sum of squares is a whole number; SDs that would need another sum of squares "
+            "are impossible (Anaya 2016)"
         ),
     ),
     (
         "Multisets",
         (
-            "the collections of ratings that give all printed numbers of a column; if there "
-            "are none, the column is impossible"
+            "the collections of ratings with all printed numbers of a column; if there are none, "
+            "the column is impossible"
         ),
     ),
 )
@@ -232,7 +232,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
         html.table(
             html.columns("Test", "Printed", "Verdict", left=3),
             [(one.question, one.printed, one.verdict) for one in found],
-            "Whether any data set and pairing give the printed value of each test.",
+            "Whether any data set and pairing reproduce each printed test.",
         )
     )
     details = [

@@ -197,8 +197,8 @@ def choose(wanted: Sequence[str]) -> list[str]:
         if not matches:
             beginnings = dict.fromkeys(name.partition(".")[0] for name in known)
             raise UserError(
-                f"unknown item '{word}'; expected one of {', '.join(beginnings)}, or a "
-                f"complete name, such as {known[0]}"
+                f"unknown item '{word}'; expected one of {', '.join(beginnings)}, or a complete "
+                f"name such as {known[0]}"
             )
         chosen += [name for name in matches if name not in chosen]
     return chosen

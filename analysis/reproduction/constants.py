@@ -39,8 +39,8 @@ def c11p() -> Outcome:
         ours=P1_91.plane_strain_pa / 1e10,
         unit="1e10 Pa",
         reason=(
-            "s11/(s11² - s12²) of Appendix B; Table II and Appendix B are inconsistent. The beam "
-            "model uses Table II and the finite-element model Appendix B, as in the paper"
+            "s11/(s11² - s12²) from Appendix B, which is inconsistent with Table II. As in the "
+            "paper, the beam model uses Table II and the finite-element model Appendix B"
         ),
     )
 
@@ -53,7 +53,7 @@ def d31() -> Outcome:
         published="-247",
         ours=P1_91.d31_m_v * 1e12,
         unit="1e-12 m/V",
-        reason="d = e s of Appendix B; only Table II's reproduces Fig. 8",
+        reason="d = e s from Appendix B; only the value in Table II reproduces Fig. 8",
     )
 
 
@@ -79,8 +79,9 @@ def plate_half_wave() -> Outcome:
         ours=Layout.prototype().length_mm / 8,
         unit="mm",
         reason=(
-            "83 mm divided by 8, which is 10.375. It is not the node spacing: the ends are free, "
-            "and in the middle of our finite-element mode the nodal lines are 11.4 mm apart"
+            "83 mm divided by 8 is 10.375 mm. This is not the distance between nodal lines, "
+            "because the ends are free; in the middle of our finite-element mode, the distance "
+            "is 11.4 mm"
         ),
     )
 
@@ -95,10 +96,10 @@ def harmonic_cross() -> Outcome:
         ours=half_wave_frequency_hz(Layout.half_wave(83 / 8)) / 1e3,
         unit="kHz",
         reason=(
-            "the cross is the whole plate's harmonic peak drawn at 10.37 mm; ours is the half-wave "
-            "section of that length, and the cross does not lie on its curve. A section as long as "
-            "the plate's node spacing, 11.36 mm, resonates at 33.86 kHz; we conjecture that the "
-            "free ends, not the section's curve, cause the difference"
+            "the cross is the harmonic peak of the whole plate, plotted at 10.37 mm; our value "
+            "is for a half-wave section of this length, and the cross is not on the section's "
+            "curve. A section of 11.36 mm, the distance between the plate's nodal lines, "
+            "resonates at 33.86 kHz; we conjecture that the difference is due to the free ends"
         ),
     )
 

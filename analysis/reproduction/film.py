@@ -127,7 +127,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_squeeze, 25_000, 3.0, 1.6),
         "10",
         "",
-        "the paper requires more than 10; 10 itself is reached at 21.4 kHz",
+        "the paper requires more than 10; a value of 10 is reached at 21.4 kHz",
         rule=more_than,
     ),
     # Section II-C: zones in which the film lifts the finger
@@ -142,8 +142,8 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_above_the_finger, closed_form=False),
         "some",
         "of contact",
-        "the full equation (3) at 40 kHz has no such zone: its mean pressure is at most 1.035 "
-        "p0, and the finger's is 1.05 p0; the zones exist only in the closed form",
+        "with the full equation (3) at 40 kHz, the mean pressure is at most 1.035 p0, whereas "
+        "the finger's pressure is 1.05 p0; such zones exist only in the closed form",
         rule=some,
     ),
     # Section II-D: the paper's guideline

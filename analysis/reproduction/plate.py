@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate.paper_study import Harmonic
 
 _GAPS = (
-    "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 "
-    "kHz). The paper's electrodes are driven by two signals in antiphase (Section III-C-3); a "
-    "source holds its voltage, so the peak is the short-circuit resonance. None of our models "
-    "meets both frequency and amplitude: this one gives 34.06 kHz and 3.23 µm p-p at the edge "
-    "antinode; floating electrodes, which were not used, 34.72 kHz and 2.09 µm p-p. The "
-    "reason why the published peak is 2 % higher is unknown"
+    "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz). "
+    "The paper drives the electrodes with two signals in antiphase (Section III-C-3), so the "
+    "peak is the short-circuit resonance. None of our models reproduces both frequency and "
+    "amplitude: this model gives 34.06 kHz and 3.23 µm p-p at the edge antinode; floating "
+    "electrodes, which the paper does not use, give 34.72 kHz and 2.09 µm p-p. It is unknown why "
+    "the published peak is 2 % higher"
 )
 
 
@@ -60,7 +60,7 @@ def fig9_fe(half_wave_mm: float) -> Outcome:
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
     from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
-    reason = "printed only as a point of Fig. 9, which is not available as numbers"
+    reason = "the paper gives this value only as a point in Fig. 9"
     if half_wave_mm == 11:  # noqa: PLR2004 - the one size where two modes mix
         reason += (
             "; the mode couples with the width's stretching at 36.7 kHz (its partner: 36.9 kHz)"
@@ -166,7 +166,8 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _printed().half_wave_for_amplitude_mm(1.5, 15.0),
         "8.2",
         "mm",
-        "equation (37) with Table II's d31; Appendix B's constants would give another value",
+        "equation (37) with d31 from Table II; constants from Appendix B would give another "
+        "value value",
     ),
     "neutral_line": item(
         lambda: _printed().neutral_ratio,
@@ -215,10 +216,10 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _peak().peak_um_pp,
         "3.2",
         "µm p-p",
-        "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 "
-        "in the middle), with Q = 60 for the whole plate; the paper names neither the "
-        "point nor peak or peak to peak. The same model's frequency does not agree "
-        "(fig12.frequency), and none of our models meets both",
+        "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 in the "
+        "middle), with Q = 60 for the whole plate; the paper states neither the point nor "
+        "whether the value is peak to peak. The frequency of the same model does not agree "
+        "(fig12.frequency), and none of our models reproduces both",
     ),
     # Section IV-A: the measured plate
     "fig13.frequency": item(

@@ -44,7 +44,7 @@ def draw_fig15() -> Figure:
 
     figure = estimates.table3(allowed().cells, unit="normalised, 0 to 100")
     return with_note(
-        figure, "A data set that Table III allows; the authors' raw data were never published."
+        figure, "A data set consistent with Table III; the authors never published their raw data."
     )
 
 

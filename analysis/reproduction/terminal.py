@@ -68,8 +68,8 @@ def _summary(comparisons: Sequence[Comparison]) -> str:
     agree = sum(bool(outcome.agrees) for outcome in outcomes) - made
     differ = sum(outcome.agrees is False for outcome in outcomes)
     return (
-        f"{agree} items agree with the paper, {made} more by construction (our value was derived "
-        f"from, or set to, the published one), and {differ} do not, for the reasons given above. "
-        "The exit status shows whether our values still match the recorded ones and Table III's "
-        "cells agree, not whether every item agrees with the paper."
+        f"{agree} items agree with the paper, {made} agree by construction (our value was derived "
+        f"from the published value or set to it), and {differ} do not agree, for the reasons "
+        "given above. The exit status is 0 if our values match the recorded values and all cells "
+        "of Table III agree, even if other items do not agree with the paper."
     )

@@ -37,8 +37,8 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
     if path.suffix.lower() != ".xlsx":
         raise UserError(
-            f"{path}: an Excel file in the format {path.suffix} (with macros, or older than "
-            "2007); expected one saved as .xlsx or as CSV UTF-8"
+            f"{path}: Excel files in the format {path.suffix} (with macros, or older than 2007) "
+            "are not supported; save the file as .xlsx or as CSV UTF-8"
         )
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
@@ -48,7 +48,9 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
                 f"{path}: more than {LARGEST_WORKBOOK_MB} MB when unpacked; expected a CSV file"
             )
         if any(part.filename.endswith("vbaProject.bin") for part in parts):
-            raise UserError(f"{path}: a workbook with macros; expected one saved as .xlsx or CSV")
+            raise UserError(
+                f"{path}: workbooks with macros are not supported; save the file as .xlsx or CSV"
+            )
         book = openpyxl.load_workbook(io.BytesIO(content), data_only=True)
     except (
         *(zipfile.BadZipFile, InvalidFileException, ParseError, KeyError, ValueError, TypeError),
@@ -66,7 +68,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         where = min(map(str, table.merged_cells.ranges))
         raise UserError(
             f"{path}: cells {where} are merged; expected a header line and one row per trial, "
-            "with each value in a separate cell"
+            "with one value per cell"
         )
     rows = [
         (number, row)

@@ -156,8 +156,8 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
         if need_gib > memory_gib:
             raise UserError(
-                f"the state table needs about {need_gib:.1f} GiB, more than the {memory_gib:g} GiB "
-                f"allowed: {NARROW} or allow more with --memory-gib"
+                f"the state table needs about {need_gib:.1f} GiB, but {memory_gib:g} GiB are "
+                f"allowed: {NARROW} or increase --memory-gib"
             )
 
 
@@ -181,9 +181,8 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
         if need_gib <= memory_gib:
             return
     raise UserError(
-        f"counting needs about {need_gib:.1f} GiB and takes {duration(seconds)}; "
-        f"{memory_gib:g} GiB and {minutes:g} min are allowed: {NARROW} or allow more with "
-        "--memory-gib and --minutes"
+        f"counting needs about {need_gib:.1f} GiB and takes {duration(seconds)}; {memory_gib:g} "
+        f"GiB and {minutes:g} min are allowed: {NARROW} or increase --memory-gib and --minutes"
     )
 
 

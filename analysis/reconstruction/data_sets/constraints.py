@@ -93,7 +93,7 @@ def targets(column: Column) -> Targets:
         elif not pairs:
             reason = _grimmer_reason(column)
         else:
-            reason = "no rating on the scale gives the printed extremes, median or frequencies"
+            reason = "no ratings on the scale have the printed extremes, median or frequencies"
     return Targets(possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
 
 
@@ -340,7 +340,7 @@ def _grim_reason(column: Column) -> str:
                 f"the nearest are {near[0]:.6g} and {near[1]:.6g}"
             )
     texts = " and ".join(printed.text for printed, _ in column.means())
-    return "; ".join(reasons) or f"GRIM: {texts}, printed for one mean, contradict each other"
+    return "; ".join(reasons) or f"GRIM: {texts}, printed for the same mean, contradict each other"
 
 
 def _grimmer_reason(column: Column) -> str:

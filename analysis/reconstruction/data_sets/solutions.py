@@ -168,8 +168,8 @@ class Solutions:
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (
-            "mean and SD each pass GRIM and GRIMMER, but no set of ratings on the scale has both "
-            "together with the extremes, median, quartiles or frequencies printed"
+            "mean and SD pass GRIM and GRIMMER, but no ratings on the scale have both together "
+            "with the printed extremes, median, quartiles or frequencies"
         )
 
     def under(self, sd_convention: str, rounding: str) -> Solutions:

@@ -49,7 +49,7 @@ def impossible(
 def why_not(extent: tuple[float, float]) -> str:
     """Explain why a test is impossible, given the bounds on its statistic (NaN if undefined)."""
     if isnan(extent[0]):
-        return "it is undefined for every data set: its denominator does not vary"
+        return "the statistic is undefined for every data set, because its denominator is zero"
     return "no sums, sums of squares and products of whole ratings give the printed value"
 
 

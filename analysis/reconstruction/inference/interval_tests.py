@@ -51,7 +51,9 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
-        raise UserError(f"test '{test.kind}': its columns differ in n; pairs need the same n")
+        raise UserError(
+            f"test '{test.kind}': the columns differ in n; expected the same n for pairs"
+        )
     if wrong := next((c for c in chosen if c.reason), None):
         return _said(test, chosen, "impossible", f"column '{wrong.label}': {wrong.reason}")
     extent = _extent(test, chosen)
@@ -60,7 +62,9 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
         low <= extent[1] * (1 + SLACK) + SLACK and high >= extent[0] * (1 - SLACK) - SLACK
         for low, high in allowed
     ):
-        reason = "no combination of the printed mean, SD and correlation gives the printed value"
+        reason = (
+            "no means, SDs and correlations within the printed intervals give the printed value"
+        )
         return _said(test, chosen, "impossible", reason, extent=extent)
     for seed in range(PATHS):
         for window in allowed:

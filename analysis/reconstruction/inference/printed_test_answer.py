@@ -115,7 +115,7 @@ class Case:
 
 SHOWN = "the ratings below give the printed value"
 TOO_MANY = "too many sums and sums of squares fit the columns to examine all of them"
-UNFOUND = "its bounds allow it, but no ratings that give the printed value were found"
+UNFOUND = "the value is within the bounds, but no ratings that give it were found"
 
 
 def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[T]:
@@ -130,7 +130,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     if test.columns:
         chosen = [column for wanted in test.columns for label, column in columns if label == wanted]
     if test.of_two and len(chosen) != 2:  # noqa: PLR2004 - a pair
-        raise UserError(f"test '{test.kind}': expected the labels of its two columns")
+        raise UserError(f"test '{test.kind}': expected the labels of the two columns to compare")
     return chosen
 
 

@@ -60,7 +60,7 @@ class IntervalColumn:
     def assumptions(self) -> Iterator[str]:
         """Yield descriptions of the assumptions about the column."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
-        yield f"{kind}; any number between two others is possible"
+        yield f"{kind}; so any number between two others is possible"
         yield f"n = {self.n}, with no missing values"
 
 
@@ -73,7 +73,7 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
         If the column has entries for whole ratings only, or has no SD, SE or confidence interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
-        raise ValueError(f"omit {', '.join(more)}: continuous values have only a mean and SD")
+        raise ValueError(f"omit {', '.join(more)}: only mean and SD are used for continuous values")
     if summary.geometric_mean is not None and summary.log_sd is not None:
         return _of_logarithms(summary, scale)
     mean = inf, -inf

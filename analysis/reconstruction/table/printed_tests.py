@@ -63,23 +63,23 @@ class PrintedTest(FrozenTable):
             ),
             (
                 self.p_below is not None and self.p_below.value <= 0,
-                "p_below is 0 or less, but no p can be below 0",
+                "p_below is 0 or less; expected a number above 0",
             ),
             (
                 self.kind == "rm_f" and bool(self.p or self.p_below),
-                "omit the p of a repeated-measures F: it depends on the correction",
+                "omit the p of a repeated-measures F, because it depends on the correction",
             ),
             (
                 self.kind in OF_F and self.sides == 1,
-                "the p of an F has one tail by definition: omit sides",
+                "omit sides, because the p of an F has one tail by definition",
             ),
             (
                 self.d is not None and self.kind not in ("paired_t", "independent_t"),
-                f"d belongs to paired_t or independent_t, not to {self.kind}",
+                f"d is an effect size for paired_t or independent_t, not for {self.kind}",
             ),
             (
                 self.partial_eta_squared is not None and self.kind not in OF_F,
-                f"partial_eta_squared belongs to one_way_f or rm_f, not to {self.kind}",
+                f"partial_eta_squared is an effect size for one_way_f or rm_f, not for {self.kind}",
             ),
             (self.of_two and len(self.columns) > 2, "expected two columns"),  # noqa: PLR2004 - a pair
             (

@@ -199,7 +199,7 @@ class Summary(FrozenTable):
         if self.geometric_mean and (self.mean or self.mean_percent or self.sum or self.sd):
             raise ValueError("geometric_mean and log_sd describe logarithms: omit mean, sum and sd")
         if bool(self.ci_low) != bool(self.ci_high):
-            raise ValueError("expected both ends of the confidence interval, or none")
+            raise ValueError("expected both ends of the confidence interval, or neither")
         stated = [value for value, _ in (*self.frequencies, *self.percentages)]
         stated += [*self.present, *self.absent]
         for value, times in Counter(stated).items():
@@ -286,7 +286,9 @@ def close(summary: Summary, scale: OpenScale) -> Column:
         if high is None:
             high = max(origin + step * ceil((mean.high + farthest - origin) / step), low + step)
         if (high - low) / step > WIDEST_OPEN:
-            raise ValueError("expected a scale: without one, ratings may be almost any number")
+            raise ValueError(
+                "expected a scale, because ratings without a scale may be almost any number"
+            )
     grid = Scale(minimum=low, maximum=high, step=scale.step).model_copy(
         update={"items": scale.items}
     )

@@ -98,7 +98,7 @@ class _File(FrozenTable):
         labels = self.labels()
         for place, test in enumerate(self.test):
             if test.of_two and not test.columns and len(labels) != 2:  # noqa: PLR2004 - a pair
-                words = f"expected the two columns that {test.kind} compares"
+                words = f"expected the labels of the two columns that {test.kind} compares"
                 yield ("test", place), {"msg": words}
             for label in test.columns:
                 if label not in labels:

@@ -137,7 +137,7 @@ def test_a_forced_choice_has_its_guess_rate(tmp_path):
 
 def test_answers_that_look_like_guessing_are_remarked(tmp_path):
     data = load(forced_choice(tmp_path, 0.4), mapping())
-    assert any("state them (--alternatives 2)" in line for line in data.problems)
+    assert any("add --alternatives 2" in line for line in data.problems)
     path, _ = table(tmp_path, ("no", "yes"))
     assert not any("--alternatives" in line for line in load(path, mapping()).problems)
 

@@ -43,7 +43,7 @@ def test_a_file_without_a_required_column_is_named_among_files_that_have_it(data
         ("participant_id,amplitude_um_pp,estimate,estimate\na,0,1,2\n", "estimate occurs twice"),
         (
             TIDY.replace(",", "\t") + "a\t0,5\t1.5\n",
-            "are equally frequent; expected only one of them",
+            "are equally frequent; expected only one kind",
         ),
         ("{" + "x" * 5000 + "}\n1\n", r"xxx \.\.\.\. Expected at least participant_id"),
     ],

@@ -158,7 +158,7 @@ def test_phases_other_than_practice_count_as_main_and_are_named(table_by_hand):
     data = load(table_by_hand(text))
     assert data.counts["practice"] == 1
     assert data.counts["analysed"] == 2
-    assert data.problems[0].startswith("Phase 'warm-up': its 1 trials count as main trials")
+    assert data.problems[0].startswith("Phase 'warm-up': its 1 trials are analysed as main trials")
 
 
 def test_more_columns_than_a_screen_holds_read_without_a_warning(table_by_hand):

@@ -178,11 +178,11 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
 @pytest.mark.parametrize(
     "table,words",
     [
-        ({"columns": {"participant": "a"}}, "a column for the stimulus and one for the response"),
-        ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is named twice"),
+        ({"columns": {"participant": "a"}}, "columns for the stimulus and for the response"),
+        ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is used twice"),
         (
             {"columns": {"participant": "a", "stimulus": "s", "response": "b", "reference": "c"}},
-            "a reference only together with an answer",
+            "a reference only with a column of answers",
         ),
         ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
         (

@@ -29,7 +29,7 @@ def rated(who, factor=1.0, times=1):
 @pytest.mark.parametrize("name", ["Mean", "average", "Total", "Std. dev.", "Mittelwert", "Moyenne"])
 def test_a_row_that_summarises_the_table_is_refused(tmp_path, name):
     rows = [*rated("a"), *rated("b"), (name, 0.5, 3.0)]
-    with pytest.raises(UserError, match=f"'{name}' looks like a summary of the table"):
+    with pytest.raises(UserError, match=f"'{name}' is probably a summary row"):
         load(written(tmp_path, rows))
 
 

@@ -167,7 +167,7 @@ def test_a_percentage_that_no_count_gives_is_a_finding(column):
 def test_numbers_for_one_mean_must_agree(column):
     assert Solutions(column(10, "2.4", None, sum="24", maximum=6)).consistent
     reason = Solutions(column(10, "2.4", None, sum="25", maximum=6)).reason
-    assert "2.4 and 25, printed for one mean, contradict each other" in reason
+    assert "2.4 and 25, printed for the same mean, contradict each other" in reason
 
 
 def test_a_standard_error_is_an_sd_over_the_root_of_n(column):

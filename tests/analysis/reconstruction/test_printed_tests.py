@@ -253,11 +253,15 @@ def test_tests_are_read_with_the_table():
         ('statistic = "1.93"', 'p_below = "0"', "line 13, item 1 of test: p_below is 0 or less"),
         ('["a", "column 2"]', '["a"]', "expected two or more different columns"),
         ('kind = "paired_t"', 'kind = "rm_f"\np = ".01"', "omit the p"),
-        ('kind = "paired_t"', 'kind = "rm_f"\nd = "1.0"', "d belongs to paired_t or independent_t"),
+        (
+            'kind = "paired_t"',
+            'kind = "rm_f"\nd = "1.0"',
+            "d is an effect size for paired_t or independent_t",
+        ),
         (
             'kind = "paired_t"',
             'kind = "paired_t"\npartial_eta_squared = "0.5"',
-            "partial_eta_squared belongs to one_way_f or rm_f",
+            "partial_eta_squared is an effect size for one_way_f or rm_f",
         ),
         ('kind = "paired_t"', 'kind = "rm_f"\nsides = 1', "omit sides"),
     ],
@@ -268,7 +272,7 @@ def test_a_wrong_test_is_refused_with_its_line(old, new, said):
 
 
 def test_a_test_of_two_columns_says_which(groups):
-    with pytest.raises(UserError, match="expected the labels of its two columns"):
+    with pytest.raises(UserError, match="expected the labels of the two columns"):
         answer(PrintedTest(kind="paired_t", statistic="1"), groups)
 
 
