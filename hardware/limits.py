@@ -118,7 +118,7 @@ class PlateLimits:
             allowed, how = APPLIED_TOLERANCE * commanded_level + ROUNDING * self.level, "applied"
         if not abs(reported_level - commanded_level) <= allowed:
             raise NotReached(
-                f"{q.short(commanded_level)} was commanded, {reported_level:.3f} "
+                f"{q.short(commanded_level)} was commanded, but {reported_level:.3f} "
                 f"{q.unit_in_short} is {how} (tolerance {allowed:.3f})"
             )
 
@@ -129,7 +129,7 @@ class PlateLimits:
         band = self.voltage_band
         if not predicted_v / band <= reported_v <= predicted_v * band:
             raise OffCalibration(
-                f"{reported_v:.2f} V peak drive the plate at "
+                f"the plate is driven with {reported_v:.2f} V peak at "
                 f"{self.quantity.short(commanded_level)}, but the calibration predicts "
                 f"{predicted_v:.2f} V (allowed factor {band:g})"
             )

@@ -65,8 +65,7 @@ NOTES: Mapping[str, str] = {
         "language of the texts shown to the participant; for languages that the study itself "
         "provides, see `code/`"
     ),
-    "texts_hash": "SHA-256 of all texts that the participant could read; n/a if the journal "
-    "is older",
+    "texts_hash": "SHA-256 of all texts that the participant could read; n/a for older journals",
     "complete": "whether the run was completed",
     "answered_by": "person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",

@@ -113,7 +113,7 @@ def _open_loop(bench: Bench) -> None:
 def _list_limits(bench: Bench) -> None:
     lists = bench.lists()
     if lists.points < POINTS_NEEDED:
-        differs(f"room for {POINTS_NEEDED} amplitudes or more", str(lists.points))
+        differs(f"room for at least {POINTS_NEEDED} amplitudes", str(lists.points))
 
 
 def _list_is_filled(bench: Bench) -> None:

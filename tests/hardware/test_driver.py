@@ -224,7 +224,9 @@ def test_a_connect_that_fails_lets_go_of_the_device():
 
 def test_a_measured_amplitude_other_than_commanded_is_a_fault_and_ends_silent(plate):
     plate.measures = lambda commanded: 0.9 * commanded
-    with pytest.raises(NotReached, match=r"2\.3 µm p-p was commanded, 2\.070 µm p-p is measured"):
+    with pytest.raises(
+        NotReached, match=r"2\.3 µm p-p was commanded, but 2\.070 µm p-p is measured"
+    ):
         plate.present(surface(2.3))
     assert plate.amplitude_um_pp == 0
 

@@ -205,7 +205,7 @@ def test_a_texture_that_has_gone_is_noticed_even_where_it_reaches_down_to_zero(d
         stage.confirm()
     plate.twin.set_drive(OFF, clock.now())
     clock.sleep(0.05)
-    with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, 0\.0"):
+    with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, but 0\.0"):
         stage.confirm()
 
 

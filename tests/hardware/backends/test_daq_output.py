@@ -88,7 +88,7 @@ def test_an_output_that_makes_less_is_noticed_and_silenced(screen, monkeypatch):
         plate.connect()
         measured = plate._measure
         monkeypatch.setattr(plate, "_measure", lambda: 0.5 * measured())
-        with pytest.raises(NotReached, match=r"100 V peak was commanded, 50\.000 V peak is"):
+        with pytest.raises(NotReached, match=r"100 V peak was commanded, but 50\.000 V peak is"):
             plate.present(surface(100.0))
         assert plate.output is Output.OFF
         assert TERMINALS.output_v == [0.0]

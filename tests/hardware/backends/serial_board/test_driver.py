@@ -342,7 +342,7 @@ def test_a_plate_that_falls_silent_is_told_from_a_groove(board, monkeypatch):
     )
     with serial_plate(board) as plate:
         plate.present(replace(TEXTURE, depth_level=1.2))
-        with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, 0\.000"):
+        with pytest.raises(NotReached, match=r"1\.2 µm p-p was commanded, but 0\.000"):
             fault_within(plate)
 
 
@@ -688,7 +688,9 @@ def test_a_status_with_another_voltage_than_the_calibrations_is_a_fault():
         voltage_v=15.65, temperature_c=22.0,
     )  # fmt: skip
     active = ActivePresentation(1.2, predicted_v=7.82)
-    with pytest.raises(OffCalibration, match=r"15\.65 V peak drive the plate at 1\.2 µm p-p"):
+    with pytest.raises(
+        OffCalibration, match=r"the plate is driven with 15\.65 V peak at 1\.2 µm p-p"
+    ):
         check_status(status, active, PlateLimits(), port="COM3")
     check_status(replace(status, voltage_v=9.4), active, PlateLimits(), port="COM3")
 
