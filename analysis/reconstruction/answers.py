@@ -60,7 +60,7 @@ class ColumnAnswer:
     printed : str
         Description of all printed numbers of the column.
     reason : str
-        Why no data set exists; empty if one exists.
+        Reason why no data set exists; empty if one exists.
     multisets : int or None
         Number of data sets, ignoring the order of participants; None if not counted.
     ordered : int or None

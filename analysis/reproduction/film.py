@@ -24,7 +24,7 @@ POSITIONS = 100_000
 
 
 def more_than(published: str, ours: float) -> bool:
-    """Return whether our value exceeds a published "more than"."""
+    """Return whether our value exceeds the published lower bound."""
     return ours > float(published)
 
 

@@ -160,7 +160,7 @@ STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
 
 
 def guide(bench: Bench, assistant: Assistant) -> Iterator[Verdict]:
-    """Perform the guided tests with an assistant. The plate is off before and after them.
+    """Perform the guided tests with an assistant. The plate is off before and after the tests.
 
     Raises
     ------

@@ -49,7 +49,7 @@ class Share:
 
     @property
     def error(self) -> float:
-        """The Monte Carlo standard error."""
+        """Monte Carlo standard error of the proportion."""
         return math.sqrt(self.value * (1 - self.value) / self.studies)
 
 
@@ -76,12 +76,12 @@ class Sums:
 
     @property
     def mean(self) -> float:
-        """The mean; NaN without values."""
+        """Mean of the values; NaN if there are none."""
         return self.total / self.n if self.n else math.nan
 
     @property
     def error(self) -> float:
-        """The standard error of the mean; NaN for fewer than two values."""
+        """Standard error of the mean; NaN for fewer than two values."""
         if self.n < 2:  # noqa: PLR2004
             return math.nan
         variance = max(self.squares - self.total**2 / self.n, 0.0) / (self.n - 1)

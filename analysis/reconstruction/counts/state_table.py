@@ -7,7 +7,7 @@ so half of the cells in a table over (k, a, q) would be empty. The contribution 
 a triangular number.
 
 The sign is positive below the centre and negative above it. Two halves then form a solution if
-a_above = a_below + D and w_above = constant - w_below. Counting all solutions is a product of two
+a_above = a_below + D and w_above = constant - w_below. The number of solutions is a product of two
 slices.
 """
 

@@ -59,7 +59,7 @@ class Sampler:
         Raises
         ------
         UserError
-            If there are more than `listing.LISTED`.
+            If there are more than `listing.LISTED` multisets.
         """
         return self.solutions.listed
 

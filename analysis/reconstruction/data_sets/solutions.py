@@ -54,7 +54,7 @@ class Solutions:
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """The parts to solve, grouped by the tables that they share."""
+        """Parts of the solutions, grouped by shared state tables."""
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
@@ -116,7 +116,7 @@ class Solutions:
         Raises
         ------
         UserError
-            If there are more than `LISTED`.
+            If there are more than `LISTED` data sets.
         """
         if self._unfiltered > LISTED:
             raise UserError(f"{self._unfiltered} data sets are too many to list; draw a sample")

@@ -100,7 +100,7 @@ def conclusions(
     columns : list of Sampler
         Two or more columns from the same participants.
     tell : callable
-        Called with a description of the current step.
+        Function that is called with a description of each step.
 
     Raises
     ------

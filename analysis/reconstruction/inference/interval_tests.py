@@ -2,9 +2,9 @@
 
 Each statistic is a continuous function of means, SDs and, for paired columns, correlations. It
 takes every value between its extremes over the printed intervals, and no other value. A test
-outside the extremes is impossible. For a test within the extremes, an example is searched for on a
-path from values with the smallest statistic to values with the largest, and is checked against the
-definition. If no example is found, the test remains undecided.
+outside the extremes is impossible. For other tests, a search follows a path from values with the
+smallest statistic to values with the largest. An example that it finds is checked against the
+definition; without an example, the test remains undecided.
 """
 
 from __future__ import annotations
@@ -47,7 +47,8 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
     Raises
     ------
     UserError
-        If a test of two columns does not specify which, or if paired columns differ in n.
+        If a test compares two of several columns without naming them, or if paired columns differ
+        in n.
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:

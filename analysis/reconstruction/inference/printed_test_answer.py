@@ -124,7 +124,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     Raises
     ------
     UserError
-        If a test of two columns does not specify which.
+        If a test compares two of several columns without naming them.
     """
     chosen = [column for _, column in columns]
     if test.columns:

@@ -9,8 +9,8 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
                   long, it is assumed to hang and the plate is silenced; 0: never
 ================  ===============================================================
 
-A heartbeat thread queries the board's status ten times per second. If the board receives nothing
-for its watchdog time, it silences the plate. `check` raises the faults that the heartbeat finds.
+A heartbeat thread queries the board's status ten times per second. The board silences the plate if
+it receives nothing for its watchdog time. `check` raises the faults that the heartbeat finds.
 
 For textures, the board receives and plays a list of amplitudes. Older firmware does not support
 lists, and textures are then rejected.
