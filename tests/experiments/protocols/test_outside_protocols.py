@@ -151,7 +151,7 @@ def test_a_pilot_of_outside_tasks_alone_is_done_and_says_that_nothing_reads_them
     pilot(GRIP)
     monkeypatch.chdir(tmp_path)
     assert main(["pilot", "outside0.toml", "--out", "again"]) == 0
-    assert "It was not analysed" in capsys.readouterr().out
+    assert "The data were not analysed" in capsys.readouterr().out
     assert list((tmp_path / "again").glob("sub-01/beh/*_task-grip_run-01_beh.tsv"))
 
 
