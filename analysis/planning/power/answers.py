@@ -215,8 +215,8 @@ def sentence(design: Design, row: Row) -> str:
     alarms = row.false_alarms.get(row.decisive[0])
     if alarms:
         parts.append(
-            f"without an effect, {row.decisive[0]} was significant in {alarms.value:.1%} "
-            f"({alarms.low:.1%} to {alarms.high:.1%})"
+            f"without an effect, {test_title(row.decisive[0])} was significant in "
+            f"{alarms.value:.1%} ({alarms.low:.1%} to {alarms.high:.1%})"
         )
     width = row.widths["exponent"].mean
     if math.isfinite(width):
@@ -225,6 +225,22 @@ def sentence(design: Design, row: Row) -> str:
             f"the {level:.0%} interval for the exponent has a mean half-width of {width:.2f}"
         )
     return "; ".join(parts) + "."
+
+
+#: Test, as in a study file -> its name in sentences and tables.
+TITLES = {
+    "friedman": "Friedman's test",
+    "rm_anova": "the repeated-measures ANOVA",
+    "page_trend": "Page's test",
+    "linear_trend": "the linear trend",
+    "power_law": "the exponent",
+    "mixed_model": "the mixed model's exponent",
+}
+
+
+def test_title(name: str) -> str:
+    """Return the name of a test, or of a pair of levels or a factor, for readers."""
+    return TITLES.get(name, name)
 
 
 PRIMARY_TESTS = {

@@ -9,6 +9,7 @@ from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.yes_no_steps import StepTask
 from slipscale.analysis.planning.simulated.estimates import Task
 from slipscale.analysis.planning.simulated.fast_tests import DIVISORS, OMNIBUS, TESTS
+from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocol_parts.base import Context, Options
@@ -55,6 +56,7 @@ class Design:
     population: Population
     alpha: float
     varied: str = "amplitude"
+    unit: str = "µm"
 
     @property
     def rule(self) -> str:
@@ -91,6 +93,23 @@ class Design:
                 ("", people.effects),
                 (f" x {self.varied}", people.growths),
             )
+        }
+
+    @property
+    def mixed_tests(self) -> dict[str, tuple[str, str, str]]:
+        """Tests of factors in the mixed model -> factor, level, and key of `TERMS`.
+
+        Each level is compared with the factor's first. Empty unless the study names factors in its
+        tests, because every fit takes a fraction of a second.
+        """
+        if "factors" not in (self.choices.tests or ()):
+            return {}
+        crossed = {"log_ratio": "", "exponent": f" x {self.varied}"}
+        return {
+            f"{factor} {level}{crossed[what]}, mixed model": (factor, level, what)
+            for factor, levels in self.task.factors
+            for level in sorted(levels, key=numbers_first)[1:]
+            for what in crossed
         }
 
     @property
@@ -190,6 +209,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
         population=people_for(study, population),
         alpha=alpha,
         varied=study.quantity.name,
+        unit=study.quantity.unit,
     )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.planning.power.answers import Row, as_json, varying
+from slipscale.analysis.planning.power.answers import Row, as_json, test_title, varying
 from slipscale.analysis.planning.power.figures import catch_figure, power_figure, precision_figure
 from slipscale.analysis.planning.power.grid import AXES
 from slipscale.analysis.planning.power.terminal import summary
@@ -113,7 +113,12 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
 def _table(found: Sequence[Row]) -> Markup:
     axes, tests = varying(found), found[0].power
     steps = found[0].steps
-    names = (*(axis.replace("_", " ") for axis in axes), *tests, "exponent ±", *steps)
+    names = (
+        *(axis.replace("_", " ") for axis in axes),
+        *map(test_title, tests),
+        "exponent ±",
+        *steps,
+    )
     columns = html.columns(*names)
     rows = [
         [

@@ -39,11 +39,15 @@ from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.mixed_model import mixed_model
 from slipscale.analysis.statistics.repeated_measures.omnibus import page_trend
+from slipscale.analysis.tasks.effects.factors.statistics import mixed_changes
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 
 #: Version of the simulation. A different version changes all seeds and invalidates the cache.
 VERSION = 2
 STUDIES_A_SHARD = 250
+#: Significance level in the identity that determines the seed, whatever the study's level.
+SEEDED_ALPHA = 0.05
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,12 +98,18 @@ class Shard:
         """SHA-256 of the identity, in hexadecimal."""
         return hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
 
+    @property
+    def random_seed(self) -> int:
+        """Seed of everything that is drawn: the same for every analysis of the same people."""
+        design = replace(self.design, choices=AnalysisChoices(), alpha=SEEDED_ALPHA)
+        return int(replace(self, design=design, looks=Looks()).digest, 16)
+
     def compute(self) -> Outcome:
         """Simulate the studies and count their findings."""
         design, condition = self.design, self.condition
         task = design.task_of(condition)
         people = condition.people(design.population)
-        rng = np.random.default_rng(int(self.digest, 16))
+        rng = np.random.default_rng(self.random_seed)
         ratings = simulate_ratings(
             task,
             participants=condition.participants,
@@ -240,8 +250,10 @@ def _dataset(design: Design, ratings: Ratings, study: int) -> Dataset:
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
     """Count the studies with significant results in tests that are not vectorised."""
     slow = [name for name in design.tests if name in SLOW]
-    found = dict.fromkeys(slow, 0)
-    for study in range(len(ratings.percent) if slow else 0):
+    contrasts = design.mixed_tests
+    factors = {factor for factor, _, _ in contrasts.values()}
+    found = dict.fromkeys([*slow, *contrasts], 0)
+    for study in range(len(ratings.percent) if found else 0):
         data = _dataset(design, ratings, study)
         try:
             _, prepared, _, _ = normalised(data, None)
@@ -249,6 +261,12 @@ def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
             continue  # `analyse` would reject these data.
         for name in slow:
             found[name] += bool(prepared and SLOW[name](prepared) < design.alpha)
+        if prepared is None or prepared.refused:
+            continue
+        changes = {factor: mixed_changes(prepared, factor) for factor in factors}
+        for name, (factor, level, what) in contrasts.items():
+            change = changes[factor].get((level, what))
+            found[name] += bool(change and change.p < design.alpha)
     return found
 
 

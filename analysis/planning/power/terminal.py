@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 #: Short headings for narrow columns.
 SHORT = {"participants": "N", "repetitions": "ratings", "catch_steps": "catch\nsteps"}
-WIDTH = 110
+WIDTH, WIDEST = 110, 1000
 #: Maximum number of condition columns for which all pairs are shown.
 NARROW = 2
 
@@ -43,6 +43,8 @@ def print_power(design: Design, found: Sequence[Row], target: float) -> None:
     for row in found:
         values = [row.condition.told(axis) for axis in axes]
         table.add_row(*values, *(cell(row) for cell in columns.values()))
+    needed = target_console.measure(table, options=target_console.options.update(width=WIDEST))
+    target_console.width = max(target_console.width, needed.maximum)
     target_console.print(table)
     errors = [share.error for row in found for share in row.power.values()]
     lines = [f"Monte Carlo standard errors are at most {max(errors):.3f}."]
@@ -57,10 +59,10 @@ def _columns(
     columns: dict[str, Callable[[Row], str]] = {}
     amplitudes = [name for name in first.decisive if name not in design.factor_tests]
     for name in amplitudes[: 1 if brief else None]:
-        title = f"{name}\nµm" if " - " in name else "any"
+        title = f"{name}\n{design.unit}" if " - " in name else "any"
         columns[title] = partial(_power, name, target)
-    for name in design.factor_tests:
-        columns[name.replace(" x ", "\nx ")] = partial(_power, name, target)
+    for name in (*design.factor_tests, *design.mixed_tests):
+        columns[name.replace(" x ", "\nx ").replace(", ", ",\n")] = partial(_power, name, target)
     if brief:
         columns["weakest"] = lambda row: _share(row.weakest.value, target)
     columns["exponent\n±"] = _width
@@ -91,10 +93,27 @@ def _of_factors(design: Design) -> list[str]:
         "in a repeated-measures ANOVA of log estimates, averaged over other factors."
     )
     lines = [tested]
-    if absent := [name for name, simulated in design.factor_tests.items() if not simulated]:
+    tests = design.factor_tests
+    bounded = [f"{name} x {design.varied}" for name in known if tests[name]]
+    absent = [name for name, simulated in tests.items() if not simulated]
+    if none := [name for name in absent if name not in bounded]:
         lines.append(
-            f"No effect is simulated for {', '.join(absent)}, so these values are false-alarm "
+            f"No effect is simulated for {', '.join(none)}, so these values are false-alarm "
             "rates. To simulate an effect, set simulated or simulated_growth in [[factors]]."
+        )
+    if some := [name for name in absent if name in bounded]:
+        lines.append(
+            f"{', '.join(some)}: no change in growth is simulated, but this interaction exists. "
+            "Answers end at the top of the scale, so an effect is a smaller ratio near the top."
+        )
+    if mixed := design.mixed_tests:
+        lines.append(
+            f"Mixed model of all trials ({'; '.join(mixed)}): changes from the factor's first "
+            "level, as in the report, with uncorrected p-values."
+        )
+    else:
+        lines.append(
+            "To add the mixed model's changes, list factors in tests of [analysis] (slow)."
         )
     differing = dict(design.population.effect_sds)
     if same := [name for name in known if name not in differing]:

@@ -25,6 +25,7 @@ from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, pairs_of
 from slipscale.analysis.writing import html
+from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
     DASH,
@@ -93,7 +94,7 @@ def _sentences(analysis: Analysis) -> list[str]:
     """Return a sentence on each task and factor."""
     confidence = analysis.dataset.choices.confidence
     return [
-        f"{each.task}, {each.factor}: {'; '.join(parts)}."
+        f"{each.task}, {factor_name(each.factor)}: {'; '.join(parts)}."
         for each in analysis.inference[CONDITIONS] or ()
         if (parts := list(_parts(each, confidence)))
     ]
@@ -111,7 +112,8 @@ def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
         change = pair.difference
         if change:
             yield (
-                f"{pair.to_surface} minus {pair.from_surface}: {number(change.mean)}, "
+                f"{factor_level(found.factor, pair.to_surface)} minus "
+                f"{factor_level(found.factor, pair.from_surface)}: {number(change.mean)}, "
                 f"{level_of(confidence)} CI {bracketed(change.interval, number)}, "
                 f"{p_value(pair.p_wilcoxon_holm)} (Wilcoxon's test, Holm, n = {pair.participants})"
             )

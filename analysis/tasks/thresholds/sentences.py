@@ -10,6 +10,7 @@ from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
 from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
 from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
+from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.numbers import (
     bracketed,
     level_of,
@@ -18,7 +19,7 @@ from slipscale.analysis.writing.numbers import (
     unit_number,
 )
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
-from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity, capitalised
 
 _HALF_WAY = "for a typical participant (n = {n}), half-way between chance and best performance"
 #: Method -> text before and after the threshold in a sentence.
@@ -182,7 +183,8 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
             f"{100 * joint.lapse:.1f} %; {_slopes(joint)}."
         )
         parts += [
-            f"{factor.name.capitalize()} {each.second} compared with {each.first}: threshold "
+            f"{capitalised(factor_name(factor.name))} {factor_level(factor.name, each.second)} "
+            f"compared with {factor_level(factor.name, each.first)}: threshold "
             f"{_change(each.change.value, task, quantity)}, CI "
             f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after Holm's "
             "correction."

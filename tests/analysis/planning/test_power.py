@@ -16,8 +16,8 @@ from slipscale.analysis.planning.power.answers import Assurance, fewest, largest
 from slipscale.analysis.planning.power.design import design_of
 from slipscale.analysis.planning.power.grid import Condition, conditions, values_of
 from slipscale.analysis.planning.power.run_grid import run_grid, shards
-from slipscale.analysis.planning.power.shard import Looks, Shard, at_once, excluded
-from slipscale.analysis.planning.power.terminal import summary
+from slipscale.analysis.planning.power.shard import Looks, Shard, at_once, excluded, one_by_one
+from slipscale.analysis.planning.power.terminal import print_power, summary
 from slipscale.analysis.planning.simulated.dataset import simulated_dataset
 from slipscale.analysis.planning.simulated.estimates import Ratings, Task, simulate_ratings
 from slipscale.analysis.planning.simulated.fast_tests import factor_p, pairwise, tables
@@ -409,11 +409,83 @@ def test_the_effect_and_the_interaction_of_each_factor_have_a_power():
     assert "direction" in found[0].decisive
     assert "hand" not in found[0].decisive
     told = " ".join(summary(made, found, 0.8))
-    assert "for direction x amplitude, hand, hand x amplitude, so these values are false" in told
+    assert "for hand, hand x amplitude, so these values are false" in told
+    assert "direction x amplitude: no change in growth is simulated, but this interaction" in told
     assert "the same effect of direction, hand. Power is lower if people differ" in told
     assert found[0].condition.people(made.population).effects == (("direction", "right", 0.5),)
     none = Condition(participants=6, effect=0).people(made.population)
     assert none.effects == (("direction", "right", 1.0),)
+
+
+@pytest.mark.parametrize(
+    "name, unit, suffix, exponent",
+    [("voltage", "V", "v_peak", 2.0), ("acceleration", "m/s²", "m_s2_peak", 0.89)],
+    ids=["voltage", "acceleration"],
+)
+def test_levels_in_another_unit_are_not_read_as_micrometres(capsys, name, unit, suffix, exponent):
+    """Rest and the plate's maximum feel like the paper's ends, between them by a power function."""
+    text = f"""
+name = "other"
+title = "Another quantity"
+{name}s_{suffix} = [0.0, 30.0, 60.0]
+[quantity]
+name = "{name}"
+unit = "{unit}"
+convention = "peak"
+[plate]
+{name}_{suffix} = 100.0
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+"""
+    made = design(text=text)
+    means = simulated(made, Condition(participants=100), 40).means(3).mean(axis=(0, 1))
+    expected = 12.75 + (81.33 - 12.75) * np.array([0.0, 0.3, 0.6]) ** exponent
+    assert means == pytest.approx(expected, abs=1.0)
+    wanted = [Condition(participants=12)]
+    found = rows(made, wanted, run_grid(shards(made, wanted, studies=200, seed=1)), looks=Looks())
+    assert "30 - 60" in found[0].power
+    print_power(made, found, 0.8)
+    assert "µm" not in capsys.readouterr().out
+
+
+def test_the_mixed_model_s_changes_have_a_power_if_the_study_names_the_model():
+    made = design(text=CROSSED, tests=("friedman", "factors"))
+    changes = ("direction left", "direction right", "hand right")
+    assert list(made.mixed_tests) == [
+        f"{each}{crossed}, mixed model" for each in changes for crossed in ("", " x amplitude")
+    ]
+    people = Condition(participants=6)
+    found = Shard(design=made, condition=people, number=0, studies=4, seed=1).compute().found
+    assert found["direction right, mixed model"] == 4
+    assert found["hand right, mixed model"] < 4
+    data = simulated_dataset(
+        simulated(made, people, 1), 0, AMPLITUDES, made.choices,
+        declared=True, conditions=made.task.conditions,
+    )  # fmt: skip
+    change = analyse(data).inference.factors[0].changes[1]
+    one = one_by_one(made, simulated(made, people, 1))
+    assert one["direction right, mixed model"] == (change.mixed_log_ratio.p < 0.05)
+    assert not design(text=CROSSED).mixed_tests
+
+
+def test_the_simulated_people_do_not_depend_on_how_they_are_analysed():
+    usual, other = (
+        Shard(design=made, condition=Condition(participants=5), number=0, studies=9, seed=1)
+        for made in (design(), design(confidence=0.9, primary="logarithms", zero_rule="refuse"))
+    )
+    assert usual.random_seed == other.random_seed
+    assert usual.digest != other.digest
+    assert usual.random_seed != replace(usual, seed=2).random_seed
+    assert usual.random_seed == replace(usual, looks=Looks(number=2)).random_seed
+
+
+def test_numbers_of_factors_are_not_cut_off_in_the_terminal(capsys):
+    wanted = [Condition(participants=12)]
+    made = design(text=CROSSED)
+    found = rows(made, wanted, run_grid(shards(made, wanted, studies=20, seed=1)), looks=Looks())
+    print_power(made, found, 0.8)
+    assert "…" not in capsys.readouterr().out
 
 
 def test_without_factors_the_random_numbers_are_as_before_factors_had_power():

@@ -17,6 +17,7 @@ from slipscale.analysis.tasks.effects.factors.statistics import (
 )
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
+from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import (
     bracketed,
@@ -42,19 +43,18 @@ def sentences(analysis: Analysis) -> list[str]:
     confidence, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
     texts = []
     for each in analysis.inference[FACTORS] or ():
-        anova = each.anova
+        anova, name = each.anova, factor_name(each.factor)
         if isinstance(anova, NotComputed):
-            texts.append(
-                f"The analysis of variance with {each.factor} was not computed: {anova.reason}."
-            )
+            texts.append(f"The analysis of variance with {name} was not computed: {anova.reason}.")
         else:
-            names = (each.factor, f"conditions of {each.factor}")
+            names = (name, f"conditions of {name}")
             texts.append(anova_sentence(names, anova.effects, anova.n, confidence, quantity))
-        first = each.conditions[0].condition
+        first = factor_level(each.factor, each.conditions[0].condition)
         for change in each.changes:
             parts = "; ".join(_parts(change, confidence))
             if parts:
-                texts.append(f"{each.factor} {change.condition} compared with {first}: {parts}.")
+                level = factor_level(each.factor, change.condition)
+                texts.append(f"{name} {level} compared with {first}: {parts}.")
     return texts
 
 

@@ -210,6 +210,17 @@ def _changes(
     )
 
 
+def mixed_changes(prepared: Prepared, factor: str) -> Mapping[tuple[str, str], FixedEffect]:
+    """Return the mixed model's changes from a factor's first level, by level and key of `TERMS`.
+
+    Empty if the model cannot be fitted.
+    """
+    conditions = prepared.trials[f"{FACTOR}{factor}"].astype(str)
+    labels = sorted(conditions.unique(), key=numbers_first)
+    found = _mixed(prepared, conditions, labels, prepared.choices.confidence)
+    return {} if isinstance(found, NotComputed) else found[1]
+
+
 def _mixed(
     prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
 ) -> tuple[MixedFit, Mapping[tuple[str, str], FixedEffect]] | NotComputed:

@@ -13,6 +13,7 @@ from slipscale.analysis.export.files import write_export
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.tasks.effects.factors.declaration import sentences
 from slipscale.analysis.tasks.effects.factors.statistics import FACTORS
 from slipscale.analysis.tasks.thresholds.reading import TRIALS
 
@@ -101,6 +102,17 @@ def test_the_report_names_conditions_and_what_they_change(analysis, page):
     text = page(analysis)
     assert "speed and period as within-participant factors (n = 10" in text
     assert "speed slow compared with fast: the ratio of geometric means was 0.63" in text
+
+
+def test_levels_are_reported_with_the_unit_of_their_factor(table, tmp_path):
+    rows = pd.read_csv(table).rename(columns={"speed": "finger_speed_mm_s"})
+    rows["finger_speed_mm_s"] = rows["finger_speed_mm_s"].map({"slow": 5, "medium": 10, "fast": 20})
+    path = tmp_path / "units.csv"
+    rows.to_csv(path, index=False)
+    columns = {"columns": COLUMNS | {"factor": "finger_speed_mm_s"}}
+    told = " ".join(sentences(analyse(load(path, parse_mapping(columns, "here")))))
+    assert "with finger speed and period as within-participant factors" in told
+    assert "finger speed 20 mm/s compared with 5 mm/s: " in told
 
 
 def test_conditions_that_are_numbers_are_in_their_order(table, tmp_path):

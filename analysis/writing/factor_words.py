@@ -1,0 +1,42 @@
+"""Write the names and levels of a study's factors: "frequency", "180 Hz" for ``frequency_hz``."""
+
+from __future__ import annotations
+
+#: End of a factor's name -> unit; the longest that fits applies.
+UNITS = {
+    "_mm_s": "mm/s",
+    "_m_s": "m/s",
+    "_um_pp": "µm",
+    "_v_peak": "V",
+    "_khz": "kHz",
+    "_hz": "Hz",
+    "_ms": "ms",
+    "_s": "s",
+    "_um": "µm",
+    "_mm": "mm",
+    "_deg": "°",
+    "_n": "N",
+    "_v": "V",
+}
+
+
+def factor_name(factor: str) -> str:
+    """Return a factor's name without its unit.
+
+    >>> factor_name("finger_speed_mm_s"), factor_name("hand")
+    ('finger speed', 'hand')
+    """
+    return factor.removesuffix(_end(factor)).replace("_", " ")
+
+
+def factor_level(factor: str, level: str) -> str:
+    """Return a level with its factor's unit.
+
+    >>> factor_level("frequency_hz", "180"), factor_level("hand", "left")
+    ('180 Hz', 'left')
+    """
+    return f"{level} {UNITS.get(_end(factor), '')}".rstrip()
+
+
+def _end(factor: str) -> str:
+    return max((end for end in UNITS if factor.endswith(end)), key=len, default="")
