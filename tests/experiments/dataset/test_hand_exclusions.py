@@ -42,7 +42,7 @@ def test_every_decision_is_kept_and_the_last_one_counts(dataset):
         ("09", "x", True, "contains no data from this participant"),
         ("01", "  ", True, "expected a reason"),
         ("01", "x", False, "is not excluded by hand"),
-        ("02", "x", True, "is excluded already"),
+        ("02", "x", True, "is already excluded"),
     ],
 )
 def test_what_cannot_be_decided_is_refused_and_nothing_is_written(
