@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+
+from markupsafe import Markup
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation import sentences as apa
+from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
 from slipscale.analysis.tasks.estimation.growth.statistics import FrictionGrowth
 from slipscale.analysis.tasks.estimation.statistics import GROWTH
+from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import grouped, joined
-
-if TYPE_CHECKING:
-    from markupsafe import Markup
-
-    from slipscale.analysis.tasks.estimation.growth.growth_models import GrowthComparison
-    from slipscale.analysis.tasks.kind import Analysis
-    from slipscale.stimuli.quantity import Quantity
+from slipscale.stimuli.quantity import Quantity
 
 
 def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:

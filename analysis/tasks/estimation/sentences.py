@@ -18,7 +18,7 @@ from slipscale.analysis.writing.numbers import (
     reliable,
     unit_number,
 )
-from slipscale.stimuli.quantity import capitalised
+from slipscale.stimuli.quantity import Quantity, capitalised
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.estimation.growth.statistics import Growth
     from slipscale.analysis.tasks.estimation.order_effects import OrderEffects
     from slipscale.analysis.tasks.estimation.robust_exponent import RobustExponent
-    from slipscale.stimuli.quantity import Quantity
 
 #: Names of growth functions in sentences, keyed as in
 #: `slipscale.analysis.tasks.estimation.growth.growth_models.MODELS`.
