@@ -24,10 +24,10 @@ SPEED, STROKES = "exploration_speed_mm_s", "strokes"
 STROKE = "stroke"
 SLIP_RATE, SLIP_DEPTH = "slip_rate_hz", "slip_depth_share"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
-# Column -> name of the quantity in the reply to a presentation.
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
 #: Like `Present.second`, this level is not in the plate's quantity.
 SECOND_READBACK = "second_readback"
+# Column -> name of the quantity in the reply to a presentation.
 OF_THE_PLATE = {
     "drive_voltage_v_peak": "voltage_v_peak",
     "plate_temperature_c": "temperature_c",

@@ -54,10 +54,11 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     Raises
     ------
     UserError
-        If a folder is not a data set or is in use by a session, or if ``out`` already exists. Also
-        if the data sets contradict each other; one message then lists all contradictions: pilots
-        and participants, different runs under the same name, versions of the study, a participant
-        under two labels, or a withdrawal from only one data set.
+        If a folder is not a data set or is in use by a session, or if ``out`` is not empty. Also if
+        the data sets contradict each other; one message then lists all contradictions: pilots and
+        participants, different studies, study versions or seeds, different runs under the same
+        name, a participant under two labels, a withdrawal from only one data set, data that only
+        tables contain, or different files that people wrote.
     """
     sources = (one, other)
     for folder in sources:

@@ -142,7 +142,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Return the numbers of neighbours that confirm a line by hash and by position."""
+        """Return how many neighbours confirm a line by hash, and how many by position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])

@@ -3,8 +3,8 @@
 In each trial, the participant feels the standard, then a surface at some level, and answers whether
 they differ. An ascending series begins at the lowest level and ends with the first "yes". A
 descending series begins at the highest level and ends with the first "no". The transition lies
-between the last two levels. Series begin at different levels, so that participants cannot count
-trials.
+between the last two levels. Series begin at different levels, so that the number of trials does not
+predict the transition.
 """
 
 from __future__ import annotations

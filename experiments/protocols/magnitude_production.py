@@ -47,7 +47,7 @@ from slipscale.stimuli.surface import Stimulus
 
 Began = Literal["low", "high"]
 BEGAN: tuple[Began, ...] = ("low", "high")
-#: Fraction of the plate's range at the lower or upper end, from which the start level is drawn.
+#: Fraction of the adjustment range at the lower or upper end, from which the start level is drawn.
 START_SHARE = 0.25
 
 
@@ -85,7 +85,7 @@ class MagnitudeProduction(StandardOptions):
 
 
 def check(options: MagnitudeProduction, context: Context) -> None:
-    """Raise `UserError` if the standard is outside the plate's range, or if steps are too large."""
+    """Raise `UserError` if the standard is outside the adjustment range, or steps are too large."""
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(
@@ -101,7 +101,7 @@ def check(options: MagnitudeProduction, context: Context) -> None:
 
 
 def possible_levels(options: MagnitudeProduction, _context: Context) -> tuple[float, ...]:
-    """Return the ends of the plate's range, and the standard."""
+    """Return the ends of the adjustment range, and the standard."""
     return options.lowest_level, options.highest_level, options.standard_level
 
 

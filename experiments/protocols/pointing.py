@@ -217,7 +217,7 @@ def _movements(
 
 
 def target_surface(options: Pointing, movement: Movement) -> Grating:
-    """Return the surface of a movement with feedback, which changes at the target only."""
+    """Return the surface of a movement with feedback; the target is the only bar within reach."""
     return bar(
         ON_TARGET,
         label=UNLISTED,

@@ -76,7 +76,7 @@ def of_plate(file: PlateFile | None) -> ContactSpecs:
 
 
 def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> ContactSpecs:
-    """Return the sources named by the command; the study and the plate file supply missing ones."""
+    """Return the command's sources; missing ones come from the study, then from the plate file."""
     return named.otherwise(of_study(study)).otherwise(of_plate(file))
 
 

@@ -178,7 +178,7 @@ def run_pilot(
     contact : ContactSpecs, optional
         The finger sensors to simulate; unspecified sensors are taken from the study.
     tell : callable
-        Called with the label of each participant whose runs are complete.
+        Called after each run, with the participant's label.
     """
     contact = contact or NOT_NAMED
     if not is_mock(spec):

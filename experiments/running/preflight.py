@@ -329,7 +329,7 @@ def check_display(planned: PlannedSession) -> Finding:
 
 
 def check_sound(planned: PlannedSession) -> Finding:
-    """Check that there is an audio device and that the study's masking noise can be generated."""
+    """Check that the study's masking noise, if any, can be generated, and find an audio device."""
     from slipscale.experiments.session.masking_noise import MaskingNoise, check_device  # noqa: PLC0415 - loads PortAudio
 
     study, _ = read_study(planned.study)
@@ -398,7 +398,7 @@ def _measures_finger(planned: PlannedSession) -> bool:
 
 
 def _contact_specs(planned: PlannedSession) -> ContactSpecs:
-    """Return the finger sensors specified by the command, the study or the plate file."""
+    """Return the command's finger sensors; missing ones come from the study, then the plate."""
     plan = _plan(planned)
     spec = with_plate_file(planned.plate, plan.study.plate.file)
     plate = plate_for(plan, spec, SystemClock())

@@ -160,7 +160,7 @@ class Operators:
             operator.tell(status)
 
     def poll(self) -> Request | None:
-        """Return the first operator's request, if any."""
+        """Return the first request from any operator; None if there is none."""
         return next((request for each in self._operators if (request := each.poll())), None)
 
 

@@ -230,7 +230,7 @@ class SurfaceState:
             self.read_back_level()
 
     def read_back_level(self) -> float | None:
-        """Return the plate's readback; raise a `PlateFault` if it differs from the command."""
+        """Return the plate's readback; raise a `PlateFault` if it is out of tolerance."""
         self._plate.check()
         self._following.settle()
         readback = self._plate.read_back()
@@ -240,7 +240,7 @@ class SurfaceState:
         return readback.level
 
     def check(self) -> None:
-        """Raise a `PlateFault` if the plate failed during a presentation. This check is fast."""
+        """Raise a `PlateFault` if the plate fails while a surface is on it. This check is fast."""
         if self._wanted is not None and self._held:
             self._plate.check()
 

@@ -99,7 +99,7 @@ def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> 
 
 
 def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield errors for questions without texts in the study's language and unknown languages."""
+    """Yield errors for an unknown language, ambiguous names and untranslated questions."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
     language, questions = data.get("language"), data.get("about_you", ())
     yield from named_twice("about_you", [question.name for question in questions])

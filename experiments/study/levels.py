@@ -111,14 +111,14 @@ class Levels:
         return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
-        """Yield an error for each surface that exceeds the plate's limit."""
+        """Yield one error that lists all levels that exceed the plate's limit."""
         levels = dict.fromkeys(each.made.level for each in surfaces)
         if beyond := ", ".join(str(each) for each in levels if each > self.limit_level):
             limit = f"{self.limit_level} {self.made.unit_in_short}"
             yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
-        """Yield an error, with the reason, for each level that cannot be presented."""
+        """Yield the errors of levels that cannot be presented, with the reasons."""
         possible = []
         for level in levels:
             try:

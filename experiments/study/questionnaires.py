@@ -136,7 +136,7 @@ def unusable(
     known: Collection[str],
     taken: Collection[str],
 ) -> Iterator[Fault]:
-    """Yield the location and message of ambiguous names and of items without texts in a language.
+    """Yield the location and message of each ambiguous name, missing text and unknown language.
 
     Parameters
     ----------

@@ -80,7 +80,7 @@ def study_schema() -> Schema:
 
 
 def _in_seconds(levels: list[str]) -> str:
-    """Return a pattern for keys of levels in seconds, which other keys must not match."""
+    """Return a pattern that matches keys of levels in seconds, but no other keys in seconds."""
     varied = [each.parameter for each in PARAMETERS.values() if each.parameter.unit == "s"]
     nouns = [each.quantity(PLATE_AMPLITUDE).nouns for each in varied]
     return f"^({'|'.join([*nouns, *(key.removesuffix('_um_pp') for key in levels)])})_s$"

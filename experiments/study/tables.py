@@ -53,7 +53,7 @@ class Cost(FrozenTable):
 
 
 class Simulated(FrozenTable):
-    """The growth of simulated people's sensations with the levels that the study assumes."""
+    """The growth of simulated people's sensations with the levels, if the study assumes one."""
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
         None,

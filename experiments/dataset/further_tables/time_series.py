@@ -42,7 +42,7 @@ class Placed(NamedTuple):
 def series_of(
     records: Sequence[Record], task: str
 ) -> Iterator[tuple[Kind, bytes, Mapping[str, object]]]:
-    """Yield the source, the compressed table and the description of a task's time series."""
+    """Yield the source, the compressed table and the description for each source of a task."""
     found: dict[Kind, list[Placed]] = {}
     now = ""
     for record in records:

@@ -1,7 +1,8 @@
-"""Start processes for the console, which continue to run if the console ends.
+"""Start processes for the console.
 
-A session writes its output to a file, because writing to the pipe of a console that has died would
-end the session.
+If the console ends, the jobs in `PIPED` end too; all other processes continue to run. A session
+writes its output to a file, because writing to the pipe of a console that has died would end the
+session.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from slipscale.experiments.lab.curves import Curve
 from slipscale.stimuli.surface import Surface
 
-MOST_POINTS = 2000  # number of newest runs to plot; more points would merge into a band
+MOST_POINTS = 2000  # most points, from the newest runs; more would merge into a band
 
 
 class Frame(NamedTuple):

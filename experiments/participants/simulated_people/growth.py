@@ -2,7 +2,7 @@
 
 The paper reports sensations for four amplitudes of one plate (`population`). For other quantities,
 we assume that the ends of a study's range feel like the ends of the paper's range, and that people
-differ as much. Between the ends, sensation follows the table below.
+differ as much as in the paper. Between the ends, sensation follows the table below.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Generate the answers of one simulated person, independently of plate, clock and files.
 
 Every answer depends only on the sensations and on the seed, participant, run, trial, question and
-number of earlier answers to the question. Only answers on disk count as earlier answers. A resumed
-pilot therefore gives the same data as an uninterrupted one, and a repeated question gets a new
-answer.
+number of earlier answers to the question in that trial. Only answers on disk count as earlier
+answers. A resumed pilot therefore gives the same data as an uninterrupted one, and a repeated
+question gets a new answer.
 """
 
 from __future__ import annotations

@@ -100,8 +100,8 @@ class Interleaved:
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
         """Return the block after some answers have been removed from ``tracks``.
 
-        ``again`` lists the numbers of the affected tracks. Each of them has another trial in this
-        round.
+        ``again`` contains the number of the track of each removed answer. The track has another
+        trial in this round for each of its removed answers, unless it is over.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))

@@ -223,8 +223,8 @@ class ForcedChoice(IntervalTask[Choice]):
         self._missed += missed
         if condition.track is not None and not missed and number not in voided:
             self.tracks.answer(number, correct=correct)
-        # Unanswered trials of a track are always repeated; other unanswered trials are repeated
-        # once.
+        # Unanswered trials of a track are repeated until `next` ends the block; other unanswered
+        # trials are repeated once.
         comes_again = missed and not dropped
         comes_again &= condition.track is not None or trial.repeats is None
         return (*voided, number) if comes_again else voided

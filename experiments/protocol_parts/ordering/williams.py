@@ -99,7 +99,7 @@ def williams_blocks(
             for number, (before, after) in enumerate(
                 pairwise([*known, *rows]), start=len(blocks) + 1 - len(known)
             )
-            if number % taken  # the square's remaining rows belong to another run
+            if number % taken  # otherwise `after` begins another run
         )
 
     while len(blocks) < (own + 1) * taken:

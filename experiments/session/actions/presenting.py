@@ -94,7 +94,7 @@ class Presenting:
         now_s = clock.now()
         try:
             yield clock.set
-        finally:  # if the clock were set back, a fault at that time would repeat forever
+        finally:  # if the clock were set back again, a fault would repeat forever
             clock.set(now_s)
             self._rewinds = False
 

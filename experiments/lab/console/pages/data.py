@@ -123,7 +123,7 @@ def chosen_rows(rows: list[Row], view: View) -> list[Row]:
 
 
 def _told(row: Row) -> str:
-    """Return the text of a run in which a search looks."""
+    """Return the searchable text of a run."""
     events = " ".join(f"{event.kind} {event.words}" for event in row.summary.events)
     return f"{row.label} {' '.join(row.summary.flags)} {events}".casefold()
 

@@ -72,7 +72,7 @@ def _between(found: Snapshot, job: Job | None) -> str:
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:
-    """Return the participants to show in a long table: pending ones first, then the most recent."""
+    """Return the participants to show if there are many; pending and recent ones have priority."""
     if len(people) <= MOST_PEOPLE:
         return list(people)
 
