@@ -227,7 +227,7 @@ def test_a_label_that_means_the_same_as_one_there_is_refused(window, tmp_path):
                 PlannedSession(study="", plate="mock", out=tmp_path, participant=alike)
             )
     found = check_participant(PlannedSession(study="", plate="mock", out=tmp_path))
-    assert "next free: 02" in found.detail
+    assert "next free label is 02" in found.detail
 
 
 @pytest.mark.parametrize("noise_um, noisy", [(0.005, False), (0.02, True)])

@@ -42,7 +42,7 @@ def test_an_exclusion_by_hand_is_written_shown_and_taken_back(visitor, recorded,
     page = words_of(visitor.see("/person?label=01"))
     assert "excluded: wore a glove" in page
     assert "Include again" in page
-    assert "is excluded already" in visitor.ask("exclude", **asked)[1]
+    assert "is already excluded" in visitor.ask("exclude", **asked)[1]
     assert visitor.ask("exclude", **asked | {"excluded": False})[0] == 200
     assert "Exclude from the analysis" in words_of(visitor.see("/person?label=01"))
 
