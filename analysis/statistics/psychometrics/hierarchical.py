@@ -156,7 +156,8 @@ class HierarchicalFit:
         """Return the highest of the maxima found from several starting points."""
         if self.slopes_differ:
             shared = HierarchicalFit(self.model, self.trials, slopes_differ=False)
-            return self._fitted.fit(shared.best.theta)
+            fits = self._fitted.fit(shared.best.theta), shared.best
+            return max(fits, key=lambda one: one.log_likelihood)
         guess = sum(self._guess) / 2
 
         def start(lapse: float, width: float) -> Array:

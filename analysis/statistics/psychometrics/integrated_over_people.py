@@ -34,6 +34,9 @@ FLAT = 1e-3
 #: Accuracy of an interval's end, relative to its distance from the maximum, and largest number of
 #: fits.
 PRECISION, MOST_FITS = 1e-3, 30
+#: Largest gradient at a maximum (the log likelihood can then hardly grow by `FLAT`), and largest
+#: number of searches, each from the end of the previous one.
+LARGEST_GRADIENT, MOST_SEARCHES = 0.03, 10
 #: Initial distance from the maximum when searching for an interval's end, in the model's units.
 FIRST_STEP = 0.3
 #: Smallest initial standard deviation between people: at 0 the gradient is 0 by symmetry.
@@ -206,7 +209,11 @@ class IntegratedModel:
         return -value, -gradient
 
     def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
-        """Return the maximum of the likelihood, optionally with some parameters held fixed."""
+        """Return the maximum of the likelihood, optionally with some parameters held fixed.
+
+        If a lapse rate is near 0, the search can end after a few tiny steps, far from the maximum.
+        It is therefore repeated until no free parameter has a large gradient.
+        """
         from scipy import optimize  # noqa: PLC0415
 
         bounds, start = list(self.bounds), np.array(start, float)
@@ -214,8 +221,17 @@ class IntegratedModel:
             start[place] = max(start[place], min(AWAY_FROM_ZERO, bounds[place][1]))
         for place, value in (held or {}).items():
             bounds[place] = (value, value)
-        start = np.clip(start, *np.transpose(bounds))
-        found = optimize.minimize(self.minus_log, start, jac=True, method="L-BFGS-B", bounds=bounds)
+        low, high = np.transpose(bounds)
+        start = np.clip(start, low, high)
+        for _ in range(MOST_SEARCHES):
+            found = optimize.minimize(
+                self.minus_log, start, jac=True, method="L-BFGS-B", bounds=bounds
+            )
+            start = found.x
+            # A parameter at a bound is free only if the likelihood grows away from the bound.
+            free = np.where(found.jac > 0, start > low, start < high)
+            if np.abs(found.jac[free]).max(initial=0.0) < LARGEST_GRADIENT:
+                break
         return Maximum(np.asarray(found.x), -float(found.fun), -np.asarray(found.jac))
 
     def profile(self, best: Maximum, place: int, fall: float) -> Interval:
