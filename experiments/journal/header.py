@@ -39,7 +39,8 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record of a resumption, with everything that may differ from the header.
 
-    The date is the reference for all later times, because session time is monotonic.
+    The date is the reference for all later times. Session time never runs backwards, even if the
+    computer's clock was set back.
     """
     return {
         "plate_spec": spec,

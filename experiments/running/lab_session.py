@@ -150,8 +150,9 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     Raises
     ------
     UserError
-        If the run already exists, the data set has another mode or study, the plate of a
-        participant's run is simulated, or the window cannot be opened.
+        If the run already exists, the participant exists under an equivalent label or withdrew, the
+        data set has another mode or study, the plate of a participant's run is simulated, or the
+        window cannot be opened.
     PlateFault
         If the rig failed; the journal can be resumed.
     """
@@ -181,8 +182,8 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     Raises
     ------
     UserError
-        If the journal is complete, damaged, misplaced or in use, or if a participant's run would
-        continue on a simulated plate.
+        If the journal is complete, damaged, misplaced or in use, if the participant withdrew
+        consent in the run, or if a participant's run would continue on a simulated plate.
     """
     plan, records = read_plan(path)
     check_unfinished(path, records)

@@ -117,7 +117,7 @@ class Mailbox:
         """Write the state to the mailbox."""
         self._status = status
         if self._open:
-            # The status may be lost, because the journal reports a full disk.
+            # A lost status is harmless, and the journal reports a full disk.
             with suppress(OSError):
                 _write(self._folder / STATUS, self._told().model_dump_json())
 

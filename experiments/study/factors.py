@@ -151,7 +151,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
 def _unplayable(
     place: Place, factor: Factor, levels: Levels, study: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield the levels of a parameter that cannot be presented with the study's stimuli."""
+    """Yield errors for levels of a parameter that the study's stimuli cannot present."""
     if words := [each for each in factor.levels if isinstance(each, str)]:
         yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
         return
