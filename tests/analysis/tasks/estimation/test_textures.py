@@ -8,6 +8,7 @@ from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.normalisation import RULES
 from slipscale.analysis.reporting.tables import tables
+from slipscale.analysis.tasks.estimation import sentences
 
 
 def with_textures(dataset, number, names=("coarse", "fine")):
@@ -37,6 +38,8 @@ def test_no_model_of_amplitudes_depends_on_textures(textured):
     found, alone = analyse(textured), analyse(plain(textured))
     assert text(found.inference) == text(alone.inference)
     assert found.inference.mixed_model.trials == 4 * 6
+    told = sentences.mixed_model(found.inference.mixed_model, 0.95, found.dataset.quantity)
+    assert "random effects of participants on level and exponent" in told
 
 
 @pytest.mark.usefixtures("without_models")
