@@ -201,12 +201,16 @@ def _check(arguments: argparse.Namespace) -> None:
         return
     if arguments.sample < 1:
         raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
-    if arguments.html:
-        raise UserError("--sample writes data sets and --html a page, with samples: choose one")
-    if arguments.json:
-        raise UserError("--sample and --html cannot be combined: --html also writes samples")
-    if arguments.conclusions:
-        raise UserError("--sample and --conclusions cannot be combined: expected one of them")
+    for name, writes in (
+        ("html", "a page that contains samples"),
+        ("json", "the counts and tests"),
+        ("conclusions", "a report"),
+    ):
+        if getattr(arguments, name):
+            raise UserError(
+                f"--sample and --{name} cannot be combined, because --{name} writes {writes}; "
+                "expected one of them"
+            )
 
 
 def _answer(
