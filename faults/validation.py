@@ -112,7 +112,11 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
             found += [((*table, *place), fault) for place, fault in inner.faults]
         else:
             found.append((each["loc"], dict(each)))
-    found = [(in_file(place), fault) for place, fault in found]
+    # Of a value with several possible types, pydantic also names the type, such as dict[str, str].
+    found = [
+        (in_file(tuple(part for part in place if "[" not in str(part))), fault)
+        for place, fault in found
+    ]
     meant: set[Place] = set()
     for place, fault in found:
         if fault.get("type") != "extra_forbidden" or "meant" in fault:
@@ -129,6 +133,9 @@ def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
     place, kind = fault[0], fault[1].get("type")
     if kind == "too_short":
         return any(other != place and other[: len(place)] == place for other, _ in found)
+    if str(kind).endswith("_type"):  # of another type than the value has
+        others = (str(other.get("type")) for at, other in found if at == place)
+        return not all(other.endswith("_type") for other in others)
     return kind == "missing" and place in meant
 
 

@@ -56,7 +56,7 @@ def test_run_asks_at_a_terminal_and_begins_only_on_a_yes(
     assert main(words) == (0 if said else 1)
     told = capsys.readouterr()
     assert "has changed since sub-01" in told.err
-    assert ("not begun" in told.out) is not bool(said)
+    assert ("not started" in told.out) is not bool(said)
 
 
 def test_runs_without_a_whole_copy_are_counted(tmp_path, record_runs):

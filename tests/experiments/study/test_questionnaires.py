@@ -204,7 +204,10 @@ def test_an_item_is_asked_again_where_the_operator_wants(plan, laboratory):
             "title of item 1 of questionnaires: expected languages among en, fr",
         ),
         (('fr = "tout à fait"', 'fr = "moyennement"'), "expected different options"),
-        (('options = ["easy", "hard"]', 'options = ["easy"]'), "at least 2 of them"),
+        (
+            ('options = ["easy", "hard"]', 'options = ["easy"]'),
+            "mine.toml: line 27, options of item 2 of questionnaires: expected at least 2 items",
+        ),
         (('when = "after"', 'when = "between"'), "'before' or 'after'"),
         (('description = "Made up"', ""), "description of item 2 of questionnaires: is missing"),
     ],
