@@ -89,7 +89,7 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
 
 
 def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
-    """Report which results are missing because there are too few data."""
+    """Report limits due to few participants or amplitudes, only zeros, or missing estimates."""
     notes = []
     participants, amplitudes = cells.shape
     if not participants:
@@ -111,8 +111,8 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
         )
     if participants and not (cells.to_numpy() > 0).any():
         notes.append(
-            "All estimates are zero, so there are no standard deviations, growth "
-            "functions or tests."
+            "All estimates are zero, so there is no spread, and there are no growth functions "
+            "or tests."
         )
     missing = cells.index[cells.isna().any(axis=1)].astype(str)
     if len(missing):

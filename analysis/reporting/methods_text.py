@@ -19,8 +19,7 @@ ZEROS: dict[ZeroRule, str] = {
     "exclude": "Estimates of zero were excluded from computations on logarithms.",
     "half_minimum": "Before logarithms were taken, estimates of zero were replaced by half the "
     "smallest positive normalised estimate.",
-    "refuse": "If there had been estimates of zero, no results would have been computed on "
-    "logarithms.",
+    "refuse": "If any estimate was zero, no results were computed on logarithms.",
 }
 #: Primary analysis -> sentence with a placeholder for the quantity ``q``.
 PRIMARY: dict[Primary, str] = {

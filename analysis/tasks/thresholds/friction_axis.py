@@ -96,7 +96,7 @@ def friction_threshold(
     change = rows[OTHER_FRICTION] - rows[TARGET_FRICTION]
     caught, known = rows["catch"], change.notna()
     if not (known & ~caught).any():
-        return NotComputed("friction was not measured in every interval of a trial")
+        return NotComputed("no trial has measured friction in every interval")
     main = rows[known & ~caught]
     change = change[main.index]
     level = main["level_um_pp"]
