@@ -72,7 +72,7 @@ def pilot(
     Raises
     ------
     UserError
-        If the study has errors or the folder cannot be used.
+        If the study or the folder cannot be used.
 
     Examples
     --------

@@ -52,7 +52,7 @@ def analyse(
         A data set folder, a tidy table, or the result of `slipscale.analysis.load.load`.
     normalise : str, optional
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. By default, the rule in the
-        study file.
+        study file; without one, see `default_rule` in that module.
     equivalence_ratio : float, optional
         Ratio within which two amplitudes count as equal. By default, the ratio in the study file.
     bayesian : bool
@@ -136,7 +136,7 @@ def analyse(
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Return the data with the requested ratio, and a note if it differs from the study file."""
+    """Return the data with the requested ratio, and a note if the study file sets another."""
     frozen = data.choices.equivalence_ratio
     if asked is None or asked == frozen:
         return data, []
@@ -193,7 +193,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
-    """Return the rule chosen by the user, the study or the default, and notes about it."""
+    """Return the user's rule, else the study's, else the default, and notes about it."""
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
         return asked, [

@@ -33,7 +33,7 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
     Raises
     ------
     UserError
-        If a file cannot be written.
+        If a file cannot be written, or WeasyPrint cannot load the library Pango.
     ModuleNotFoundError
         If the extra ``export`` is not installed; nothing is written.
     """

@@ -58,7 +58,7 @@ def squeeze_number_figure() -> Figure:
 
 @styled
 def film_figure() -> Figure:
-    """Return Fig. 4: film thickness and mean pressure under the finger, from both solutions."""
+    """Return Fig. 4: film thickness under the finger, and mean pressure from both solutions."""
     figure, (upper, lower) = canvas(2, 1, (6.6, 5.6), sharex=True)
     vibration, roughness = WORST_CASE
     x = np.linspace(-1.05, 1.05, 2000)

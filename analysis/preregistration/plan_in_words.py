@@ -27,7 +27,7 @@ from slipscale.stimuli.quantity import Quantity
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:
-    """Return all results in the order of inference.json, results of other packages last."""
+    """Return each test's result or `NotComputed`, as in inference.json; other packages' last."""
     found = analysis.inference
     return {each.key: found.results[each.key] for each in found.declared if each.test}
 

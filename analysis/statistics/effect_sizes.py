@@ -1,4 +1,4 @@
-"""Compute effect sizes, with intervals that are valid for about twelve participants."""
+"""Compute effect sizes, with intervals that have nominal coverage for twelve participants."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
 #: Relative sums of squares below this value are treated as rounding errors.
 TINY = 1e-12
-#: Largest t for which an interval is computed; for larger values, SciPy would need minutes.
+#: Largest |t| for which an interval is computed; for larger values, SciPy would need minutes.
 LARGEST_T = 1e4
 #: Largest F for which an interval is computed.
 LARGEST_F = 1e4
-#: Below this t, SciPy's inverse can return the value for t = 0, so a root search replaces it.
+#: Below this |t|, SciPy's inverse can return the value for t = 0, so a root search replaces it.
 SMALL_T = 1.0
 
 
@@ -46,7 +46,7 @@ def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float
 def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | None:
     """Return the interval for d_z, the mean of n differences divided by their standard deviation.
 
-    Returns None if t exceeds `LARGEST_T`, or if SciPy cannot find the interval. The interval is
+    Returns None if |t| exceeds `LARGEST_T`, or if SciPy cannot find the interval. The interval is
     exact for normal differences, because t is non-central with parameter d_z √n. It therefore
     excludes 0 if and only if the paired t test is significant (Cumming and Finch 2001, Educ.
     Psychol. Meas. 61, 532-574; JASP gives the same result). pingouin's approximate interval can
@@ -62,7 +62,7 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
 def hedges_g(
     first: Array, second: Array, confidence: float
 ) -> tuple[float, ConfidenceInterval | None]:
-    """Return Hedges' g of two groups and its interval; None if not defined.
+    """Return Hedges' g of two groups and its interval; the interval is None if not defined.
 
     Hedges' g is the difference between means divided by the pooled standard deviation, multiplied
     by a bias correction (Hedges 1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal

@@ -88,11 +88,11 @@ class MixedModel:
 def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     """Fit a linear mixed model of log estimate on log amplitude, with random effects (REML).
 
-    statsmodels fits random intercepts and slopes to trials above 0 µm, with several `OPTIMISERS`;
-    the fit with the highest likelihood is returned. The interval for the slope uses the t
-    distribution with n - 1 degrees of freedom, because the normal distribution of statsmodels gives
-    intervals that are too narrow for twelve people. Standard errors of variances are not reported,
-    because the values from statsmodels are not usable.
+    statsmodels fits random intercepts and slopes to trials above 0 µm. Of the fits by the
+    `OPTIMISERS` that were tried, the one with the highest likelihood is returned. The interval for
+    the slope uses the t distribution with n - 1 degrees of freedom, because the normal distribution
+    of statsmodels gives intervals that are too narrow for twelve people. Standard errors of
+    variances are not reported, because the values from statsmodels are not usable.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -131,7 +131,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return log estimates and log amplitudes, and the reason if no model can be fitted."""
+    """Return log estimates and log amplitudes above 0 µm, and the reason if none can be fitted."""
     trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {

@@ -24,13 +24,13 @@ if TYPE_CHECKING:
 #: Correlations this close to 1 are treated as 1, for which Fisher's z is infinite.
 CLOSE_TO_ONE = 1 - 1e-9
 CELL = [PARTICIPANT, "amplitude_um_pp"]
-#: Number of REML fits in the jackknife; each omits one group of participants.
+#: Largest number of REML fits in the jackknife; each omits one group of participants.
 GROUPS = 100
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntraclassCorrelation:
-    """An intraclass correlation; the interval is None if any jackknife value reaches 1."""
+    """An intraclass correlation; no interval if the value or any jackknife value reaches 1."""
 
     value: float
     interval: ConfidenceInterval | None
@@ -51,7 +51,8 @@ class Reliability:
     Parameters
     ----------
     single, mean : IntraclassCorrelation
-        Reliability of a single estimate, and of the mean of a participant's repetitions.
+        Reliability of a single estimate, and of the mean of a participant's repetitions at an
+        amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
         Variance components of the natural logarithms, at least 0.
     n, amplitudes, trials : int

@@ -1,6 +1,6 @@
 """Define the result of an analysis, and the declaration of a kind of task.
 
-Each folder in `slipscale.analysis.tasks` and in its ``effects`` contains one kind, the counterpart
+Each kind has a folder in `slipscale.analysis.tasks` or in its ``effects``; it is the counterpart
 of a session's `Protocol`. The module ``declaration`` lists everything that the report and its files
 show about the kind; `slipscale.analysis.tasks.table` lists the declarations. Other packages declare
 kinds with an entry point; see `slipscale.analysis.tasks.outside`. Rules:

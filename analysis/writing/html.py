@@ -49,7 +49,8 @@ class ReportSection:
 class TableColumn:
     """A table column with its heading, unit and alignment.
 
-    Left-aligned columns contain words, which may wrap unless the column is ``whole``.
+    Left-aligned columns contain words, which may wrap unless the column is ``whole``. ``paper``
+    marks a column of the paper's values.
     """
 
     title: str

@@ -14,7 +14,7 @@ from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 SEEDS_LISTED = 12
-#: `Dataset.unchanged` -> statement about when the study's choices were made.
+#: `Dataset.unchanged` -> statement about the source and the time of the study's choices.
 FROZEN = {
     True: "Settings from the study file, fixed before data collection (the session records "
     "contain the file's SHA-256)",

@@ -149,8 +149,9 @@ class PairComparison:
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     """Compare all pairs of amplitudes by paired t and Wilcoxon tests, with Holm's correction.
 
-    Each pair includes all participants with both values. A participant with an estimate of zero at
-    one amplitude is excluded from its t tests, but not from its rank tests.
+    Each pair includes all participants with both values. A participant without a logarithm at an
+    amplitude, because of estimates of zero, is excluded from its t tests, but not from its rank
+    tests.
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004

@@ -49,8 +49,9 @@ def of_one_statistic(
 ) -> TaskAnalysis:
     """Return the declaration of a kind of task whose texts and figures use one result per task.
 
-    The callables are called once per task, with the quantity of the levels as last argument. Texts
-    can contain placeholders for the quantity.
+    All callables except ``tasks`` are called once per task, and all except ``tasks`` and ``rows``
+    receive the quantity of the levels as last argument. The question and the heading can contain
+    placeholders for the quantity.
 
     Parameters
     ----------

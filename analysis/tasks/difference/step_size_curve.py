@@ -97,7 +97,7 @@ def psychometric(
         `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, including catch
         steps.
     measure : {"removed_um_pp", "weber_fraction"}
-        Measure of step size. A step from 0 has no Weber fraction and is omitted.
+        Measure of step size. Steps from 0 have no Weber fraction and are omitted from that curve.
     quantity : Quantity
         Quantity of the presented stimuli. A Weber fraction is relative to the plate's amplitude
         before the step or, for other quantities, to the reference of the stimulus.

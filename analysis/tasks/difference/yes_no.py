@@ -333,7 +333,7 @@ def signal_detection(
 
 
 def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
-    """Return the size of each step in µm peak to peak, without rounding artefacts.
+    """Return the amplitude removed by each step, µm peak to peak, without rounding artefacts.
 
     >>> step_sizes(
     ...     pd.DataFrame(

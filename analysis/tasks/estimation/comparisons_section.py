@@ -86,7 +86,10 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
 def _equivalence(
     tested: Sequence[tuple[PairComparison, PairedT]], confidence: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return a table of equivalence tests and Bayes factors, and a sentence on other pairs."""
+    """Return equivalence tests and Bayes factors.
+
+    Pairs that differ without being equivalent share a sentence; the table contains all others.
+    """
     bound = tested[0][1].equivalence.bound
     within = f"within a ratio of {1 / bound:.3g} to {bound:.3g}"
     rows, differ = [], []

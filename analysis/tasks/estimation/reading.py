@@ -34,14 +34,14 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Divide trials into ``answers``, answered trials (``estimates``) and ``textures``."""
+    """Return plain ``answers``, the answered ones among them (``estimates``), and ``textures``."""
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
 
 
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    """Return valid main trials, with columns for events such as faults."""
+    """Return main trials that were not voided or damaged, with columns for their events."""
     counts["estimation_rows"] = len(frame)
     practice, voided = set_aside(frame)
     counts["practice"], counts["voided"] = int(practice.sum()), int(voided.sum())

@@ -76,7 +76,7 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
 
 def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
-    """Return the robust exponent of all trials with amplitudes and estimates above 0."""
+    """Return the robust exponent of all trials above 0 µm that have a log estimate."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     if data.refused:

@@ -70,11 +70,13 @@ def _bracketed(found: Estimate) -> str:
 
 
 def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section with the comparison, or with the reason why it is missing."""
+    """Return the section with the comparison, or with the reason why it is missing.
+
+    Without magnitude estimates or without thresholds, the section is empty.
+    """
     section = ReportSection("Exponent and Weber fraction")
     found = analysis.inference[EXPONENT_AND_WEBER]
     if isinstance(found, NotComputed):
-        # Without estimates or without Weber fractions, there is nothing to report.
         if analysis.prepared is not None and not isinstance(
             analysis.inference[THRESHOLDS], NotComputed
         ):

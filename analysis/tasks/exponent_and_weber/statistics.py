@@ -68,7 +68,8 @@ class ExponentAndWeber:
         Value of k for these participants, with a t-based interval computed on log(1 + k).
     verdict : {"agrees", "does not agree", "undecided"}
         "agrees" if the interval of k lies within a factor of 2 of 0.03 and overlaps the published
-        range, 0.025 to 0.035; "does not agree" if it lies outside; otherwise "undecided".
+        range, 0.025 to 0.035; "does not agree" if all of it lies outside the published range;
+        otherwise "undecided".
     grows : bool
         Whether the interval of the exponent lies above 0.
     """

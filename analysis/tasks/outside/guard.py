@@ -207,7 +207,7 @@ class _Check:
     files: bool = False
 
     def __call__(self, name: str, value: object) -> object:
-        """Return the value if its type is correct; else raise `UserError`."""
+        """Return a list or dict of the values; raise `UserError` for a wrong type or file name."""
         found: list[object] | dict[object, object]
         if isinstance(self.empty, list) and isinstance(value, list | tuple):
             found = values = list(value)

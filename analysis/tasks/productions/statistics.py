@@ -135,9 +135,9 @@ class TaskProductions:
     exponent : float or None
         Inverse of the slope; None if the slope is not above 0.
     exponent_interval : ConfidenceInterval or None
-        Inverses of the bounds of the slope; None if both are not above 0.
+        Inverses of the bounds of the slope; None unless both are above 0.
     beginning : MeanOverParticipants or NotComputed
-        Mean difference in log amplitude between high and low starts.
+        Mean log amplitude after high starts minus mean log amplitude after low starts.
     both : BothExponents or NotComputed
         Comparison with estimation.
     """
@@ -245,7 +245,7 @@ def _task(
 def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
-    """Return the exponent and its interval; None if the slope is not above 0."""
+    """Return the exponent and its interval, None if the slope or its lower bound is not above 0."""
     if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval

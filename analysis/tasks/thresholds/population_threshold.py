@@ -307,7 +307,7 @@ def _factors(
     confidence: float,
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
-    """Yield thresholds by group, session and condition, if there are enough people for a test."""
+    """Yield thresholds by group, session and condition, if each level has `FEWEST` people."""
     names = _crossed(counted)
     by = {"group": counted["who"].map(group_of), "session": counted["session"]}
     by |= {name.removeprefix(FACTOR): counted[name].astype(str) for name in names}

@@ -56,7 +56,7 @@ class ParticipantThreshold:
     catch_trials, catch_correct : int
         Numbers of catch trials and of correct answers; catch trials are not part of this fit.
     function : PsychometricFunction or NotComputed
-        Function with posterior medians as parameters.
+        Posterior medians of threshold and slope, and posterior means of lapse and guess rates.
     weber_fraction : Estimate or NotComputed
         Threshold divided by the standard.
     fit : GoodnessOfFit or NotComputed

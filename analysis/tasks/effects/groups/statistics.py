@@ -83,7 +83,7 @@ class GroupComparison:
 
 
 def membership(data: Dataset) -> pd.Series[str] | NotComputed:
-    """Return each participant's group; NaN for participants without a group.
+    """Return each participant's group, omitting participants without a group.
 
     Raises
     ------
