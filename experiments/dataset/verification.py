@@ -11,7 +11,8 @@ import gzip
 import io
 import json
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from difflib import SequenceMatcher
 from itertools import zip_longest
 from pathlib import Path, PurePosixPath
 
@@ -94,28 +95,44 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
     if not there or there[0] != header:
         yield Problem(file=name, place="row 1", what="has different columns from the journal")
         return
-    for number, (row, right) in enumerate(zip_longest(there[1:], rows), start=2):
-        place = f"row {number}"
-        if row is None:
-            yield Problem(file=name, place=place, what=f"is missing ({_short(right)})")
-        elif right is None:
-            yield Problem(file=name, place=place, what=f"is not in the journal ({_short(row)})")
-        elif len(row) != len(right):
-            yield Problem(
-                file=name, place=place, what=(f"{len(row)} cells instead of {len(right)}")
-            )
-        else:
-            for column, cell, wanted in zip(header, row, right, strict=True):
-                if cell != wanted:
-                    what = f"{column} is {cell[:40]!r}; the journal has {wanted[:40]!r}"
-                    yield Problem(file=name, place=place, what=what)
+    # Equal rows are aligned first, so that a row too few or too many is one difference.
+    found = [tuple(row) for row in there[1:]]
+    aligned = SequenceMatcher(a=[tuple(row) for row in rows], b=found, autojunk=False)
+    for same, first, last, begin, end in aligned.get_opcodes():
+        if same != "equal":
+            pairs = zip_longest(found[begin:end], rows[first:last])
+            for number, (row, right) in enumerate(pairs, start=begin + 2):
+                yield from _row(name, f"row {number}", header, row, right)
+
+
+def _row(
+    name: str,
+    place: str,
+    header: Sequence[str],
+    row: Sequence[str] | None,
+    right: Sequence[str] | None,
+) -> Iterator[Problem]:
+    """Yield the differences between a table's row and the journal's; either can be missing."""
+    if row is None:
+        what = f"is missing ({_short(right or ())})"
+    elif right is None:
+        what = f"is not in the journal ({_short(row)})"
+    elif len(row) != len(right):
+        what = f"{len(row)} cells instead of {len(right)}"
+    else:
+        for column, cell, wanted in zip(header, row, right, strict=True):
+            if cell != wanted:
+                different = f"{column} is {cell[:40]!r}; the journal has {wanted[:40]!r}"
+                yield Problem(file=name, place=place, what=different)
+        return
+    yield Problem(file=name, place=place, what=what)
 
 
 def _cells(text: str) -> list[list[str]]:
     return list(csv.reader(io.StringIO(text), delimiter="\t", strict=True))
 
 
-def _short(row: list[str]) -> str:
+def _short(row: Sequence[str]) -> str:
     return f"begins {' '.join(row)[:40]!r}"
 
 

@@ -75,6 +75,15 @@ def test_rows_removed_and_rows_added_are_named(dataset):
     assert problem.what.startswith("is not in the journal")
 
 
+def test_a_row_removed_in_the_middle_is_one_difference(dataset):
+    table = dataset / TABLE
+    rows = table.read_text(encoding="utf-8").split("\n")
+    table.write_text("\n".join(rows[:5] + rows[6:]), encoding="utf-8")
+    (problem,) = verify(dataset)
+    assert problem.place == "row 6"
+    assert problem.what.startswith("is missing")
+
+
 def test_a_participant_edited_and_a_table_without_journal_are_named(dataset):
     people = dataset / "participants.tsv"
     people.write_text(people.read_text().replace("\tyes", "\tno", 1))
