@@ -71,8 +71,8 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     Raises
     ------
     UserError
-        If the plug-in raises an exception other than a UserError. The message contains the line in
-        the plug-in's code.
+        If the plug-in raises an exception other than a UserError or a RigError. The message
+        contains the line in the plug-in's code.
     """
     try:
         return action()

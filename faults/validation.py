@@ -86,7 +86,7 @@ def in_words(error: ValidationError) -> str:
 
 
 def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
-    """Raise all errors at once; ``within`` is the position of the validated table."""
+    """Raise all errors at once; if ``within``, positions are inside the validated table."""
     if found := list(faults):
         raise Faults(found, within=within)
 
@@ -165,7 +165,7 @@ def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[
 
 
 def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
-    """Return an error that lists all faults in a file, sorted by line.
+    """Return an error that lists each fault in a file once, sorted by line.
 
     Parameters
     ----------

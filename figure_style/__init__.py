@@ -62,7 +62,10 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a plotting function to use this style, regardless of the user's settings."""
+    """Decorate a plotting function to use this style, regardless of the user's settings.
+
+    Notebooks display the returned figure as SVG.
+    """
 
     @wraps(draw)
     def drawn(*args: P.args, **kwargs: P.kwargs) -> R:

@@ -139,8 +139,8 @@ class PlateDriver(GuardedOutput):
         OverLimit
             If an amplitude is outside the limits.
         UserError
-            If the backend cannot modulate fast enough for a texture, or if a required sensor is
-            missing.
+            If the surface is a texture and the backend cannot modulate, or not fast enough, or if a
+            required sensor is missing.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
@@ -251,7 +251,8 @@ class PlateDriver(GuardedOutput):
         """Change to another amplitude without waiting, for a texture that follows the finger.
 
         The plate must be vibrating and have a `follow_lag_s`. Following does not count as a new
-        command, so the limit on unattended vibration time continues to apply.
+        command, so the limit on unattended vibration time continues to apply. Readbacks are
+        momentary until `present` settles again.
 
         Raises
         ------

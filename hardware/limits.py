@@ -168,7 +168,7 @@ class OnTime:
         self._commanded_s = now_s
 
     def unattended_s(self, now_s: float) -> float:
-        """Return the time for which the plate has vibrated since the last command."""
+        """Return the time of vibration since the last command; 0 if the plate is silent."""
         return 0.0 if self._since is None else now_s - self._commanded_s
 
     def duty(self, now_s: float) -> float:

@@ -10,8 +10,9 @@
 ================  ==========================================================================
 
 1. Only a confirmation by `connect`, `silence` or a presentation of 0 leads to *confirmed off*.
-2. A command outside the limits does not change the output. After any other command that raises an
-   error, the output is *confirmed off* or *unreachable*, never *may be on*.
+2. A command that is rejected before it is sent (outside the limits, unsupported) does not change
+   the output. After any other command that raises an error, the output is *confirmed off* or
+   *unreachable*, never *may be on*.
 3. If the output is *unreachable*, no surface is presented until `connect` or `silence` has
    confirmed that it is off.
 """
@@ -59,8 +60,8 @@ class GuardedOutput(ABC):
     def silence(self) -> None:
         """Stop the vibration. May be called at any time, in any state and repeatedly.
 
-        Raises `PlateFault` if the plate did not confirm that it is off, unless an earlier fault
-        already reported a lost connection. `StillVibrating` is raised once in any case.
+        Raises `PlateFault` if the plate did not confirm that it is off, unless a fault was
+        already raised since `connect`. `StillVibrating` is raised once in any case.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:

@@ -173,7 +173,7 @@ class PlateFile(FrozenTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the default limits, by their keys.
 
-        For quantities other than µm, there is no default level, so any largest level is wider.
+        Only the default quantity has a default level; for all others, any level is wider.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.of_plate:

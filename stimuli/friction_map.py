@@ -23,7 +23,7 @@ from slipscale.stimuli.parameters import FINGER_SPEED, Parameter, Parametric
 from slipscale.stimuli.surface import Sensor
 
 WHITE = 255
-# Limits on the size of images, which journals contain for each presentation.
+# Largest number of pixels, because the journal contains the image of each presentation.
 MOST_PIXELS = 16_384
 Greys = tuple[bytes, ...]  # rows, from the top; 0 is black
 
@@ -179,7 +179,7 @@ class FrictionMap(Parametric):
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the profile for a finger with the assumed speed, or None.
+        """Return the profile at the assumed speed; None if it is constant or needs a sensor.
 
         Raises
         ------

@@ -183,18 +183,18 @@ class Modulator:
     def friction_passed(self, modulation_hz: float) -> float:
         """Return the fraction of the depth of a sinusoidal modulation that friction follows.
 
-        In the squeeze-film model of 2007, the finger does not move. For later measurements, see
-        docs/explanation/squeeze-film.md.
+        The result follows the squeeze-film model of 2007, in which the finger does not move. For
+        later measurements, see docs/explanation/squeeze-film.md.
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that the plate reaches within its duration."""
+        """Return the fraction of a change that the plate reaches in a duration; 1 if None."""
         return 1.0 if duration_s is None else -math.expm1(-duration_s / self.time_constant_s)
 
     def friction_reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that friction reaches within a duration, if there is one.
+        """Return the fraction of a change that friction reaches in a duration; 1 if None.
 
         Plate and film are two first-order lags in series.
         """

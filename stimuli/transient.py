@@ -34,7 +34,7 @@ Shape = Literal["cosine", "linear"]
 HELD_S = 0.2
 # Minimum number of half cosines that approximate a straight line.
 FEWEST_PIECES = 3
-# Largest error of a duration, which is a multiple of the duration of a step.
+# Largest accepted difference between a duration and the nearest multiple of a step's duration.
 DURATION_ERROR_S = 0.0005
 #: Trigger -> required sensor.
 TRIGGERS: dict[str, Sensor] = {"position_mm": "position", "force_n": "force", "delay_s": "force"}

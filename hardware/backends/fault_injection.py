@@ -79,7 +79,10 @@ class Schedule:
         self._injections.clear()
 
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
-        """Count a command of a phase, and return the faults that are due."""
+        """Count a command of a phase, and return the faults that are due.
+
+        If ``everywhere``, the command also counts as a command of all phases.
+        """
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)
         return [

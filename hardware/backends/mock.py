@@ -113,13 +113,13 @@ class MockPlate(PlateDriver):
         self._lost = False  # The connection is lost, and the board has silenced the plate.
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
-        """Inject a fault at the ``n``-th command of a phase, or of all phases."""
+        """Inject a fault at the ``n``-th command from now of a phase ("": all but check)."""
         if fault not in FAULTS or phase not in ("", *PHASES):
             raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
-        """Use the study's quantity and largest level, unless a plate file defines them."""
+        """Use the study's quantity and largest level, if the plate's quantity is another one."""
         if quantity.makes != self.limits.quantity.makes:
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(

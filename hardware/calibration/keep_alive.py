@@ -29,7 +29,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     print(question, end="", flush=True)
     try:
         descriptor = sys.stdin.fileno()
-    except (io.UnsupportedOperation, ValueError):  # A file would block; a queue does not.
+    except (io.UnsupportedOperation, ValueError):  # not a file: does not block
         return _whole(sys.stdin.readline().encode())
     read = bytearray()
     reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)

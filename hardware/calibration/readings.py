@@ -44,7 +44,7 @@ class Trace:
     def amplitude_v_peak(self, frequency_hz: float) -> float:
         """Estimate the amplitude of the sine at one frequency by least squares.
 
-        Offset, noise and components at other frequencies do not affect the result.
+        An offset and components at other frequencies, such as hum, are ignored.
 
         Raises
         ------

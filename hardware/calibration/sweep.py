@@ -38,7 +38,8 @@ FINE_WIDTHS = 1.5  # width of the fine sweep to either side, in half-power width
 class SweepPlan:
     """Ranges of frequency and voltage for the sweeps of a calibration.
 
-    Voltages are at the plate, in the convention of the calibration.
+    ``span_hz`` is half of the frequency range. Voltages are at the plate, in the convention of the
+    calibration.
     """
 
     centre_hz: float = 30_500.0

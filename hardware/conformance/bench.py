@@ -166,7 +166,7 @@ class Bench:
             self._clock.sleep(min(ALIVE_S, max(end_s - self._clock.now(), 0.0)))
 
     def settle(self, level: float) -> wire.BoardStatus:
-        """Command an amplitude; return the first status with the state HOLD."""
+        """Command an amplitude; return the first status with the state HOLD (for 0: OFF)."""
         self.ask(f"AMPL {level:.4f}")
         return self.wait_for("HOLD" if level else "OFF")
 

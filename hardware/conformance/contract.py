@@ -2,7 +2,7 @@
 
 Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
 tests. If the readback is only "commanded" or "none", it cannot reveal a wrong amplitude, and the
-report lists the rules that could not be tested.
+report shows the rule about this as not applicable.
 """
 
 from __future__ import annotations

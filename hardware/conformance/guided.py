@@ -117,7 +117,7 @@ def _loaded(bench: Bench, assistant: Assistant) -> None:
 
 
 def _saturates(bench: Bench, assistant: Assistant) -> None:
-    """Check that a loaded plate reports HOLD or SAT at the largest amplitude."""
+    """Check that a loaded plate reports SAT, or holds the largest amplitude and reports HOLD."""
     largest_level = bench.limits.level
     assistant.load(on=True)
     try:

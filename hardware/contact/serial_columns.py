@@ -128,7 +128,7 @@ class SerialColumns(ContactSource):
         self._fields = 0  # known after the first line
 
     def connect(self) -> None:
-        """Open the port, wait for the first reading, and measure the zero."""
+        """Open the port, wait for the first reading and, once, measure the tare if one is set."""
         self.close()
         self._fault = None
         self._samples.clear()

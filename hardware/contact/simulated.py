@@ -95,7 +95,7 @@ class _Simulated(ContactSource):
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:
-        """Return the readings since the last call during which the finger touched the plate."""
+        """Return the readings since the last call, except while the finger was off the plate."""
         now_s = self._surroundings.clock.now()
         until = math.floor((now_s - self._begun_s) * self._rate_hz + 1e-6)
         found = []

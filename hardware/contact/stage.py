@@ -3,9 +3,9 @@
 A stage is also a source of position: its position is the position of the finger on the plate, which
 textures and transients follow. The following rules apply:
 
-- each command is one stroke; the next stroke is commanded when samples are taken, so the stage
-  stops at the end of a stroke if the computer fails;
-- strokes beyond the travel or the largest speed are rejected;
+- each command is one finite movement; the next stroke is commanded when samples are taken, so the
+  stage stops at the end of a stroke if the computer fails;
+- strokes beyond the travel or the largest speed are rejected before anything moves;
 - if a stage rests at a wrong position, a fault is raised;
 - `close` stops the stage.
 
@@ -43,7 +43,7 @@ from slipscale.hardware.contact.source import (
 )
 
 EMULATED = "emulated_stage"
-POLL_S = 0.01  # speed of the return to the start
+POLL_S = 0.01  # while the stage returns to its start
 ARRIVED_MM = 0.1
 
 
@@ -220,7 +220,7 @@ class EmulatedStage(Stage):
         self._motions = self._motions[-1:]
 
     def place_at(self, time_s: float) -> float:
-        """Return the position in mm at a time, which must be after the last call of `begin`."""
+        """Return the position in mm at a time since the start of the movement before `begin`."""
         motion = next(
             (each for each in reversed(self._motions) if each.begun_s <= time_s), self._motions[0]
         )

@@ -42,8 +42,8 @@ OUT_OF_RANGE = '-222,"Data out of range"'
 class GeneratorChannel:
     """Output channel of a generator, initially in the state after ``*RST``.
 
-    ``open_vpp`` is the voltage into an open circuit. Displayed values depend on the load setting
-    and on the unit.
+    ``open_vpp`` is the voltage into an open circuit. Set and displayed values depend on the
+    load setting and on the unit.
     """
 
     function: str = "SIN"
@@ -64,7 +64,7 @@ class GeneratorChannel:
         return loaded / (RMS if self.unit == "VRMS" else 1.0)
 
     def plate_vpp(self) -> float:
-        """Voltage with which a plate is driven at resonance, in V peak to peak.
+        """Return the voltage that drives a plate at resonance, in V peak to peak.
 
         Only a sine drives the plate. A burst without a trigger gives 0; for other modulations and
         sweeps, half of the amplitude is assumed.

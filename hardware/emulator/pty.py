@@ -165,7 +165,7 @@ class Emulator:
         }
 
     def order(self, text: str) -> None:
-        """Inject faults, written as on the command line. Raises ValueError if they are invalid."""
+        """Inject faults as on the command line, counted from now. Raises ValueError if invalid."""
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 

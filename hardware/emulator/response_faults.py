@@ -64,7 +64,7 @@ ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "reset_after": lambda answer: [answer.reply, BoardAction.RESET],
 }
 
-# Faults in which the command is not received.
+# Faults that begin before the command is received.
 COMMAND_FAULTS: dict[str, BoardAction] = {
     "unplug": BoardAction.UNPLUG,
     "reset": BoardAction.RESET,

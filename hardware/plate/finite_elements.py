@@ -33,8 +33,8 @@ from slipscale.stimuli.quantities import MILLI, Array
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10
 _LEAST_FILLED = 1e-3  # smallest part of a brick; with less, its nodes would be almost free
-# Three points integrate the stiffness and mass of a full brick exactly. Along x, a cut brick has
-# six equal parts, because the edge of a disc is curved.
+# Three points integrate the stiffness and mass of a full brick exactly. Along x, each brick has
+# six equal parts, because the edge of a disc that cuts a brick is curved.
 _GAUSS, _GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) / 2
 _PARTS = 6
 _ACROSS = ((np.arange(_PARTS)[:, None] + _GAUSS) / _PARTS).ravel()

@@ -165,14 +165,14 @@ class Layout:
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length of one ceramic along x, or of the shortest ceramic."""
+        """Length of one ceramic along x; of the shortest one if the ceramics are drawn."""
         if self.drawn:
             return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width of one ceramic along y, or of the narrowest ceramic."""
+        """Width of one ceramic along y; of the narrowest one if the ceramics are drawn."""
         if self.drawn:
             return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
@@ -194,7 +194,7 @@ class Layout:
 
     @property
     def antinode_x_mm(self) -> float:
-        """Position along x of the antinode nearest to the centre, under the middle of a ceramic."""
+        """Position along x of the antinode nearest to the centre, above the middle of a ceramic."""
         even = not self.drawn and self.columns % 2 == 0
         return (self.ceramic_length_mm + self.gap_mm) / 2 if even else 0.0
 

@@ -146,8 +146,8 @@ def harmonic(
     voltage_v : float
         Drive, V peak.
     loss_factor : array_like, optional
-        1/Q for all modes, or per mode (``found.loss_from_ceramic()``). The default is 1/60, the
-        value of the ceramic in Table II.
+        1/Q for all modes, or per mode (``found.loss_from_ceramic()``). The default is the
+        value of the plate's ceramic, 1/60 in Table II.
     where_mm : tuple of 2 floats, optional
         Position of the point. The default is the edge antinode nearest to the centre (x = 0 for an
         odd number of ceramics, y = width/2), at which the amplitude of the paper's plate is 1.5

@@ -51,11 +51,11 @@ class Surroundings:
 class Drive:
     """Drive of the plate: a target amplitude or, if ``target_um_pp`` is None, a voltage.
 
-    For a target amplitude, ``volts_per_um`` volts per µm are applied. If it is None, an ideal
-    control loop applies the voltage that the plate requires. The voltage limit applies in both
-    cases. If ``frequency_hz`` is None, the drive follows the resonance. The loop ``played``
-    modulates the amplitude around ``target_um_pp``, starting at ``since_s``. If ``since_s`` is
-    None, the phase of the loop depends only on the time.
+    For a target amplitude, ``volts_per_um`` volts per µm are applied or, if None, the voltage that
+    the plate requires, as by an ideal control loop. The voltage limit applies to target amplitudes,
+    not to ``voltage_v``. If ``frequency_hz`` is None, the drive follows the resonance. The loop
+    ``played`` modulates the amplitude around ``target_um_pp``, starting at ``since_s``. If
+    ``since_s`` is None, the phase of the loop depends only on the time.
     """
 
     frequency_hz: float | None = None

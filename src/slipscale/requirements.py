@@ -186,7 +186,7 @@ def options_of(command: str, args: Namespace) -> dict[str, object]:
 
 
 def _sources(options: Mapping[str, object]) -> dict[str, object]:
-    """Return the SPECs of plate and sensors in a session, including those in files."""
+    """Return the SPECs of a session's sensors, including those in the study or plate file."""
     from slipscale.experiments.running import contact_sources as contact  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
     from slipscale.hardware.address import plate_file_of, with_plate_file  # noqa: PLC0415
@@ -229,7 +229,7 @@ def _written(
 
 
 def _missing_packages(modules: Iterable[str]) -> list[str]:
-    """Return one sentence per missing package."""
+    """Return one sentence for each extra with missing packages."""
     sentences: dict[str, str] = {}
     for module in modules:
         if not is_installed(module):

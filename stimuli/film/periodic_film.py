@@ -54,8 +54,8 @@ class Resolution:
             )
 
 
-# (Largest squeeze number, resolution), with errors of 0.1 % (first) to 1 % (last). Boundary layers
-# at ridges and at the edge get thinner with increasing squeeze number.
+# (Largest squeeze number, resolution), with errors of at most 0.1 % (first) and 1 % (last).
+# Boundary layers at ridges and at the edge get thinner with increasing squeeze number.
 RESOLUTIONS = (
     (300.0, Resolution()),
     (5_000.0, Resolution(cells_per_ridge=96, cells_min=320)),

@@ -118,7 +118,7 @@ def sweep(
     workers: int = 2,
     show_progress: bool = False,
 ) -> list[FilmState]:
-    """Solve many working points in parallel processes, with an optional progress bar."""
+    """Solve many working points in parallel, and return the states in the same order."""
     cases = list(points)
     if workers == 1:
         return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))

@@ -56,7 +56,9 @@ _UNITS = {
     "leak_length_mm": "mm",
     "bounce": "(no unit)",
 }
-_LEAST_CLEARANCE = 1e-3  # smallest gap relative to the oscillation, with finite pressure
+# Smallest distance between skin and plate during a period, relative to the amplitude of the gap. At
+# 0, the pressure of the film is infinite.
+_LEAST_CLEARANCE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,7 +227,7 @@ def band(
         Vibration amplitude of the plate in µm **peak**.
     """
     # Friction increases from SLIPPERY to GRIPPY in all parameters except the exponent. A larger
-    # exponent lowers the pressure above 0.5 N and raises it below 0.5 N.
+    # exponent lowers the pressure above 0.5 N, raises it below and has no effect at 0.5 N.
     ends = (SLIPPERY, GRIPPY)
     exponents = {skin.area_exponent for skin in ends if normal_force_n != NORMAL_FORCE_N} or {0.0}
     found = [

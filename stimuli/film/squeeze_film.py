@@ -116,7 +116,7 @@ def gap(
     ------
     UserError
         If the amplitude is negative or the roughness is not positive. Without roughness, the
-        minimum of the gap is zero, and the pressure diverges.
+        minimum of the gap is zero, and the pressure diverges if the plate vibrates.
     """
     vibration = not_negative("amplitude_um_peak", amplitude_um_peak, "µm peak")
     roughness = positive("roughness_um", roughness_um, "µm")
@@ -169,8 +169,9 @@ def mean_pressure(
 ) -> Array:
     """Return the mean of p/p0 over a period for infinite squeeze number, equation (13).
 
-    The factor in the last line of (10) is A² [1 + 1.5 ε²/A²], with A = 1 + δ cos(k/2), and P is
-    always normalised by p0. Positions are in mm from the middle of the contact.
+    The printed factor in the last line of (10) is replaced by A² [1 + 1.5 ε²/A²], with
+    A = 1 + δ cos(k/2), and P is always normalised by p0. Positions are in mm from the middle of the
+    contact.
     """
     _, eps, delta = gap(amplitude_um_peak, roughness_um, finger)
     x = np.asarray(position_mm, dtype=float) / finger.contact_length_mm

@@ -33,7 +33,7 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 
 
 # Number of periods within which the board must correct the mean of a list. It corrects by 5 % per
-# period, so four corrections are enough if Q drops from 60 to 50.
+# period, so four corrections are enough if Q drops from 60 to 50. It reads a period after its end.
 CORRECTED_PERIODS = 6
 # State of a plate that follows a finger between ramps; the board does not report this state.
 FOLLOWS = "FOLLOWS"
@@ -41,7 +41,7 @@ FOLLOWS = "FOLLOWS"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """Presentation that the heartbeat checks."""
+    """Presentation that the heartbeat checks, with a new object for each presentation."""
 
     level: float  # mean, for a texture
     state: str = "HOLD"

@@ -17,7 +17,7 @@ LIMITS = PlateLimits()
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Span = Annotated[float, Field(gt=0, le=300)]  # largest workspace in mm that can be meshed
-Length = Annotated[float, Field(ge=2, le=300)]  # shortest ceramic in mm
+Length = Annotated[float, Field(ge=2, le=300)]  # in mm; shorter ceramics would be too many
 AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: the limit of linear bending
 QUALITY_MAX = 2_000.0  # commercial hard piezoceramics reach about 1,500
 Border = Annotated[float, Field(ge=0, le=50)]
@@ -33,7 +33,7 @@ class Requirements(FrozenTable):
     voltage_v: Positive = 15.0
     amplitude_um_peak: Annotated[float, Field(gt=0, le=AMPLITUDE_MAX_UM_PEAK)] = 1.5
     roughness_um: Positive = 0.6
-    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # largest force of a finger
+    normal_force_n: Annotated[float, Field(gt=0, le=20)] = 0.5  # fingers press with 20 N or less
     squeeze_number: Positive = 10.0
     squeeze_amplitude_um_peak: NotNegative = 3.0
     squeeze_roughness_um: Positive = 1.6

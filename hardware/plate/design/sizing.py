@@ -39,8 +39,9 @@ class Candidate:
     length_mm, width_mm : float
         Size of the plate.
     half_wave_mm : float
-        Distance between nodal lines under the ceramics: total length/(n + 1/2) for a free-free beam
-        without a border, which has n + 1 nodal lines. The paper divides by n + 1.
+        Distance between nodal lines under the ceramics: length of the row of n ceramics with gaps,
+        without borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal lines. The
+        paper divides by n + 1.
     frequency_hz : float
         Resonance of Timoshenko's beam in plane strain at that half wave.
     amplitude_um_peak : float

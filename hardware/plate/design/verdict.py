@@ -122,7 +122,7 @@ def _solution(found: Modes, amplitude_um_peak: dict[str, float]) -> Solution:
 
 
 def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]]) -> Solution:
-    """Refine the mesh until the amplitudes converge, and return the last solution.
+    """Refine the mesh until the amplitudes converge or no finer mesh is listed; return the last.
 
     Raises
     ------
@@ -175,7 +175,7 @@ def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Jud
 
 
 def placed(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Return the layout of a drawn plate. Raises UserError if a part is outside the plate."""
+    """Return a drawn plate's layout. Raises UserError if a patch or the finger is off the plate."""
     layout = drawn_layout(brief, plate)
     if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
         raise UserError(
