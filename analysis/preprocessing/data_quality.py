@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
 #: Largest probability of a flag by chance, for flags that are based on a test.
 RARE = 0.05
-#: Participants are expected to use a different number for each amplitude, up to this many.
+#: With at most this many amplitudes, no participant is flagged as constant.
 FEW_LEVELS = 2
-#: Smallest number of trials for which drift or a split-half correlation is computed.
+#: Smallest number of trials for which drift is computed.
 TRIALS_FOR_DRIFT = 8
 
 #: Smallest number of catch steps for a flag: with one, attentive participants say "yes" too often.
@@ -67,7 +67,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         if thresholds.falling_steps is None:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
-        # Participants who give a different number for each amplitude are not flagged as constant.
+        # With few amplitudes, even a different number for each of them makes few numbers.
         levels = by["amplitude_um_pp"].nunique()
         found["constant"] = by["estimate"].nunique().where(levels > FEW_LEVELS)
         felt = trials[trials["amplitude_um_pp"] > 0]

@@ -39,7 +39,7 @@ class Bundle:
     study_text : str
         Text of the study file, with a verified digest.
     damaged : tuple of str
-        One sentence per other file that differs from the frozen version.
+        One sentence per other file that was changed, removed or added after freezing.
     """
 
     name: str
@@ -62,7 +62,7 @@ def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
         If the bundle already exists, or cannot be written.
     """
     refuse_taken(out)
-    # Written under a temporary name and then renamed, so that no incomplete bundle remains.
+    # Written to a temporary folder and then moved, so that an error leaves no incomplete bundle.
     with tempfile.TemporaryDirectory(prefix="slipscale-") as temporary:
         unfinished = Path(temporary) / out.name
         _write(unfinished, files)

@@ -30,7 +30,7 @@ class FamilyOfTests:
     tests : int
         Number of tests with a result.
     below : int
-        Number of significant tests after correction within the family.
+        Number of significant tests; Holm-corrected within the family if ``corrected``.
     below_over_all : int
         Number of significant tests after Holm's correction across all families.
     """

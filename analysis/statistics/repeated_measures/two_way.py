@@ -23,7 +23,8 @@ class Effect:
     Parameters
     ----------
     F, df1, df2, p : float
-        F test. For effects of amplitude, degrees of freedom are Greenhouse-Geisser-corrected.
+        F test. Degrees of freedom are Greenhouse-Geisser-corrected, except for differences between
+        groups of participants.
     eta2_partial, eta2_partial_interval
         Partial eta squared, and its interval from the non-central F distribution (None if not
         defined).

@@ -84,7 +84,7 @@ def textures(analysis: Analysis) -> Markup:
 
 
 def table3(analysis: Analysis) -> Markup:
-    """Return Table III, with the published values if the amplitudes are the same."""
+    """Return Table III, next to the published values of amplitudes that the paper also used."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
     beside = quantity.of_plate and any(

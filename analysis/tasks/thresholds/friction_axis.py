@@ -12,7 +12,8 @@ measured in each interval, the answers are also fitted against friction. Rules:
   to `STEP` standard deviations, because fits with many different levels take long;
 - changes can be 0 or negative, so a logarithmic curve is replaced with the same curve on a linear
   axis;
-- trials with a missing measurement are omitted and counted.
+- trials with no measurement in the target's interval, or with none in the other intervals, are
+  omitted and counted.
 """
 
 from __future__ import annotations

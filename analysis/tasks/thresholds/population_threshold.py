@@ -77,7 +77,7 @@ class Contrast:
     ----------
     first, second : str
     change : Estimate
-        Ratio of the second threshold to the first; for a curve on a linear axis, their difference.
+        Second threshold divided by the first; for a curve on a linear axis, second minus first.
     p, p_holm : float
         Test against no change, uncorrected and Holm-corrected across all pairs of the factor.
     """
@@ -377,7 +377,8 @@ def _factor(
     pairs = [] if COMBINED in name else list(combinations(range(len(names)), 2))
     changes, ps = [], []
     for first, second in pairs:
-        # The first column is the intercept, so the second is the change from the first level.
+        # The column of the pair's first level becomes the intercept, so the column of the second is
+        # the change from it.
         design, start = columns.copy(), of_levels.best.theta.copy()
         design[:, first] = 1.0
         start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])

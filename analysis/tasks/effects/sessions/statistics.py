@@ -31,7 +31,7 @@ class SessionChange:
     ----------
     session : str
     change : MeanOverParticipants or NotComputed
-        Mean difference from the first session.
+        Mean of participants' values in this session minus values in the first session.
     p_holm : float or None
         p-value, Holm-corrected across all changes in all measures.
     """
