@@ -121,7 +121,8 @@ def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = Fals
     Raises
     ------
     UserError
-        If the plate file is for another backend or does not match the calibration.
+        If the plate file is for another backend, if two different calibrations are given, or if the
+        calibration is not plausible.
     """
     file, own = options.get("plate", (None, None))
     given: Calibration | None = options.get("calibration")
