@@ -61,7 +61,8 @@ def load(
         the table. Without that file, the columns must have the names used by Slipscale.
     task : str, optional
         Task label, for data sets with several labels for magnitude estimation or descending
-        difference. The default is the protocol's own label, or the alphabetically first label.
+        difference. The default is the protocol's own label or, if it is absent, the
+        alphabetically first label.
 
     Raises
     ------

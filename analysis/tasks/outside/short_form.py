@@ -74,7 +74,8 @@ class OwnResult:
     Raises
     ------
     UserError
-        If a field has the wrong type.
+        If a field has the wrong type, or a figure has no caption or text alternative. The message
+        names the field.
     """
 
     sentences: tuple[str, ...]
