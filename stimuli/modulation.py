@@ -21,7 +21,7 @@ from slipscale.faults import UserError
 LEAST_FOLLOWED = 0.2
 # `reynolds.time_constant_s` for the paper's finger at 2.3 µm peak to peak and 30.5 kHz.
 FILM_TIME_CONSTANT_S = 0.006
-STEPS_MAX = 64  # steps per period, as more are not felt and load the line
+STEPS_MAX = 64  # most steps per period: more are not felt and load the line
 EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
 STEEP_PART = 0.59  # fraction of a half cosine's duration between 10 and 90 %

@@ -20,7 +20,7 @@ FASTEST_MM_S = 1_500.0  # faster than any finger
 FROZEN_S = 1.0  # longest time without a change, as sensors have noise
 EVEN = 0.01  # smallest relative variation of a finger's steps
 LARGEST_N = 30.0
-NEGATIVE_N = -0.2  # a load cell under tension is negative
+NEGATIVE_N = -0.2  # lowest normal force; below it, a load cell is under tension
 LARGEST_COEFFICIENT = 3.0  # largest coefficient of friction
 
 

@@ -48,7 +48,7 @@ def _halves(answer: Answer) -> tuple[bytes, bytes]:
     return answer.reply[:middle], answer.reply[middle:]
 
 
-# Faults in which the command is executed but the answer is wrong.
+# Faults in which the command is executed but its answer is lost, late or damaged.
 ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "drop": lambda _: [],
     "unplug_mid_read": lambda answer: [_halves(answer)[0], BoardAction.UNPLUG],
