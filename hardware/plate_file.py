@@ -165,7 +165,7 @@ class PlateFile(FrozenTable):
     def _stated(self) -> Self:
         quantity, limits = self.quantity.quantity, self.limits
         left_out = LEVELS - limits.model_fields_set
-        if left_out and not quantity.of_plate:
+        if left_out and not quantity.in_um_pp:
             names = " and ".join(sorted(quantity.named(each) for each in left_out))
             raise ValueError(f"[limits]: expected {names}, because the plate makes {quantity.name}")
         return self
@@ -176,7 +176,7 @@ class PlateFile(FrozenTable):
         Only the default quantity has a default level; for all others, any level is wider.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
-        if not quantity.of_plate:
+        if not quantity.in_um_pp:
             wider |= {"level": self.limits.level}
             wider.pop("deviation_level", None)
         return {quantity.named(name): value for name, value in wider.items()}

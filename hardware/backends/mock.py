@@ -132,7 +132,7 @@ class MockPlate(PlateDriver):
     @property
     def _um_per_level(self) -> float:
         limits = self.limits
-        return 1.0 if limits.quantity.of_plate else PlateLimits().level / limits.level
+        return 1.0 if limits.quantity.in_um_pp else PlateLimits().level / limits.level
 
     def vibration_level(self) -> float:
         """Return the true simulated level, even if the connection is lost."""
@@ -240,7 +240,7 @@ class MockPlate(PlateDriver):
             level=self.twin.measure_um_pp(now_s) / self._um_per_level,
             kind="measured",
             time_s=now_s,
-            voltage_v_peak=voltage_v if self.limits.quantity.of_plate else None,
+            voltage_v_peak=voltage_v if self.limits.quantity.in_um_pp else None,
             temperature_c=round(self.twin.temperature_c(now_s), TEMPERATURE_DIGITS),
         )
 

@@ -197,6 +197,14 @@ def test_what_is_wider_than_shipped(name, value, wider):
     assert LimitsTable(**{name: value}).beyond_shipped() == ({name: value} if wider else {})
 
 
+def test_a_plate_in_um_keeps_the_shipped_limits_whatever_participants_judge(file):
+    edit(file, "tolerance_um =", "tolerance_um_pp =")
+    edit(file, "[limits]", '[quantity]\njudged = "roughness"\n\n[limits]')
+    assert sign(file) == 0
+    with opened(file) as driver:
+        assert driver.limits == dataclasses.replace(PlateLimits(), quantity=driver.limits.quantity)
+
+
 def test_a_study_names_its_plate_and_another_one_is_refused():
     assert (
         with_plate_file("serial:COM3,attention=9", "desk") == "serial:COM3,attention=9,plate=desk"
