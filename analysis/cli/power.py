@@ -35,8 +35,8 @@ AXES = {
     "lapses": "proportion of answers given at random (default: as in the population)",
     "dropout": "proportion of people who stop before the end (default: as in the population)",
     "exponent": "exponent of the mean sensation above 0 µm (default: the curve of the population)",
-    "catch_steps": "catch steps in each series of the descending difference, which determine the "
-    "precision of the false-alarm rate",
+    "catch_steps": "number of catch steps in each descending-difference series; with more of them, "
+    "the false-alarm rate is more precise",
 }
 STUDIES = 1000
 SIZES = ("6,8,10,12,16,20,24,32",)

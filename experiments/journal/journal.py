@@ -161,7 +161,7 @@ class Journal:
         """Append a record; return when the operating system has received it.
 
         A thread flushes the record to disk. A signal may interrupt this call at any point. The next
-        record then follows the data that the operating system has already received.
+        record is then written after the data that the operating system has already received.
         """
         self.check()
         if self._unfinished:

@@ -166,8 +166,8 @@ class Study(FrozenTable):
         tuple[EntityLabel, ...], Field(max_length=MOST), AfterValidator(valid_sessions)
     ] = setting(
         (),
-        "Session labels in order, all different; default: one session, or sessions numbered by the "
-        "number at the end of their labels.",
+        "Session labels in order, all different; by default, there is one session, or sessions are "
+        "ordered by the number at the end of their labels.",
     )
     runs: AtLeastOne = setting(1, "Number of runs per session.", unit="runs")
     visits: Literal["advance", "same"] = setting(

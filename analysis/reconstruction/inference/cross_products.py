@@ -150,8 +150,8 @@ def example(
     found : Choices
         Choices of moments.
     wanted : tuple of ndarray of int
-        Smallest and largest C for each choice. Choices for which the smallest exceeds the largest
-        are excluded.
+        Smallest and largest C for each choice. Choices whose smallest C exceeds their largest C are
+        excluded.
     generator : numpy.random.Generator
         Random generator for data sets and starting pairings.
     """

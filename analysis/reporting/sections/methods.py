@@ -71,8 +71,8 @@ def _invariance(analysis: Analysis) -> str:
             "estimate."
         )
     return (
-        "Exponents, the ANOVA on logarithms and ranks within participants are the same under all "
-        "rules."
+        "Exponents, ranks within participants and the ANOVA on logarithms are the same under every "
+        "rule of normalisation."
     )
 
 

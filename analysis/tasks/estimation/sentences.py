@@ -387,8 +387,8 @@ def mixed_model(found: MixedModel, confidence: float, _quantity: Quantity) -> st
         )
     bound = f"; {BOUND_SENTENCE}" if found.at_bound else ""
     return (
-        "A power function of all trials with random effects of participants on level and exponent "
-        "(a linear mixed model of logarithms) gave an exponent of "
+        "A power function fitted to all trials, with random effects of participants on level and "
+        "exponent (a linear mixed model of logarithms), gave an exponent of "
         f"{number(found.exponent)}{_ci(found.interval, confidence)} ({found.trials} trials from "
         f"{found.n} participants{bound})."
     )

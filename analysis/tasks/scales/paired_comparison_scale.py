@@ -93,7 +93,7 @@ def checked_choices(chosen: npt.ArrayLike) -> Array:
     if counts.ndim != 3 or counts.shape[1] != counts.shape[2] or counts.shape[1] < 2:  # noqa: PLR2004
         raise UserError("choices: expected a square table of at least two surfaces")
     if not np.isfinite(counts).all() or np.any(counts < 0) or np.any(counts != np.round(counts)):
-        raise UserError("choices: expected whole numbers from 0")
+        raise UserError("choices: expected whole numbers of 0 or more")
     if np.any(np.diagonal(counts, axis1=1, axis2=2)):
         raise UserError("choices: a surface was compared with itself")
     return counts

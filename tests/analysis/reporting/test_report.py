@@ -72,9 +72,9 @@ def test_the_parts_of_order_that_were_not_computed_say_why(table_by_hand, page):
 @pytest.mark.parametrize(
     "rule, zero, words",
     [
-        ("exclude", 0, "same under all rules"),
+        ("exclude", 0, "same under every rule"),
         ("half_minimum", 0, "differ slightly"),
-        ("half_minimum", 9, "same under all rules"),
+        ("half_minimum", 9, "same under every rule"),
     ],
 )
 def test_what_normalisation_does_not_change_is_said_only_where_it_holds(
@@ -91,7 +91,7 @@ def test_rules_that_differ_within_a_participant_are_not_called_harmless(dataset,
     rows[0] |= {"scale_top": 50}
     text = page(analyse(dataset(rows={"01": rows})))
     assert "can also affect tests and exponents" in text
-    assert "same under all rules" not in text
+    assert "same under every rule" not in text
 
 
 def test_two_participants_have_no_interval(table_by_hand):

@@ -90,7 +90,9 @@ def _reading(desk: Desk, request: Reading) -> str:
     if job is None or measured is None or not measured.asked:
         raise UserError("no calibration is waiting for a reading")
     if len(measured.points) != request.number:
-        raise UserError("this point already has a reading; read the instrument again")
+        raise UserError(
+            "this point already has this reading; take a new reading from the instrument"
+        )
     job.type(request.reading)
     return ""
 

@@ -136,7 +136,7 @@ def test_surfaces_that_were_never_compared_have_no_scale(scale):
         ([[0, 1, 2], [1, 0, 2]], "square table"),
         ([[0]], "at least two surfaces"),
         ([[0, 1.5], [1, 0]], "whole numbers"),
-        ([[0, -1], [1, 0]], "whole numbers from 0"),
+        ([[0, -1], [1, 0]], "whole numbers of 0 or more"),
         ([[1, 1], [1, 0]], "compared with itself"),
     ],
 )
