@@ -166,8 +166,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _printed().half_wave_for_amplitude_mm(1.5, 15.0),
         "8.2",
         "mm",
-        "equation (37) with d31 from Table II; constants from Appendix B would give another "
-        "value value",
+        "equation (37) with d31 from Table II; constants from Appendix B would give another value",
     ),
     "neutral_line": item(
         lambda: _printed().neutral_ratio,
