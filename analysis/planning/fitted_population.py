@@ -95,7 +95,7 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
         origins |= dict.fromkeys(values, source)
     habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
     population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
-    # The levels are always fitted; `told` lists them under their name for amplitudes in µm.
+    # The levels are always fitted; `origins` lists them as `amplitude_um_pp`.
     every = set(Population.model_fields) - {"name", "habits", "levels"}
     return FittedPopulation(
         population=population, fitted=origins, assumed=tuple(sorted(every - set(origins)))

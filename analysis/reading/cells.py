@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 #: Maximum number of characters of a cell in a message.
 LONGEST_CELL = 60
-#: Number and share of invalid cells above which a column is rejected.
+#: A column is rejected if its invalid cells exceed both this number and this share.
 FEW, FEW_SHARE = 3, 0.05
 #: Maximum number of participants to list in a message.
 LISTED = 6

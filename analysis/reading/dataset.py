@@ -137,6 +137,6 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of all files, sorted by name."""
+        """SHA-256 of the sorted list of all files, each with its SHA-256 and name."""
         lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
         return digest("\n".join(lines).encode())

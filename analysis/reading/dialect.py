@@ -114,8 +114,8 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        If all commas could be either thousands separators or decimal marks, and likewise points in
-        a column with whole numbers; or if both decimal marks are equally frequent.
+        If no number shows the decimal mark, and a comma, or a point in a column with whole numbers,
+        could also separate thousands; or if both decimal marks are equally frequent.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}

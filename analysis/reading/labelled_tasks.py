@@ -213,7 +213,7 @@ def read_others(
             folder,
             kind=f"task_{task}",
             required=(),
-            columns=tuple(sorted(columns - {"phase", "flag"})),  # called for every task
+            columns=tuple(sorted(columns - {"phase", "flag"})),  # read in any case
             problems=problems,
             counts=counts,
         )

@@ -111,7 +111,7 @@ def plain(content: bytes) -> bytes:
 
 @lru_cache
 def _names(header: bytes, separator: str) -> tuple[str, ...]:
-    # The row-by-row reader reports unmatched quotation marks in the header.
+    # `split` reports unmatched quotation marks in the header.
     cells = next(csv.reader([header.decode("utf-8")], delimiter=separator, skipinitialspace=True))
     return tuple(name.strip(' "\t\ufeff') for name in cells)
 
@@ -119,7 +119,7 @@ def _names(header: bytes, separator: str) -> tuple[str, ...]:
 def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
     """Return the number of rows if all lines have as many cells as the header; otherwise None."""
     mark = separator.encode()
-    # In these two cases, empty lines have the correct number of separators.
+    # Repeated headers and lines of only separators are not rows, but have the right number.
     for line in (header + NEWLINE, mark * (cells - 1) + NEWLINE):
         if body.startswith(line) or NEWLINE + line in body:
             return None

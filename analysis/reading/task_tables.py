@@ -76,7 +76,7 @@ def task_trials(
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str
-        Columns that are filled in every answered trial.
+        Columns that must be filled for a trial to count as answered.
     required : tuple of str
         Columns that a table must have, in addition to ``marks``.
     levels : tuple of str

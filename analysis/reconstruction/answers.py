@@ -265,7 +265,7 @@ def across(
     Raises
     ------
     UserError
-        If the columns cannot be compared, or the table does not state whether participants differ.
+        If the columns cannot be compared.
     """
     if design == "independent":
         from slipscale.analysis.reconstruction.inference.independent import independent_conclusions  # noqa: PLC0415 - if requested

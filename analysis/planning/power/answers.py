@@ -33,7 +33,8 @@ class Row:
     power : Mapping
         Test, or pair of neighbours -> proportion of studies with a significant result.
     decisive : tuple of str
-        Tests that must reach the target: the primary omnibus test and all neighbouring pairs.
+        Tests that must reach the target: the primary omnibus test, all neighbouring pairs, and
+        tests of factors with a simulated effect; all tests if there are none of these.
     false_alarms : Mapping
         The same proportions, simulated without an effect.
     widths : Mapping
@@ -44,7 +45,7 @@ class Row:
         Proportion of studies that `analyse` would reject.
     looks : tuple of (int, Share)
         Number of participants at each interim analysis, with the proportion of studies that
-        stopped.
+        stopped there.
     false_looks : Share or None
         Proportion of studies that stopped at any interim analysis although there was no effect.
     assurance : float or None

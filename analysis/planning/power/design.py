@@ -227,7 +227,7 @@ def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int
 def _steps(
     counts: Sequence[tuple[Options, int]], context: Context, conditions: int
 ) -> StepTask | None:
-    """Return the first descending difference task with at least one step, or None.
+    """Return the first descending difference task, or None if it has no step or does not exist.
 
     Series from all conditions are pooled.
     """

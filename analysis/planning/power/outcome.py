@@ -100,8 +100,8 @@ class Outcome:
     unusable : int
         Number of studies that `analyse` would reject.
     found : Mapping
-        Test, pair of neighbours ("0.5 - 1.2") or interim analysis ("look 1") -> number of studies
-        with a significant result.
+        Test, pair of neighbours ("0.5 - 1.2") or interim analysis ("look after 12") -> number of
+        studies with a significant result.
     widths : Mapping
         Name of an estimated quantity ("exponent", "mean at 0.5") -> half-widths of its interval.
     steps : Mapping

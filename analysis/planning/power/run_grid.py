@@ -80,7 +80,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
 
 
 def _timed(shard: Shard, studies: int) -> float:
-    """Measure the time needed to compute the first few studies of a shard."""
+    """Measure the time needed to compute a shard with this number of studies."""
     began = time.perf_counter()
     replace(shard, studies=studies, number=-1).compute()
     return time.perf_counter() - began

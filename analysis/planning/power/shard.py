@@ -1,7 +1,7 @@
-"""Simulate a shard: about a hundred studies of one condition, with a seed for the shard.
+"""Simulate a shard: at most 250 studies of one condition, with a seed for the shard.
 
-The seed is the SHA-256 of design, condition, shard and the user's seed, so a shard gives the same
-result on every machine and in every run.
+The seed is the SHA-256 of everything that is simulated (not the analysis choices), the shard and
+the user's seed, so a shard gives the same result on every machine and in every run.
 """
 
 from __future__ import annotations
@@ -193,7 +193,8 @@ def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArra
 def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
     """Return which studies stop at each interim analysis.
 
-    A study stops if the omnibus test of its primary analysis is significant.
+    A study stops if the omnibus test of its primary analysis is significant or, if this test is
+    not among the design's tests, any pairwise test.
     """
     sizes = look_sizes(found.cells.shape[1], looks.number)
     going_on = found.usable.copy()

@@ -1,7 +1,7 @@
 """Cache finished shards in a folder, so that no shard is computed twice.
 
 Each shard has one file, which is written atomically, so a killed run leaves no incomplete files.
-Files contain a SHA-256 of their content and of the shard's settings. If a file was truncated,
+Files contain the shard's settings and a SHA-256 of their content. If a file was truncated,
 edited or copied from another analysis, its shard is computed again.
 """
 

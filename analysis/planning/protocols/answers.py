@@ -60,7 +60,7 @@ def answers_of(
 def rows_of(
     study: ProtocolStudy, participants: int, seed: int, population: Population
 ) -> tuple[list[pd.DataFrame], list[float]]:
-    """Return each person's main trials in one simulated study, and their durations in minutes."""
+    """Return each person's main trials in one simulated study, and minutes per person."""
     rows: dict[str, list[pd.DataFrame]] = {}
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):

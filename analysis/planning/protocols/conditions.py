@@ -43,8 +43,8 @@ class ConditionPower:
     participants : int
     factor, first, second : str
     change : float
-        Ratio of the second threshold to the first, median across studies. For psychometric
-        functions on a linear axis, the difference.
+        Ratio of the second threshold to the first, median across the participants of all studies.
+        For psychometric functions on a linear axis, the difference.
     power : Share
         Proportion of studies in which the thresholds differ significantly.
     without : float
@@ -117,7 +117,7 @@ def _axis_values(
     Returns
     -------
     array, shape (participants, first factor, second factor, ...)
-        Thresholds; NaN if the task yields none.
+        Thresholds; NaN for participants without a threshold.
     """
     conditions = [
         {in_um(name): factor_level(value) for name, value in values.items()}

@@ -106,7 +106,7 @@ def protocol_study(name: str) -> ProtocolStudy:
     Raises
     ------
     UserError
-        If no task yields an exponent or threshold, or the task's number of trials cannot be set.
+        If no task yields an exponent or threshold and has an option for the number of trials.
     """
     study, text = read_study(name)
     for place, options in enumerate(study.tasks):
@@ -155,7 +155,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
     Raises
     ------
     UserError
-        If even one trial takes too long.
+        If the study takes too long even with the option `amount` set to 1.
     """
     once = study.minutes(population)
     twice = study.with_number(2 * study.number).minutes(population)

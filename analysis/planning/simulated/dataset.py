@@ -69,7 +69,7 @@ def simulated_dataset(
     for factor in conditions[0]:
         levels = np.array([each[factor] for each in conditions])
         frame[f"{FACTOR}{factor}"] = pd.Categorical(levels[which])
-    # Participants who were excluded or dropped out have no rows.
+    # Excluded participants have no rows, and participants who dropped out none afterwards.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
     participants = answered[PARTICIPANT].cat.remove_unused_categories()
     answered = answered.assign(**{PARTICIPANT: participants})

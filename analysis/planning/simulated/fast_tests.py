@@ -53,9 +53,9 @@ class Tables:
         )
 
 
-#: Normalisation rule -> divisor and factor for each participant's estimates. They are computed from
-#: the estimates, shape (repetitions, studies, participants, amplitudes), their means and the scale
-#: tops.
+#: Normalisation rule -> factor for all estimates, and function that returns each participant's
+#: divisor from the estimates, shape (repetitions, studies, participants, amplitudes), their means
+#: and the scale tops.
 DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
     "none": (1.0, lambda _estimates, _cells, tops: np.ones_like(tops)),
     "scale_top": (100.0, lambda _estimates, _cells, tops: tops),

@@ -76,7 +76,7 @@ def _trials(text: str, path: Path) -> list[object]:
         raise UserError(
             f"{path}: not readable JSON ({error}); expected jsPsych.data.get().json()"
         ) from None
-    # The list contains one list of trials per participant.
+    # The list may contain one list of trials per participant.
     return [trial for part in found for trial in (part if isinstance(part, list) else [part])]
 
 

@@ -1,7 +1,7 @@
 """Read Qualtrics CSV and TSV files, which have three header lines.
 
 The headers contain names, questions and import IDs. A file is recognised if all cells in the third
-line are an ``ImportId``. Preview responses are not omitted; to omit them, use ``--only`` with
+record are an ``ImportId``. Preview responses are not omitted; to omit them, use ``--only`` with
 ``Status`` or ``DistributionChannel``.
 """
 

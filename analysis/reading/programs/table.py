@@ -1,7 +1,7 @@
 """List the programs whose files can be read.
 
-Each program has a module that recognises its files without doubt. All other files are read as
-ordinary text tables. To support another program, write a module and add a line to `PROGRAMS`.
+The first program that recognises a file reads it. All other files are read as ordinary text
+tables. To support another program, write a module and add a line to `PROGRAMS`.
 """
 
 from __future__ import annotations

@@ -29,8 +29,8 @@ MINUTES = 0.1
 WIDEST = 10_000_000
 # Measured: 1.3 to 2.4, with n = 50 to 200 on a scale from 0 to 100, and n = 200 on 1 to 7.
 NANOSECONDS_AN_ADDITION = 2.0
-# Maximum size in bits of a count in a single pass. Larger counts need one pass in floating point
-# and one pass per additional `BITS_A_PASS` bits.
+# Maximum size in bits of a count in a single pass. Larger counts also need one pass in floating
+# point and one pass per additional `BITS_A_PASS` bits.
 WORD_BITS = 64
 BITS_A_PASS = 31
 
@@ -151,7 +151,7 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         If the largest table needs more than `memory_gib`.
     """
     for task in tasks:
-        # The exact size of large tables is slow to compute, so it is estimated.
+        # The exact size of large tables is slow to compute, so it is estimated first.
         guess_gib = task.rough.table_gib * moduli
         need_gib = guess_gib if guess_gib > 2 * memory_gib else task.bytes * moduli / 2**30
         if need_gib > memory_gib:
@@ -176,7 +176,7 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
     seconds = seconds_to_count(tasks)
     need_gib = max((task.rough.count_gib for task in large), default=0.0)
     if seconds <= 60 * minutes and need_gib <= 2 * memory_gib:
-        # The exact size of many planes is slow to compute, so it is estimated.
+        # The exact size of many planes is slow to compute, so it was estimated first.
         need_gib = max((task.count_bytes for task in large), default=0) / 2**30
         if need_gib <= memory_gib:
             return

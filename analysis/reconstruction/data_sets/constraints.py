@@ -28,7 +28,7 @@ MOST_PAIRS = 100_000
 MOST_SUMS = 1000
 # Number of sums in a selection if not all are listed, each with its middle sum of squares.
 LOOKED_AT = 9
-# Maximum number of candidate extremes or middle ratings. More would need gigabytes.
+# Maximum number of candidate extremes or middle ratings, over all pairs. More need gigabytes.
 MOST_VALUES = 3_000_000
 
 
@@ -45,7 +45,7 @@ class Targets:
     grimmer : bool
         Whether any sum of squares also gives the printed standard deviation.
     reason : str
-        Reason why no ratings can meet the requirements; empty if ratings exist.
+        Reason why no ratings can meet the requirements; empty if no contradiction was found.
     refused : str
         Reason why there are too many requirements to list, so that `wanted` is empty; otherwise
         empty.
@@ -98,7 +98,7 @@ def targets(column: Column) -> Targets:
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
-    """Return the sums of squares for each sum; None if the column has further constraints."""
+    """Return the sums of squares for each sum; None with further constraints or too many sums."""
     more = (
         column.maximum_deviation,
         column.observed_minimum,

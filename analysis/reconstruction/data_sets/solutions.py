@@ -136,7 +136,7 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps, if data sets are not counted; empty if none was found."""
+        """One data set, in steps; empty if data sets are counted or none was found."""
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property

@@ -1,7 +1,8 @@
 """Compute t, Welch's t and F for columns from different participants, over all data sets.
 
 Statistics of independent groups depend only on n, sums and sums of squares. The ranges therefore
-cover all pairs of sum and sum of squares that occur in a data set.
+cover all pairs of sum and sum of squares that occur in a data set or, if counting is slow, that the
+printed numbers allow.
 """
 
 from __future__ import annotations
@@ -57,7 +58,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return a column's possible means and variances."""
+    """Return a column's possible means and variances, from sums alone if counting is slow."""
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
     complete = len(pairs) <= ALL_OF

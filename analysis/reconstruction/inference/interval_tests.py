@@ -109,7 +109,7 @@ def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float
     (_, least), (_, most) = extreme_between(means, n)
     low, high = np.array([c.sd for c in columns]).T
     if test.kind in PAIRED:
-        # Error divided by n - 1, for correlations of 1 and -1.
+        # Error divided by n - 1, for the most similar and the most opposite columns.
         (_, small), _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
         rest = high.sum() - high.max()
         large = float((high**2).sum()) - max(0.0, float(high.max() - rest)) ** 2 / k
@@ -176,7 +176,7 @@ class _Path:
         self.sds = high, alike[0] if paired else low
         shapes = [_unit(generator.normal(size=(k + 1, n))) for n in self.n]
         simplex = np.eye(k) - 1 / k
-        # Correlations go from -1 to 1; they do not affect independent groups.
+        # Correlations go from -1 / (k - 1) to 1; they do not affect independent groups.
         first = [simplex[j] @ shapes[0 if paired else j][1:] for j in range(k)]
         last = [shapes[0 if paired else j][0] for j in range(k)]
         self.shapes = first, last

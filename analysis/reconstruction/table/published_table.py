@@ -31,7 +31,7 @@ CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 Design = Literal["paired", "independent"]
 # Maximum range of ratings in steps, if no scale is printed.
 WIDEST_OPEN = 1_000_000_000
-# Maximum n. For more ratings, sums of squares in steps would exceed machine integers.
+# Maximum sum of squares in steps, so that it fits in a machine integer.
 LARGEST_SQUARES = 2**63 - 1
 
 

@@ -33,7 +33,7 @@ class Interval:
         )
 
     def meet(self, other: Interval) -> Interval:
-        """Return the intersection. If the intersection is empty, `low` exceeds `high`."""
+        """Return the intersection. An empty one has `low` above `high`, or an open end."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return Interval(
             low,
