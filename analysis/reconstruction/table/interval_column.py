@@ -60,7 +60,7 @@ class IntervalColumn:
     def assumptions(self) -> Iterator[str]:
         """Yield descriptions of the assumptions about the column."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
-        yield f"{kind}; so any number between two others is possible"
+        yield f"{kind}, so any number between two others is possible"
         yield f"n = {self.n}, with no missing values"
 
 

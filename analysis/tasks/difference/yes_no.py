@@ -380,7 +380,7 @@ def _mean_of_own(
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"with only {fewest} {quantity.yes_no.trials[1]} of one kind, the correction "
+            f"with only {fewest} {quantity.yes_no.trials[fewest != 1]} of one kind, the correction "
             "for counts of 0 shrinks individual d' values towards 0 (at least "
             f"{TRIALS_FOR_OWN} are needed)"
         )
