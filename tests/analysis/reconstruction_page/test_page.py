@@ -101,7 +101,7 @@ def test_the_page_is_the_same_on_every_run_and_tells_what_depends(tmp_path, caps
 def test_samples_and_a_page_are_not_asked_for_together(tmp_path, capsys):
     words = ["reconstruct", "biet2007_table3", "--sample", "1", "--html", str(tmp_path / "p")]
     assert commands.main(words) == 2
-    assert "choose one" in capsys.readouterr().err
+    assert "--html writes a page" in capsys.readouterr().err
 
 
 def test_the_page_opens_with_a_verdict_and_what_to_ask(tmp_path, capsys):

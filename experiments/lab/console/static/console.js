@@ -272,6 +272,10 @@ if (study) {
     const input = event.target.closest("[data-place]");
     if (input) soon(input.id, () => set(document.getElementById(input.id)));
   });
+  // Somebody may type before this script runs.
+  for (const input of study.querySelectorAll("input[data-place]")) {
+    if (input.value !== input.defaultValue) soon(input.id, () => set(document.getElementById(input.id)));
+  }
   study.addEventListener("change", (event) => {
     const input = event.target.closest("[data-place]");
     if (input && timers.has(input.id)) set(input);
