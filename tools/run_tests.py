@@ -3,7 +3,8 @@
 Tests marked `clock` wait in real time for a board, a window or a browser. Those of boards run one
 after another in their own process, as do those that need a display. Displays have a lower priority,
 and the other tests the lowest, so that a board answers in time on two busy cores, and no core is
-idle while a test waits.
+idle while a test waits. Boards switch off if a busy computer is late, so tests of boards or
+displays that fail are repeated at the end, when nothing else runs; the repetition decides.
 """
 
 import re
@@ -19,6 +20,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 MARK, DISPLAY = "pytest.mark.clock", "display"  # found in the text of the tests
 WORKERS = ["-n", "2", "--dist", "worksteal"]
+FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
 NOTHING_CHOSEN = 5  # pytest's status, if a choice such as -k leaves no test
 
 
@@ -46,6 +48,15 @@ def shown(lines: Iterable[str]) -> str:
     return line
 
 
+def failed(output: str) -> list[str]:
+    r"""Return the tests that pytest's summary lists as failed.
+
+    >>> failed("FAILED tests/a.py::test_b[2 x] - assert 1 == 2\nERROR tests/a.py::test_c\n")
+    ['tests/a.py::test_b[2 x]', 'tests/a.py::test_c']
+    """
+    return FAILED.findall(output)
+
+
 def nice(steps: int) -> list[str]:
     """Return the words that start a command with a lower priority, where the system has them."""
     return ["nice", "-n", str(steps)] if shutil.which("nice") else []
@@ -70,13 +81,28 @@ def main(options: list[str]) -> int:
         computing = [*nice(19), *pytest, "-m", "not clock", *WORKERS]
         with subprocess.Popen(computing, cwd=ROOT, stdout=subprocess.PIPE, text=True) as others:
             summaries = [shown(others.stdout or ())]
-        statuses = {others.wait(), *(each.wait() for each, _ in waiting)} - {NOTHING_CHOSEN}
+        statuses, again = {others.wait()}, []
         print("Tests that wait in real time:")
-        for _, words in waiting:
+        for process, words in waiting:
+            status = process.wait()
             words.seek(0)
-            summaries.append(shown(words))
+            output = words.read()
+            summary = shown(output.splitlines(keepends=True))
+            if late := failed(output):
+                again += late
+                summary = re.sub(r"\d+ (failed|errors?),? ?", "", summary)
+            else:
+                statuses.add(status)
+            summaries.append(summary)
+    if again:
+        print(f"Tests that failed while others ran, repeated alone: {len(again)}", flush=True)
+        with subprocess.Popen(
+            [*clock, *again], cwd=ROOT, stdout=subprocess.PIPE, text=True
+        ) as alone:
+            summaries.append(shown(alone.stdout or ()))
+        statuses.add(alone.wait())
     print(f"Together: {total(summaries)}")
-    return max(statuses, default=NOTHING_CHOSEN)
+    return max(statuses - {NOTHING_CHOSEN}, default=NOTHING_CHOSEN)
 
 
 if __name__ == "__main__":
