@@ -133,12 +133,12 @@ def _column(source: Source, place: int) -> html.ReportSection:
             svg(histogram_figure(histogram(solutions, samples), ends), salt=f"histogram{place}"),
             f"How many of the {solutions.column.n} participants gave each rating in {DRAWN:,} "
             "uniformly drawn data sets.",
-            f"Histogram of the ratings at {answer.label} with bands",
+            f"Histogram of the ratings at {answer.label}, with 95 % bands",
         ),
         html.figure(
             svg(cumulative_figure(up_to, ends), salt=f"cumulative{place}"),
             f"Proportion of ratings up to a value in {over}.",
-            f"Cumulative distribution of the ratings at {answer.label} with bands",
+            f"Cumulative distribution of the ratings at {answer.label}, with 95 % bands",
         ),
     ]
     if answer.order_statistics:

@@ -60,7 +60,7 @@ NOTES: Mapping[str, str] = {
     "protocol": "name of the protocol, if the study gives the task its own label",
     "study_hash": "SHA-256 of the study file's text",
     "seed": "random seed for all orders",
-    "mode": "participant, or pilot: a trial of the study, not data",
+    "mode": "participant, or pilot (a test of the study, which yields no data)",
     "language": (
         "language of the texts shown to the participant; for languages that the study itself "
         "provides, see `code/`"

@@ -289,8 +289,8 @@ class Protocol:
         names of exactly these options end in ``_level`` or ``_levels``.
     possible_levels : callable, optional
         Returns all amplitudes (or the smallest and the largest) that any sequence of answers could
-        lead to, in µm peak to peak, from the options and the context. By default, the amplitudes
-        are collected in a rehearsal.
+        lead to, in µm peak to peak, from the options and the context. By default, a
+        rehearsal of the task collects the amplitudes.
     finest_level : callable, optional
         Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
         in µm peak to peak, from the options and the context. The plate must hold its amplitude more

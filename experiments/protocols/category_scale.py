@@ -65,7 +65,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         texts, factors = self.context.texts, {"categories": len(self.labels)}
         coded = tuple((str(place), label) for place, label in enumerate(self.labels, start=1))
         return (

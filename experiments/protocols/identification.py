@@ -95,7 +95,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         options, texts, levels = self.options, self.context.texts, self.context.levels
         trial = self.numbered(condition, number, repeats, factors={})
         # The code is the surface's name in the data; the participant sees the surface's number.

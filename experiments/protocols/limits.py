@@ -155,7 +155,7 @@ class _Run(IntervalTask[Place]):
     def trial(
         self, condition: Place, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         series, options = condition.series, self.options
         level = series.levels[condition.place]
         trial = Trial(

@@ -170,7 +170,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         options = self.options
         trial = self.numbered(
             condition,

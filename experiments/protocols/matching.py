@@ -188,7 +188,7 @@ class _Run(IntervalTask[_Match]):
     def trial(
         self, condition: _Match, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         options, context = self.options, self.context
         trial = Trial(
             task=context.task,

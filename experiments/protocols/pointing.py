@@ -249,7 +249,7 @@ class _Run(Repeating[Movement]):
     def trial(
         self, condition: Movement, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one movement; return the numbers of trials to repeat."""
+        """Yield one movement; return which trials to repeat."""
         options, texts = self.options, self.context.texts
         trial = Trial(
             task=self.context.task,

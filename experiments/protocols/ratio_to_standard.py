@@ -63,7 +63,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         texts = self.context.texts
         trial = self.numbered(
             condition,

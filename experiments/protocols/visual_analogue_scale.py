@@ -127,7 +127,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         options, texts = self.options, self.context.texts
         question = VisualAnalogueQuestion(
             prompt=texts["visual_analogue_scale.rating"],

@@ -23,7 +23,7 @@ STOP = "%(name)s.stop()\n"
 
 
 class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # PsychoPy has no types
-    """A component that makes the plate vibrate from the component's start to its stop."""
+    """A component that makes the plate vibrate for as long as the component runs."""
 
     categories: ClassVar = ["Stimuli"]
     targets: ClassVar = ["PsychoPy"]

@@ -37,7 +37,8 @@ def order_balance(
         counts = [follows[pair] for pair in pairs]
         return (
             f"{options.randomisation}: orders are drawn independently and are balanced on "
-            f"average; here each surface follows each other one {_times(min(counts), max(counts))}"
+            "average; here each surface follows every other surface "
+            f"{_times(min(counts), max(counts))}"
         )
     blocks = [block for run in runs for block in run]
     follows = Counter(chain.from_iterable(map(pairwise, blocks)))

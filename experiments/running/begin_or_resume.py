@@ -61,7 +61,7 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
 def _opened(
     plan: RunPlan, spec: str, clock: Clock, quantity: Quantity, largest_level: float
 ) -> PlateDriver:
-    """Return the plate for a SPEC; raise `UserError` unless its quantity is the study's."""
+    """Return the plate for a SPEC; raise `UserError` if its quantity differs from the study."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
     if isinstance(driver, MockPlate) and driver.plate_file is None:
         driver.adopt(quantity, largest_level)

@@ -116,7 +116,7 @@ class Questionnaire(FrozenTable):
         return {(self.name, item.name): any_choice for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
-        """Return the words of each item and of its codes, for the table's sidecar."""
+        """Return the wording of each item and of its answers, for the table's sidecar."""
         return {
             item.name: (_words(item.prompt, language), question.levels(language))
             for item, question in zip(self.items, self.questions(), strict=True)

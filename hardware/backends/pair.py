@@ -119,7 +119,7 @@ class PlatePair(PlateDriver):
         self._both(lambda plate: plate.close())
 
     def _both(self, action: Callable[[PlateDriver], None]) -> None:
-        """Perform an action on both actuators in any case, then raise the most serious error."""
+        """Perform an action on both actuators, even if one fails; raise the most serious error."""
         raised: list[BaseException] = []
         for plate in (self.first, self.second):
             try:

@@ -83,7 +83,7 @@ class Design:
     def factor_tests(self) -> dict[str, bool]:
         """Map each test of a factor to whether the population has the effect.
 
-        Each factor has two tests, its effect on means and its interaction with the amplitude.
+        Each factor is tested twice: its effect on means, and its interaction with the amplitude.
         """
         people = self.population
         return {

@@ -2,9 +2,9 @@
 
 Orders have the same distribution as in the protocol
 (`slipscale.experiments.protocol_parts.ordering.orders`). Blocks are shuffled as whole arrays. For
-all other rules, the protocol draws a pool of orders. Each simulated person, or group that shares a
-design, receives one order from the pool, with surfaces renumbered at random. Renumbering does not
-change the probability of any order.
+all other rules, the protocol generates a pool of random orders. Each simulated person, or group
+that shares a design, receives one order from the pool, with surfaces renumbered at random.
+Renumbering does not change the probability of any order.
 """
 
 from __future__ import annotations

@@ -203,7 +203,7 @@ def _half(
 
 @dataclass(frozen=True)
 class Joint:
-    """Two aligned slices of state tables, whose matching cells together reach a goal.
+    """Two slices of state tables, aligned so that each pair of cells adds up to a goal.
 
     `ways` is the number of arrangements of each pair (1 for multisets).
     """

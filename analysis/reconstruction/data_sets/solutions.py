@@ -99,7 +99,7 @@ class Solutions:
                 return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
             return (
-                "quartiles must be checked in each data set, but without them there are "
+                "quartiles must be checked in each data set, but the other statistics allow "
                 f"{self._unfiltered:,} data sets, more than {LISTED:,}"
             )
         return ""

@@ -3,7 +3,7 @@
 `most_alike` returns the most favourable pairing for a test between columns, which is exact. If all
 columns have the same order, participants' totals vary most (rearrangement inequality for each
 pair), so most variation is removed from the error. `least_alike` returns the least favourable
-pairing. For two columns, this pairing is exact: one column ascending and one descending. For more
+pairing. For two columns, pairing ascending with descending ratings is exact. For more
 columns, making totals as equal as possible is a hard partition problem. The rearrangement algorithm
 (Puccetti and Rüschendorf, 2012) is used as a heuristic: each column in turn is sorted opposite to
 the sum of the other columns until nothing changes. `searched` optimises statistics that are not

@@ -95,7 +95,7 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
                 html.figure(
                     svg,
                     "Each participant's exponent against their Weber fraction, and the means "
-                    f"with {100 * confidence:g} % intervals. Line: Ekman's law with 0.03; "
+                    f"with {100 * confidence:g} % intervals. Line: Ekman's law with k = 0.03; "
                     "band: 0.025 to 0.035, as found for nine continua (Teghtsoonian 1971).",
                     f"Exponents and Weber fractions of {len(one.participants)} participants",
                 )

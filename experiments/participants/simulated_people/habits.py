@@ -165,7 +165,7 @@ class History:
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Reference values for applying habits to one population.
+    """Reference values from which the effects of habits in one population are computed.
 
     Parameters
     ----------

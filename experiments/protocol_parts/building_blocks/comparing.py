@@ -219,7 +219,7 @@ class Comparing(IntervalTask[Shown]):
     def trial(
         self, condition: Shown, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         trial = Trial(
             task=self.context.task,
             number=number,

@@ -166,7 +166,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def trial(
         self, condition: Choice, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
         options, texts = self.options, self.context.texts
         if repeats is not None:
             self._repetitions_left -= 1

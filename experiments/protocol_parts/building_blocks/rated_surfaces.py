@@ -259,7 +259,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return reply
 
     def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's end; return the numbers of trials to repeat."""
+        """Yield a trial's end; return which trials to repeat."""
         voided = yield EndTrial(trial=trial)
         again = voided.trials if isinstance(voided, Voided) else ()
         missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again

@@ -38,7 +38,7 @@ class Repeating(ABC, Generic[Condition]):
     def trial(
         self, condition: Condition, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return the numbers of trials to repeat."""
+        """Yield one trial; return which trials to repeat."""
 
     def start(self) -> Steps:
         """Yield steps before a group of trials; none by default."""

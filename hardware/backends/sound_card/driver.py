@@ -86,7 +86,7 @@ class SoundCard(PlateDriver):
     device : str
         Number or name of the device; "" is the system's default device.
     clock : Clock
-        Provides the readbacks' times; waits use the machine's clock.
+        Provides the times of readbacks; waits use the computer's clock.
     limits : PlateLimits
         Limits at the plate. The sampling rate further limits the frequencies.
     calibration : Calibration

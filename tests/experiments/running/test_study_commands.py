@@ -80,7 +80,7 @@ def test_rules_that_draw_each_order_by_itself_are_balanced_on_average(study):
 def test_transitions_across_blocks_count_where_orders_are_drawn_by_themselves():
     options = MagnitudeEstimation(protocol="magnitude_estimation", randomisation="blocked")
     said = order_balance(options, "ab", [["ab", "ab"], ["ab", "ab"]])
-    assert said.endswith("each surface follows each other one 2 to 4 times")
+    assert said.endswith("each surface follows every other surface 2 to 4 times")
 
 
 def test_one_surface_has_no_order_to_balance():
@@ -173,7 +173,7 @@ def test_the_balance_of_a_huge_study_is_told_of_its_first_runs(tmp_path):
     path.write_text(LARGE.format(repetitions=100))
     said = validate(str(path)).splitlines()
     assert said[1] == "the first 99 of 1000000 runs:"
-    assert "here each surface follows each other one 9850 to 9851 times" in said[2]
+    assert "here each surface follows every other surface 9850 to 9851 times" in said[2]
 
 
 def test_a_run_that_nobody_can_finish_is_refused(tmp_path):

@@ -63,7 +63,7 @@ def exponents(found: BayesianGrowth) -> Figure:
             label="shrunk towards the group, with interval" if row == 0 else None,
         )[0].set_gid(
             tip(
-                f"{one.participant}: {one.least_squares:.2f} from own trials, "
+                f"{one.participant}: {one.least_squares:.2f} from the participant's own trials, "
                 f"{one.exponent:.2f} after shrinkage"
             )
         )

@@ -142,7 +142,7 @@ def test_minutes_cost_and_balance_follow_from_the_text(visitor, own_study, words
     page = words_of(visitor.edit(priced, "later").json()["html"])
     assert re.search(r"[\d.]+ minutes per participant", page)
     assert "10 EUR each, 120 EUR for 12 participants" in page
-    assert "each surface follows each other one" in page
+    assert "each surface follows every other surface" in page
     assert "12 12 Descending difference" in page
     assert "<p>" not in visitor.edit("seed = -1", "later").json()["html"]
 

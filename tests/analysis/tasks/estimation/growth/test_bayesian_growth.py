@@ -164,7 +164,7 @@ def test_the_figure_shows_everybody_twice(found):
     assert [label.get_text() for label in axes.get_yticklabels()] == [
         one.participant for one in sorted(found.individuals, key=lambda one: one.exponent)
     ]
-    rings = next(line for line in axes.lines if line.get_label() == "own trials alone")
+    rings = next(line for line in axes.lines if line.get_label() == "from own trials only")
     assert sorted(rings.get_xdata()) == sorted(one.least_squares for one in found.individuals)
 
 
