@@ -104,6 +104,7 @@ def test_the_screens_of_a_study_are_looked_at_with_the_keyboard_alone(page, tmp_
         page.get_by_role("link", name="Étude", exact=True).press("Enter")
         page.get_by_role("link", name="Écrans de l’étude").press("Enter")
         page.get_by_role("link", name="fr", exact=True).press("Enter")
+        page.wait_for_url("**screens=fr**")  # and until it is loaded: before, pictures are wide
         page.get_by_text("écrans sont lisibles").wait_for()
         small = page.get_by_role("img").nth(2).bounding_box()["width"]
         page.locator(".screens a").nth(2).press("Enter")
