@@ -264,18 +264,17 @@ if (study) {
     clearTimeout(timers.get(id));
     timers.set(id, setTimeout(then, PAUSE_MS));
   };
+  const typing = (input) => soon(input.id, () => set(document.getElementById(input.id)));
   study.addEventListener("input", (event) => {
     if (event.target === text) {
       number();
       return soon(text.id, () => { timers.delete(text.id); edit(); });
     }
     const input = event.target.closest("[data-place]");
-    if (input) soon(input.id, () => set(document.getElementById(input.id)));
+    if (input) typing(input);
   });
   // Somebody may type before this script runs.
-  for (const input of study.querySelectorAll("input[data-place]")) {
-    if (input.value !== input.defaultValue) soon(input.id, () => set(document.getElementById(input.id)));
-  }
+  for (const input of study.querySelectorAll("input[data-place]")) if (input.value !== input.defaultValue) typing(input);
   study.addEventListener("change", (event) => {
     const input = event.target.closest("[data-place]");
     if (input && timers.has(input.id)) set(input);
