@@ -7,7 +7,6 @@ from collections.abc import Mapping
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.tasks.difference.statistics import DIFFERENCE
-from slipscale.analysis.tasks.estimation.statistics import RM_ANOVA
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing.numbers import joined, unit_number
 from slipscale.analysis.writing.references import REFERENCES, Reference
@@ -21,14 +20,10 @@ ZEROS: dict[ZeroRule, str] = {
     "smallest positive normalised estimate.",
     "refuse": "If any estimate was zero, no results were computed on logarithms.",
 }
-#: Primary analysis -> sentence with a placeholder for the quantity ``q``.
+#: Primary analysis -> the tests that belong to it.
 PRIMARY: dict[Primary, str] = {
-    "ranks": "The primary analysis was Friedman's test [[friedman1937]], followed by Wilcoxon "
-    "signed-rank tests for each pair of {q.levels} [[wilcoxon1945]], with Holm's correction "
-    "[[holm1979]].",
-    "logarithms": "The primary analysis was a repeated-measures analysis of variance of mean "
-    "logarithms with the Greenhouse–Geisser correction [[greenhouse1959]], followed by paired t "
-    "tests for each pair of {q.levels}, with Holm's correction [[holm1979]].",
+    "ranks": "tests on ranks (Friedman's and Wilcoxon's)",
+    "logarithms": "tests on logarithms (analysis of variance and paired t tests)",
 }
 
 
@@ -46,9 +41,9 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
         rule = normalisation.RULES[analysis.rule]
         texts.append(
             f"Estimates were normalised ({analysis.rule}: {rule.formula.format(q=quantity)}) and "
-            f"averaged for each participant and {quantity.level}. {ZEROS[choices.zero_rule]} "
-            f"{PRIMARY[choices.primary].format(q=quantity)} All other tests are secondary, and no "
-            "correction was applied across them."
+            f"averaged for each participant and {quantity.level}. {ZEROS[choices.zero_rule]} The "
+            f"primary analysis consists of the {PRIMARY[choices.primary]}. All other tests are "
+            "secondary, and no correction was applied across them."
         )
     bound = choices.equivalence_ratio
     bounds = f"{1 / bound:.3g} and {bound:.3g}"
@@ -59,7 +54,6 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
         if each.methods
         and analysis.inference.found(each) is not None
         and not (each is DIFFERENCE and not (difference and difference.steps))
-        and not (each is RM_ANOVA and choices.primary == "logarithms")
     ]
     texts.append(" ".join(done))
     level = unit_number(1 - choices.confidence, 3).rstrip("0")

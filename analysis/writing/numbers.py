@@ -27,12 +27,14 @@ DASH = "–"
 def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> str:
     """Format a number with fixed decimals and a true minus sign; a dash if missing.
 
-    >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(None)
-    ('−1.50', '–', '1 234 567', '–')
+    Negative numbers that round to 0 have no sign.
+
+    >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(-0.001)
+    ('−1.50', '–', '1 234 567', '0.00')
     """
     if value is None or not math.isfinite(value):
         return DASH
-    return f"{value:,.{decimals}f}".replace(",", thousands).replace("-", "−")
+    return f"{value:z,.{decimals}f}".replace(",", thousands).replace("-", "−")
 
 
 def significant(value: float) -> str:

@@ -98,6 +98,8 @@ FRIEDMAN: Statistic[omnibus.Friedman] = Statistic(
         Family(name="{q.levels}, Friedman's test", primary="ranks", read=lambda found: [found.p]),
     ),
     sentences=(Sentence(write=write.friedman, primary="ranks"),),
+    methods="The ranks of estimates were compared between {q.levels} by Friedman's test "
+    "[[friedman1937]].",
     conclusions={"p": "{q.levels} differ (Friedman's test)"},
     headlines={"kendalls_w": "Kendall's W"},
 )
@@ -147,7 +149,9 @@ PAIRWISE: Statistic[Pairs] = Statistic(
         Sentence(write=write.pairwise_logs, primary="logarithms"),
         Sentence(write=write.equivalence),
     ),
-    methods="The equivalence of two {q.levels} was tested with two one-sided tests on the ratio of "
+    methods="Pairs of {q.levels} were compared by Wilcoxon signed-rank tests [[wilcoxon1945]] of "
+    "estimates and by paired t tests of log estimates, each with Holm's correction [[holm1979]]. "
+    "The equivalence of two {q.levels} was tested with two one-sided tests on the ratio of "
     "geometric means [[schuirmann1987]], with bounds of {bounds}, and with a Bayes factor with a "
     "Cauchy prior of scale 0.707 [[rouder2009]].",
     conclusions={
@@ -177,6 +181,8 @@ LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
         Family(name="linear trend", read=lambda found: slope_ps([found.log_slope_per_um_pp])),
     ),
     sentences=(Sentence(write=write.linear_trend),),
+    methods="The linear trend is the mean of participants' regression slopes of log estimates on "
+    "{q.name}, tested against 0.",
     conclusions={"p": "log estimates have a linear trend"},
 )
 POWER_LAW: Statistic[PowerLaw] = Statistic(
@@ -227,6 +233,8 @@ BAYESIAN_GROWTH: Statistic[BayesianGrowth] = Statistic(
     meaning="hierarchical Bayesian power function",
     compute=_bayesian,
     sentences=(Sentence(write=write.bayesian_growth),),
+    methods="A hierarchical Bayesian power function, with participants' levels and exponents from "
+    "a bivariate normal distribution, was sampled with NumPyro.",
 )
 ORDER: Statistic[OrderEffects] = Statistic(
     key="order",

@@ -170,4 +170,7 @@ EXPONENT_AND_WEBER: Statistic[tuple[ExponentAndWeber, ...]] = Statistic(
     compute=lambda inputs: exponent_and_weber(
         inputs.prepared, inputs.found[THRESHOLDS], inputs.data.choices.confidence
     ),
+    methods="Exponents of magnitude estimation and Weber fractions of the same participants were "
+    "compared by Ekman's law, according to which a just noticeable difference is about 3 % of the "
+    "sensation [[teghtsoonian1971]].",
 )

@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.mean_over_participants import (
     mean_over_participants,
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.statistics.statistic import Statistic
+from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
@@ -148,6 +148,21 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     key="matching",
     meaning="bias and variability of matching",
     compute=lambda inputs: matching(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    families=(
+        Family(
+            name="bias of matches, t tests",
+            read=lambda found: [each.bias_um_pp.p for each in found if each.bias_um_pp],
+        ),
+        Family(
+            name="direction of adjustment, t tests",
+            read=lambda found: [each.direction_um_pp.p for each in found if each.direction_um_pp],
+        ),
+    ),
+    methods="The bias of matches (constant error) is the mean of participants' mean matches minus "
+    "the reference. The effect of direction is the mean difference between matches from above and "
+    "from below. Both have t-based intervals and t tests across participants. Variability "
+    "(variable error) is the root mean square of participants' standard deviations within a "
+    "direction.",
     conclusions={
         r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} {q.unit}: matches differ from the reference",
         r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: matches depend on the "

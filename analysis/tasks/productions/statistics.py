@@ -322,6 +322,10 @@ PRODUCTIONS: Statistic[tuple[TaskProductions, ...]] = Statistic(
     key="productions",
     meaning="magnitude production: produced {q.levels}, slope and exponent",
     compute=_productions,
+    methods="The exponent of magnitude production is the inverse of the mean of participants' "
+    "regression slopes of log {q.name} on log number, with a t-based interval. For participants "
+    "who also gave estimates or ratios, the exponents of both tasks were compared and combined as "
+    "geometric means [[stevens1966]].",
     conclusions={r"(.+)\.slope\.p": "{0}: produced {q.levels} rise with the number"},
     headlines={r"([^ ]+)(?: - .+)?\.exponent": "{0}: exponent"},
 )

@@ -163,6 +163,9 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
             read=lambda tasks: [pair.p_wilcoxon for each in tasks for pair in each.pairs],
         ),
     ),
+    methods="For each factor, participants' mean ratings of the surfaces that they rated at every "
+    "level were compared by Friedman's test and, in pairs of levels, by Wilcoxon signed-rank tests "
+    "with Holm's correction.",
     conclusions={
         r"(.+)\.friedman\.p": "{0}: ratings differ between conditions (Friedman's test)",
         r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "

@@ -322,6 +322,10 @@ RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
             read=lambda tasks: [pair.p_wilcoxon for task in tasks for pair in task.pairs],
         ),
     ),
+    methods="Participants' mean ratings were compared between surfaces by Friedman's test "
+    "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests [[wilcoxon1945]] "
+    "with Holm's correction [[holm1979]], and across ordered {q.levels} by Page's test "
+    "[[page1963]]. Ratings were not normalised, and means have t-based intervals.",
     conclusions={
         r"(.+)\.friedman\.p": "{0}: ratings differ between surfaces (Friedman's test)",
         r"(.+)\.page_trend\.p": "{0}: ratings {q.grow} with {q.level} (Page's test)",

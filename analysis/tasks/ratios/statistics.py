@@ -179,5 +179,8 @@ RATIOS: Statistic[tuple[TaskRatios, ...]] = Statistic(
     key="ratios",
     meaning="ratios to a standard, and their exponent",
     compute=lambda inputs: ratios(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    methods="Judged ratios are geometric means across participants, with t-based intervals of "
+    "their logarithms. The exponent is the mean of participants' regression slopes of log ratios "
+    "on log {q.name} [[stevens1957]].",
     headlines={r"([^ ]+)(?: - .+)?\.power_law\.exponent": "{0}: exponent"},
 )

@@ -194,6 +194,12 @@ SCALES: Statistic[tuple[TaskScale, ...]] = Statistic(
     key="scales",
     meaning="scales of paired comparison",
     compute=lambda inputs: scales(inputs.data.of(TRIALS), inputs.data.choices.confidence),
+    methods="Scale values from pairs come from the Bradley–Terry model [[bradley1952]] and from "
+    "Thurstone's case V [[thurstone1927]], fitted by maximum likelihood with Firth's correction "
+    "[[firth1993]]; intervals account for correlated answers from the same participant. Each "
+    "participant's consistency is measured by circular triads [[kendall1940]]. Scale values from "
+    "triads come from maximum likelihood difference scaling [[maloney2003]], with intervals from a "
+    "parametric bootstrap.",
     headlines={
         r"(.+)\.differences\.values\.(.+)": "{0}: scale value of {1}",
         r"(.+)\.bradley_terry\.values\.(.+)": "{0}: Bradley-Terry value of {1}",

@@ -74,7 +74,7 @@ def test_folder_and_zip_hold_the_same(frozen):
 def test_the_page_says_tests_corrections_choices_and_versions(frozen):
     page = (frozen / "plan" / "plan.html").read_text()
     for words in (
-        "The primary analysis was Friedman&#39;s test",
+        "The primary analysis consists of the tests on ranks",
         "Holm, within the family",
         "scale_top: each estimate divided by its participant&#39;s declared scale top, times 100",
         "Data are collected from 4 participants, whatever the results",

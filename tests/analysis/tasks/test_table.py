@@ -58,4 +58,10 @@ def test_keys_and_names_are_unique():
 @pytest.mark.parametrize("statistic", STATISTICS, ids=lambda each: each.key)
 def test_every_statistic_says_what_it_computes(statistic):
     assert len(statistic.meaning.split()) >= 2
+
+
+@pytest.mark.parametrize("statistic", STATISTICS, ids=lambda each: each.key)
+def test_the_methods_section_describes_every_statistic(statistic):
+    # The normalisation is described together with the estimates.
+    assert bool(statistic.methods) is (statistic.key != "normalisation")
     assert re.fullmatch("[a-z_]+", statistic.key)

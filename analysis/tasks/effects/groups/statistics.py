@@ -239,4 +239,8 @@ GROUPS: Statistic[GroupComparison] = Statistic(
         Family(name="pairs of groups, Welch's t", corrected=True, read=_pair_ps),
         Family(name="groups, mixed analysis of variance", read=_mixed_ps),
     ),
+    methods="Exponents and mean log estimates were compared between groups by Welch's tests "
+    "[[welch1951]], with Holm's correction for pairs of groups. Mean log estimates were also "
+    "compared in a mixed analysis of variance with group (between participants) and {q.name} "
+    "(within), with the Greenhouse–Geisser correction [[greenhouse1959]].",
 )

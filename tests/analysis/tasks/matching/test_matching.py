@@ -7,9 +7,11 @@ import pandas as pd
 import pytest
 from scipy import stats
 
+from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.statistic import Inference
 from slipscale.analysis.tasks.matching.declaration import blocks
-from slipscale.analysis.tasks.matching.statistics import matching
+from slipscale.analysis.tasks.matching.statistics import MATCHING, matching
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 REFERENCES, BIAS = (0.8, 1.6), 0.1
@@ -120,3 +122,12 @@ def test_the_table_shows_repeated_references_and_catch_trials():
     (table,) = blocks(matching(frame), {}, 95, PLATE_AMPLITUDE)
     first, second = re.findall(r"<td[^>]*>1.50</td>\s*<td[^>]*>(.*?)</td>\s*<td[^>]*>(.*?)<", table)
     assert (first, second) == (("1", "0.100"), ("0", "–"))
+
+
+def test_tests_of_bias_and_direction_are_in_the_list_of_all_tests():
+    found = multiplicity(Inference().with_result(MATCHING, matching(matches())), "ranks", 0.95)
+    # The simulated bias is found for both references, and so is the effect of direction.
+    assert [(each.name, each.tests, each.below) for each in found.families] == [
+        ("bias of matches, t tests", 2, 2),
+        ("direction of adjustment, t tests", 2, 2),
+    ]
