@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from slipscale.stimuli.quantity import Quantity
+
 
 def amplitude_of(label: str) -> float | None:
     """Return the amplitude in µm peak to peak, or None for a texture name.
@@ -23,3 +25,14 @@ def plain(label: str) -> str:
     """
     amplitude = amplitude_of(label)
     return label if amplitude is None else f"{amplitude:g}"
+
+
+def with_unit(label: str, quantity: Quantity) -> str:
+    """Write an amplitude with its unit; return other labels unchanged.
+
+    >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
+    >>> with_unit("0.50", PLATE_AMPLITUDE), with_unit("fine", PLATE_AMPLITUDE)
+    ('0.5 µm', 'fine')
+    """
+    amplitude = amplitude_of(label)
+    return label if amplitude is None else quantity.value(amplitude)

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
+from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import NotComputed, computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
@@ -51,7 +52,7 @@ def _answer(found: TaskRatings, quantity: Quantity) -> str:
         else f"mean categories, from 1 (lowest) to {found.categories},"
     )
     means = joined(
-        [f"{number(each.mean, 1)} ({_surface(each.surface, quantity)})" for each in found.surfaces]
+        [f"{number(each.mean, 1)} ({with_unit(each.surface, quantity)})" for each in found.surfaces]
     )
     return (
         f"{_title(found)}, {counted(found.answers, 'rating', 'ratings')} by "
@@ -116,14 +117,6 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
         "but ratios and exponents are not meaningful."
     )
     return texts
-
-
-def _surface(name: str, quantity: Quantity) -> str:
-    """Format a surface for a sentence: an amplitude with its unit, or the name of a texture."""
-    try:
-        return quantity.value(float(name))
-    except ValueError:
-        return name
 
 
 def _blocks(

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import JsonObject
-from slipscale.analysis.reading.surface_labels import amplitude_of
+from slipscale.analysis.reading.surface_labels import amplitude_of, with_unit
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed, computed, fold
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
@@ -69,11 +69,18 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
     )
     if isinstance(scale, NotComputed):
         counts = zip(found.surfaces, found.chosen, found.compared, strict=False)
-        shares = ", ".join(f"{name}: {chosen} of {there}" for name, chosen, there in counts)
+        shares = ", ".join(
+            f"{with_unit(name, quantity)}: {chosen} of {there}" for name, chosen, there in counts
+        )
         listing = f"; chosen: {shares}" if shares else ""
         return f"{what}: no scale was computed ({scale.reason}){listing}."
     order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
-    names = joined([f"{found.surfaces[place]} ({number(scale.values[place])})" for place in order])
+    names = joined(
+        [
+            f"{number(scale.values[place])} ({with_unit(found.surfaces[place], quantity)})"
+            for place in order
+        ]
+    )
     return f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
 
 
@@ -93,14 +100,14 @@ def _blocks(
                 if task.consistency
                 else " (bootstrap); the first and last surface are 0 and 1 by definition."
             ),
-            f"Scale values of {', '.join(task.surfaces)}",
+            f"Scale values of {', '.join(with_unit(each, quantity) for each in task.surfaces)}",
         ),
-        _scale_table(task) if values else html.paragraph(_answer(task, quantity), "note"),
+        _scale_table(task, quantity) if values else html.paragraph(_answer(task, quantity), "note"),
         *([_consistency_table(task)] if task.consistency else []),
     ]
 
 
-def _scale_table(task: TaskScale) -> Markup:
+def _scale_table(task: TaskScale, quantity: Quantity) -> Markup:
     scales: dict[str, ComparisonScale | DifferenceScale | NotComputed] = {
         "Bradley-Terry": task.bradley_terry,
         "Thurstone V": task.thurstone,
@@ -118,7 +125,8 @@ def _scale_table(task: TaskScale) -> Markup:
             cells.append([number(value) for value in found.values])
             cells.append([bracketed(interval) for interval in found.intervals])
     rows = [
-        [name, *(column[place] for column in cells)] for place, name in enumerate(task.surfaces)
+        [with_unit(name, quantity), *(column[place] for column in cells)]
+        for place, name in enumerate(task.surfaces)
     ]
     return html.table(html.columns(*titles, left=1), rows, _fit(task))
 
