@@ -1,12 +1,13 @@
 """Define the result of an analysis, and the declaration of a kind of task.
 
-Each kind has a folder in `slipscale.analysis.tasks` or in its ``effects``; it is the counterpart
-of a session's `Protocol`. The module ``declaration`` lists everything that the report and its files
-show about the kind; `slipscale.analysis.tasks.table` lists the declarations. Other packages declare
-kinds with an entry point; see `slipscale.analysis.tasks.outside`. Rules:
+Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`
+and corresponds to a `Protocol` of the session. The folder's module ``declaration`` lists everything
+that the report and its files show about the kind; `slipscale.analysis.tasks.table` lists the
+declarations. Other packages declare kinds with an entry point; see
+`slipscale.analysis.tasks.outside`. Two rules apply to all kinds:
 
 - shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not
-  refer to particular kinds;
+  refer to particular kinds.
 - every callable takes the whole `Analysis`, and returns an empty result if there are no trials.
 """
 
@@ -63,13 +64,13 @@ class TaskAnalysis:
     name : str
         Name of the folder that contains the kind.
     trials : TaskTrials, optional
-        Which tables contain the trials, and how to read them. Studies can choose the task label.
+        Description of the tables that contain the trials. Studies can choose the task label.
     statistics : tuple of Statistic
         Statistics, in the order of computation and of ``inference.json``.
     questions : callable
         Returns the questions for the start of the summary.
     design : callable
-        Returns a description of the numbers of trials and surfaces.
+        Returns phrases on the numbers of trials and surfaces.
     answers : callable
         Returns the sentences for the summary.
     doubts : callable
@@ -77,13 +78,13 @@ class TaskAnalysis:
     sentences : callable
         Returns the sentences for the results section, keyed by heading.
     sections : tuple of callable
-        Functions that return a report section, given the analysis and the figures (name -> SVG).
+        Functions that return a report section, given the analysis and the figures (SVG, by name).
     figures : callable
         Returns the figures, keyed by file name.
     tables : callable
         Returns the tables, keyed by file name.
     session_tables : callable
-        Returns the session measures of each participant.
+        Returns tables of measures, with participants in rows and sessions in columns.
     package, version : str
         Name and version of the package that provides the kind; empty for Slipscale.
     """
@@ -155,7 +156,7 @@ class PlanCheck:
     frozen_utc : str
         Time at which the plan was frozen, according to the plan.
     digest : str
-        SHA-256 of the plan, as printed on its page.
+        SHA-256 digest of the plan, as printed on the plan's page.
     deviations : tuple of Deviation
         Deviations; empty if the analysis follows the plan.
     """
@@ -198,7 +199,7 @@ class Analysis:
         Data quality of all participants, including excluded participants; see
         `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping
-        Participant -> reasons for the exclusion.
+        Reasons for the exclusion of each excluded participant.
     friction : MeasuredFriction or None
         Relation between ratings and friction; None if friction was not measured.
     kinds : tuple of TaskAnalysis

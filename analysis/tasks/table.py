@@ -1,6 +1,6 @@
 """List the kinds of task in report order, and compute their statistics.
 
-To add a kind, add a folder and one line here.
+To add a kind of task, add a folder, and one line to this module.
 """
 
 from __future__ import annotations
@@ -68,13 +68,13 @@ def conclude(
     bayesian: bool = False,
     kinds: Sequence[TaskAnalysis] | None = None,
 ) -> Inference:
-    """Compute all mandatory statistics and the statistics that the study chose.
+    """Compute all mandatory statistics and the statistics chosen in the study file.
 
     Parameters
     ----------
     kinds : sequence of TaskAnalysis, optional
-        Kinds of task to analyse. By default, all of Slipscale's kinds.
-    data, prepared, rule, bayesian
+        Kinds of task to analyse. The default is all of Slipscale's kinds.
+    data, prepared, rule, bayesian : object
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """
 

@@ -15,7 +15,7 @@ def flat(results: Iterable[object]) -> pd.DataFrame:
 
 
 def flat_rows(above: JsonObject, results: Iterable[object]) -> list[JsonObject]:
-    """Return one row per result, starting with the cells in ``above``.
+    """Return one row per result, starting with the columns in ``above``.
 
     An interval ``[low, high]`` becomes two columns, such as ``ratio_ci_low ratio_ci_high``; the
     field ``interval`` becomes ``ci_low ci_high``.

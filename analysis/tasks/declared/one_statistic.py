@@ -49,30 +49,30 @@ def of_one_statistic(
 ) -> TaskAnalysis:
     """Return the declaration of a kind of task whose texts and figures use one result per task.
 
-    All callables except ``tasks`` are called once per task, and all except ``tasks`` and ``rows``
-    receive the quantity of the levels as last argument. The question and the heading can contain
-    placeholders for the quantity.
+    Every callable except ``tasks`` is called once per task. The last argument of every callable
+    except ``tasks`` and ``rows`` is the quantity of the levels. The question and the heading can
+    contain placeholders for the quantity.
 
     Parameters
     ----------
     tasks : callable
-        Splits the result of the statistic into one result per task. By default, the result is a
-        tuple with one item per task.
+        Function that splits the statistic's result into one result per task. The default is for
+        results that are tuples with one item per task.
     question, what, title : str
-        Question for the summary, name of the trials, and heading of the sentences.
+        Question in the summary, noun for the trials, and heading of the results sentences.
     answers, sentences, doubts : callable
-        Return texts, given the result and the confidence level. The sentences default to the
-        answers.
+        Return texts, given the result and the confidence level. By default, ``sentences`` is the
+        same function as ``answers``.
     heading : str
         Heading of the section. The default is ``title``.
     blocks : callable
         Returns the blocks of the section, given the result, the figures and the confidence level in
         %.
     figures : callable
-        Returns figures keyed by file name, given the result and the trials of all tasks.
+        Returns figures, keyed by file name, from the result and the trials of all tasks.
     rows : callable
         Returns rows of the CSV table, with the column names used for µm.
-    others
+    others : object
         Further fields of `TaskAnalysis`.
     """
 

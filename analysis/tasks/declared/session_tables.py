@@ -30,7 +30,7 @@ def logarithms(values: pd.Series[float]) -> pd.Series[float]:
 def mean_by_session(
     trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
 ) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return a function that yields a table of mean values in main trials for each task.
+    """Return a function that yields, for each task, a table of means over main trials.
 
     ``what`` and ``unit`` can contain placeholders for the quantity.
     """

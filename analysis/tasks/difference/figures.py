@@ -37,7 +37,7 @@ def difference(
     confidence: float = 0.95,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Figure:
-    """Plot the proportion of "yes" for each step, and against the step size.
+    """Plot the proportion of "yes" answers for each step and as a function of step size.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def _against_size(
                 markersize=9,
                 capsize=3,
                 zorder=3,
-                label=f"half of the answers “{quantity.yes}” ({level} interval)",
+                label=f"half of the answers are “{quantity.yes}” ({level} interval)",
             )
     if 1 < steps[PARTICIPANT].nunique() <= LINES_AT_MOST:
         _participants(axes, steps)

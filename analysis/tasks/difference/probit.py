@@ -3,11 +3,11 @@
     P(yes | step of size s, participant i) = Φ(d'_s + τ v_i - c - σ u_i)
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
-Both the criterion and the sensitivity differ between people. Without τ, the coverage of the
-intervals was only .80 to .90 if the standard deviation of sensitivities was 0.4. The likelihood is
-integrated over u and v; confidence intervals use the profile likelihood. Proportions of 0 or 1 need
-no correction. If participants felt every step, or no catch step, the interval has only a lower
-bound.
+Both the criterion and the sensitivity differ between people. Intervals from a model without the
+term τ v_i contained the true value in only 80 to 90 % of cases if the standard deviation of
+sensitivities was 0.4. The likelihood is integrated over u and v; confidence intervals use the
+profile likelihood. Proportions of 0 or 1 need no correction. If participants felt every step, or no
+catch step, the interval has only a lower bound.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class DPrimeOfSize:
         d' of a typical participant. None if the likelihood has no maximum, usually because all
         steps were felt.
     interval : ConfidenceInterval
-        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom). An end that the
+        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom). A bound that the
         counts do not determine is infinite.
     """
 
@@ -72,7 +72,7 @@ class DPrimeOfSize:
 
     @property
     def at_ceiling(self) -> bool:
-        """Whether the counts give only a lower bound."""
+        """Whether the counts determine only a lower bound of d'."""
         return self.d_prime is None or self.interval.high == inf
 
     def json_form(self) -> Mapping[str, object]:

@@ -111,7 +111,7 @@ def finding(found: Finding, quantity: Quantity) -> str:
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the answer to the question of the task, which for a plate is the paper's finding."""
+    """Return the answer to the task's question; for plate amplitudes, it is the paper's finding."""
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding, quantity)] if found.finding.n else []

@@ -51,8 +51,8 @@ DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     conclusions={
         r"finding\.all_felt_a_difference": "everybody felt a difference at least once",
         r"finding\.all_said_less_slippery": "everybody said “less slippery”",
-        r"psychometric\.p": "“yes” depends on the size of the step",
-        r"weber\.p": "“yes” depends on the Weber fraction of the step",
+        r"psychometric\.p": "the answer “yes” depends on the size of the step",
+        r"weber\.p": "the answer “yes” depends on the Weber fraction of the step",
     },
     headlines={"d_prime": "d′ of the descending difference"},
 )

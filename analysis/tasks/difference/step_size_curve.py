@@ -45,7 +45,7 @@ class PsychometricCurve:
     covariance : array-like, shape (2, 2)
         Covariance matrix of intercept and slope.
     half_yes : float or None
-        Step size with 50 % "yes"; None if the curve does not rise.
+        Step size with 50 % "yes" answers; None if the curve does not rise.
     half_yes_interval : ConfidenceInterval or None
         Interval for ``half_yes`` by Fieller's theorem. None if the slope is not significantly above
         0, because no size can then be excluded.
@@ -97,7 +97,7 @@ def psychometric(
         `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, including catch
         steps.
     measure : {"removed_um_pp", "weber_fraction"}
-        Measure of step size. Steps from 0 have no Weber fraction and are omitted from that curve.
+        Measure of step size. Steps that begin at 0 have no Weber fraction and are omitted.
     quantity : Quantity
         Quantity of the presented stimuli. A Weber fraction is relative to the plate's amplitude
         before the step or, for other quantities, to the reference of the stimulus.
@@ -138,8 +138,8 @@ def curve(
 
     Returns
     -------
-    tuple of arrays, each of shape (k,)
-        Proportion, lower bound, upper bound.
+    proportion, low, high : array, shape (k,)
+        Fitted proportions with the lower and upper bounds of the band.
     """
     from scipy import special, stats  # noqa: PLC0415
 

@@ -55,7 +55,7 @@ class Codebook(FrozenTable):
         return found or [OTHER]
 
     def direction(self, report: str, category: str) -> Literal["less", "more", "bare"]:
-        """Return whether a report mentions less or more of a category, or only the category."""
+        """Return whether a report says less or more of a category, or only names the category."""
         text = plain(report)
         if _has(text, self.less_phrases):
             return "less"
@@ -121,6 +121,6 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     Raises
     ------
     UserError
-        If the file cannot be read or is not a code book. The message lists all errors.
+        The file cannot be read or is not a code book. The message lists all errors.
     """
     return read_toml(path, Codebook)

@@ -96,7 +96,7 @@ class SignalDetection:
     mean_d_prime : MeanOverParticipants or NotComputed
         Mean of participants' own d', if all have `TRIALS_FOR_OWN` steps and catch steps.
     participants : Mapping
-        Participant -> their own d' and criterion.
+        Individual d' and criterion, keyed by participant.
     """
 
     pooled: Sensitivity
@@ -166,12 +166,12 @@ class DescendingDifference:
         Answers to steps with a change in amplitude, starting at the largest amplitude.
     catch : CatchAnswers
         Answers to steps without a change.
-    signal_detection, psychometric, verbal_reports, finding
+    signal_detection, psychometric, verbal_reports, finding : object
         Results of each analysis; see the respective classes.
     weber : PsychometricCurve or NotComputed
-        Curve of "yes" against the Weber fraction of the step.
+        Proportion of "yes" answers as a function of the step's Weber fraction.
     thresholds : Mapping
-        Participant -> threshold, halfway between the rates of "yes" to catch steps and to the
+        Threshold by participant, halfway between the rates of "yes" to catch steps and to the
         largest steps. NotComputed with fewer than `TRIALS_FOR_OWN` answers.
     participants : int
         Number of participants who answered.

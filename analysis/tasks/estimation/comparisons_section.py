@@ -86,9 +86,9 @@ def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
 def _equivalence(
     tested: Sequence[tuple[PairComparison, PairedT]], confidence: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return equivalence tests and Bayes factors.
+    """Return a table and a sentence on equivalence tests and Bayes factors.
 
-    Pairs that differ without being equivalent share a sentence; the table contains all others.
+    The sentence covers pairs that differ without being equivalent; the table lists other pairs.
     """
     bound = tested[0][1].equivalence.bound
     within = f"within a ratio of {1 / bound:.3g} to {bound:.3g}"
@@ -168,7 +168,7 @@ def _row(pair: PairComparison) -> list[str]:
 
 
 def _parts(inference: Inference) -> dict[str, object]:
-    """Return all tests of magnitude estimates, and their parts, keyed by title."""
+    """Return the tests of magnitude estimates and the parts of these tests, keyed by title."""
     table: tuple[Statistic[object], ...] = (*STATISTICS, SESSIONS, GROUPS)
     titled = [statistic for statistic in table if statistic.title]
     parts: dict[str, object] = {each.title: inference[each] for each in titled}

@@ -134,7 +134,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
 
 
 def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
-    """Return the groups of participants whose groups are compared; None without groups."""
+    """Return the group of each participant, NaN if not compared; None without groups."""
     compared, member = analysis.inference.found(GROUPS), membership(analysis.dataset)
     if compared is None or isinstance(member, NotComputed):
         return None

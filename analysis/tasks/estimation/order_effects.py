@@ -57,7 +57,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
     A least-squares model of all log estimates has a mean per participant, a mean per amplitude, a
     slope on position and a slope on the previous amplitude. First trials and trials after a texture
-    have no previous amplitude and are omitted. Fitted separately, carry-over would appear as drift,
+    have no previous amplitude and are omitted. In separate fits, carry-over would appear as drift,
     because position and previous surface are correlated within a participant. Standard errors come
     from a jackknife across participants; tests and intervals use the t distribution with n - 1
     degrees of freedom.
@@ -93,7 +93,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
-    """Return the reason why order is confounded with amplitude, or None if it is not."""
+    """Return the reason why order is confounded with amplitude, or None if they are separable."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
     amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
@@ -126,7 +126,7 @@ def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
 
 
 def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
-    """Return each participant's sums of products, from which participants can be left out."""
+    """Return the sums of products of each participant, so that any participant can be left out."""
     width = len(design)
     products = np.empty((people, width, width))
     for row in range(width):

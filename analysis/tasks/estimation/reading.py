@@ -34,7 +34,10 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return plain ``answers``, the answered ones among them (``estimates``), and ``textures``."""
+    """Return trials of plain surfaces, those with an estimate, and answered trials of textures.
+
+    The keys are ``answers``, ``estimates`` and ``textures``.
+    """
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
@@ -67,8 +70,8 @@ def _part_textures(
         names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))
         problems.add(
             f"{counts['textures']} trials of textures ({names}) are excluded from the amplitude "
-            "results, because a texture has no single amplitude. They are reported in a separate "
-            "table."
+            "results, because a texture has no single amplitude. A separate table describes the "
+            "estimates of textures."
         )
     return main[~modulated].drop(columns="texture").reset_index(drop=True), textures
 

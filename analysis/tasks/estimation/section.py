@@ -79,7 +79,7 @@ def textures(analysis: Analysis) -> Markup:
             for name, n, *values in analysis.textures.itertuples(index=False)
         ],
         "Normalised estimates of textures, on the scale of the plain surfaces in the same run. "
-        "They are not part of any other table, figure or test.",
+        "Textures are not part of any other table, figure or test.",
     )
 
 

@@ -24,7 +24,7 @@ def unequal_spread(data: Prepared) -> list[str]:
     and unequal spreads, arithmetic means therefore differ, and rank tests reject too often. In
     1,000 simulated studies with standard deviations of 0.3 and 0.6 (natural logarithms) and 12
     participants, Wilcoxon's test at the 5 % level rejected in 9 % of studies with 3 repetitions and
-    in 21 % with 6. With equal spread, it rejected in 4 %.
+    in 21 % with 6. With equal spread, the test rejected in 4 % of studies.
     """
     usable = data.trials[data.trials["log"].notna()]
     cells = usable.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)["log"]

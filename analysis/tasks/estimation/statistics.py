@@ -55,7 +55,7 @@ class NormalisationUsed:
     zeros : int
         Number of estimates that are zero.
     standard_deviation : {"sample", "population"}
-        Convention of the standard deviation in Table III.
+        Convention of the standard deviation in the report's Table III.
     """
 
     rule: str | None
@@ -188,7 +188,7 @@ LINEAR_TREND: Statistic[omnibus.LinearTrend] = Statistic(
 POWER_LAW: Statistic[PowerLaw] = Statistic(
     key="power_law",
     title="Exponent",
-    meaning="exponent of the power function, the mean of participants' slopes",
+    meaning="exponent of the power function (the mean of participants' slopes)",
     compute=of_estimates(power_law),
     sentences=(Sentence(write=write.power_law),),
     methods="The exponent is the mean of participants' regression slopes of log estimates on log "
@@ -272,7 +272,7 @@ RELIABILITY: Statistic[Reliability] = Statistic(
 )
 NORMALISATION: Statistic[NormalisationUsed] = Statistic(
     key="normalisation",
-    meaning="how estimates were put on a common scale",
+    meaning="the rule that puts participants' estimates on a common scale",
     compute=_normalisation,
     test=False,
 )

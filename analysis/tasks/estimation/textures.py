@@ -1,6 +1,7 @@
 """Describe the estimates of textures.
 
-A texture has no single amplitude, and a plain surface with the same maximum can feel different.
+A texture has no single amplitude, and a plain surface of the same maximum amplitude can feel
+different.
 Estimates of textures are therefore normalised like estimates of plain surfaces in the same run, but
 do not affect the normalisation.
 """
@@ -26,16 +27,16 @@ def describe(
     textures, estimates : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.textures` and ``estimates``.
     rule : str
-        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. Within a run, every rule
-        divides by one number.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. Every rule divides all
+        estimates of a run by the same number.
     standard_deviation : {"sample", "population"}
-        Whether to divide by n - 1 or by n.
+        Convention of the standard deviation, which divides by n - 1 or by n.
 
     Returns
     -------
-    DataFrame
-        Columns ``texture n mean maximum_deviation standard_deviation``, sorted by name; empty
-        without textures. Runs without an estimate of a plain surface are omitted.
+    table : DataFrame
+        The columns are ``texture n mean maximum_deviation standard_deviation``. Rows are sorted by
+        name. Runs without an estimate of a plain surface are omitted.
     """
     columns = ["texture", "n", "mean", "maximum_deviation", "standard_deviation"]
     if not len(textures) or not len(estimates):

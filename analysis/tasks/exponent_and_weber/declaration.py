@@ -1,4 +1,4 @@
-"""Define the comparison of exponent and Weber fraction, and its report."""
+"""Define the comparison of exponent and Weber fraction and the corresponding report section."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",
     "undecided": "neither differs reliably from the Weber fraction's prediction nor is shown to "
-    "equal it: the interval is too wide",
+    "agree with this prediction, because the interval is too wide",
 }
 
 

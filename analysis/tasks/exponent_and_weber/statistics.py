@@ -48,18 +48,18 @@ class OwnExponentAndWeber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExponentAndWeber:
-    """Comparison of exponent and Weber fraction, for participants who have both.
+    """A comparison of exponent and Weber fraction for participants with both values.
 
     Parameters
     ----------
     task : str
         Label of the task that gives the Weber fraction.
     standard_um_pp : float
-        Standard of that task, µm peak to peak.
+        Amplitude of the standard, µm peak to peak.
     participants : tuple of OwnExponentAndWeber
         Values of each participant.
     exponent : Estimate
-        Mean exponent, with t-based interval.
+        Mean exponent with its t-based interval.
     weber_fraction : Estimate
         Weber fraction of the population; see `TaskThresholds.weber_fraction`.
     expected_exponent : Estimate

@@ -72,7 +72,7 @@ def _blocks(
             f"identification_{task.task}",
             "Proportion of answers for each presented surface; correct answers are on the "
             "diagonal.",
-            "Table of presented and named surfaces: " + ", ".join(task.items),
+            "Table of presented surfaces against named surfaces: " + ", ".join(task.items),
         ),
         html.table(
             html.columns("Presented", *task.items, left=1),

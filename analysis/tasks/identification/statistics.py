@@ -82,7 +82,7 @@ class TaskIdentification:
     share_right : MeanOverParticipants or NotComputed
         Mean of participants' proportions of correct answers.
     trials_per_cell : float
-        Mean number of trials per cell of a participant's table.
+        Mean number of trials per cell of a participant's confusion matrix.
     """
 
     task: str

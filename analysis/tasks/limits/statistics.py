@@ -7,8 +7,8 @@ Rules:
   Series without a transition are counted;
 - a participant's threshold is the mean of the mean ascending and the mean descending transition, so
   that both directions have equal weight;
-- the constant error is the descending minus the ascending transition. It is above 0 if answers
-  change too early (anticipation), and below 0 if they change too late (habituation).
+- the constant error is the descending minus the ascending transition. A positive error means that
+  answers change too early (anticipation), a negative error too late (habituation).
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class TaskLimits:
 
 
 def transition_um_pp(rows: pd.DataFrame) -> float:
-    """Return the transition of a series, or NaN if it has none. Rows must be in order."""
+    """Return the transition of a series, given its rows in order; NaN without a transition."""
     rising = rows["direction"].iloc[0] == ASCENDING
     last, ended = float(rows["comparison_um_pp"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
     levels = rows["comparison_um_pp"].to_numpy(float)

@@ -72,8 +72,7 @@ class MatchedReference:
     catch_error_um_pp : float or None
         Mean absolute difference from the reference in catch trials; None without catch trials.
     felt_again : float or None
-        Mean number of times the reference was repeated per match; None if the data do not contain
-        it.
+        Mean number of repetitions of the reference per match; None if not recorded.
     """
 
     task: str

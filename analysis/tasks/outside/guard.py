@@ -50,19 +50,19 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
     Parameters
     ----------
     faults : list of str
-        List to which one sentence per failure is appended, now and when a part is called.
+        List that collects one sentence per failure, both during loading and in later calls.
 
     Raises
     ------
     UserError
-        If two packages give their analyses the same name.
+        Two packages give their analyses the same name.
     """
     guards = [_Guard(point, faults) for point in installed(ANALYSES).values()]
     return tuple(kind for guard in guards if (kind := guard.kind()) is not None)
 
 
 def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
-    """Compute all parts of outside kinds, and add failures to the problems of the analysis.
+    """Compute the results of other packages' analyses, and add failures to the analysis problems.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
 
 
 def _made(kind: TaskAnalysis, analysis: Analysis) -> TaskAnalysis:
-    """Return a copy of a kind in which the parts are already computed."""
+    """Return a copy of a kind whose functions return results computed in advance."""
     made = {part: getattr(kind, part)(analysis) for part in PARTS}
     parts: dict[str, Any] = {part: lambda _, value=value: value for part, value in made.items()}
     return replace(kind, **parts)
@@ -95,7 +95,7 @@ class _Guard:
         return self.point.dist.version if self.point.dist else "unknown"
 
     def call(self, part: str, action: Callable[[], T], otherwise: Callable[[str], T]) -> T:
-        """Call outside code; if it fails, return ``otherwise`` of a sentence on the error."""
+        """Call outside code; return the value of ``otherwise`` for the error message on failure."""
         subject = f"{self.named}: its {part}" if part else self.named
         try:
             return called(self.point, action, subject)
@@ -149,9 +149,9 @@ class _Guard:
 
     def _section(self, name: str, write: SectionWriter) -> SectionWriter:
         whose = (
-            f"This section is not part of Slipscale. It comes from the analysis '{name}' in the "
-            f"package {package_of(self.point)} {self.version}, installed on the computer that made "
-            "this report."
+            f"The analysis '{name}' in the package {package_of(self.point)} {self.version}, "
+            "installed on the computer that made this report, wrote this section. This analysis is "
+            "not part of Slipscale."
         )
 
         def written(analysis: Analysis, svgs: Mapping[str, str]) -> html.ReportSection:
@@ -199,7 +199,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """A type check for one part of a kind, with the part's empty value."""
+    """A check of the value that one function of a kind of task returns."""
 
     empty: list[str] | dict[str, object]
     expected: str
@@ -207,7 +207,7 @@ class _Check:
     files: bool = False
 
     def __call__(self, name: str, value: object) -> object:
-        """Return a list or dict of the values; raise `UserError` for a wrong type or file name."""
+        """Return a value as a list or dict; raise `UserError` for a wrong type or file name."""
         found: list[object] | dict[object, object]
         if isinstance(self.empty, list) and isinstance(value, list | tuple):
             found = values = list(value)

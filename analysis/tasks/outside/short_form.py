@@ -35,7 +35,7 @@ ROWS_SHOWN = 40
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnInput:
-    """Input of an analysis function in another package.
+    """The input of an analysis function that another package provides.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class OwnInput:
         Trials, participants and choices of the study, after exclusions. Tables are copies. Tables
         of tasks that Slipscale does not analyse are in ``dataset.others``.
     study : Study or None
-        The study; None if the data contain no study file or it cannot be read.
+        The study; None if the data contain no readable study file.
     """
 
     dataset: Dataset
@@ -52,7 +52,7 @@ class OwnInput:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class OwnResult:
-    """Result of an analysis function in another package.
+    """The result of an analysis function that another package provides.
 
     Parameters
     ----------
@@ -68,14 +68,14 @@ class OwnResult:
     figure : Figure, optional
         A Matplotlib figure.
     figure_caption, figure_alt : str
-        Caption, and text alternative for people who cannot see the figure. Both are required with a
-        figure.
+        Caption, and text alternative for people who cannot see the figure. A figure requires both
+        texts.
 
     Raises
     ------
     UserError
-        If a field has the wrong type, or a figure has no caption or text alternative. The message
-        names the field.
+        A field has the wrong type, or a figure has no caption or text alternative. The error
+        message names the field.
     """
 
     sentences: tuple[str, ...]

@@ -202,7 +202,7 @@ def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> Feedback
 
 
 def _person(who: str, rows: pd.DataFrame) -> tuple[PersonPointing, int]:
-    """Return the results of a participant, and the number of omitted cells."""
+    """Return the results of a participant, and the number of omitted distance-width cells."""
     cells, left_out = [], 0
     for _, own in rows.groupby(["distance_mm", "width_mm"], sort=True):
         width = WIDTH_IN_SD * float(np.std(own["moved_mm"], ddof=1)) if len(own) > 1 else 0.0

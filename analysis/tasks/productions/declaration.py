@@ -80,7 +80,7 @@ def _both(found: BothExponents, confidence: float) -> str:
     return (
         f"For the {found.n} participants who did both, the exponent of production was "
         f"{number(found.production)} and the exponent of {found.counterpart} was "
-        f"{number(found.estimation)} (geometric means). Their ratio was {number(found.ratio)}, "
+        f"{number(found.estimation)} (geometric means). The ratio was {number(found.ratio)}, "
         f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. Their geometric "
         f"mean, the usual remedy (Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
         f"{bracketed(found.combined_interval)}."
@@ -116,8 +116,8 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
     if found.at_bounds:
         texts.append(
             f"{found.at_bounds} of {found.answers} productions ended within one notch of the "
-            "adjustment limits. If participants wanted to go further, the slope is too small and "
-            "the exponent too large."
+            "adjustment limits. If participants wanted to adjust beyond the limits, the slope is "
+            "too small and the exponent too large."
         )
     if found.catch_um_pp is not None:
         texts.append(

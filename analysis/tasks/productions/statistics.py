@@ -2,8 +2,8 @@
 
 The amplitude is the response to a given number, so log amplitude is regressed on log number, and
 the exponent is the inverse of the slope. People compress the range of the variable that they
-control (the regression effect). In production, they control amplitudes, so the exponent is too
-large. In estimation, they control numbers, so the exponent is too small. The usual remedy is the
+control (the regression effect). In production, people control amplitudes, so the exponent is too
+large. In estimation, people control numbers, so the exponent is too small. The usual remedy is the
 geometric mean of both exponents (Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
 """
 
@@ -80,12 +80,12 @@ class ProducedNumber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BothExponents:
-    """Exponents of production and estimation, for participants who did both.
+    """Exponents of production and estimation, for participants who did both tasks.
 
     Parameters
     ----------
     counterpart : str
-        Task for comparison: "magnitude estimation" or "ratio judgements".
+        Name of the other task: "magnitude estimation" or "ratio judgements".
     n : int
         Number of participants with both exponents above 0.
     estimation, production : float
@@ -98,7 +98,7 @@ class BothExponents:
     combined : float
         Geometric mean of both exponents.
     combined_interval : ConfidenceInterval
-        t-based interval, computed in the same way.
+        t-based interval of ``combined``, computed on logarithms.
     """
 
     counterpart: str
@@ -120,14 +120,14 @@ class TaskProductions:
     task : str
         Task label in file names.
     standard_um_pp, modulus : float
-        Amplitude of the standard (µm peak to peak) and its number.
+        Amplitude of the standard (µm peak to peak), and the number assigned to the standard.
     participants, answers, catch_trials : int
         Numbers of participants, answers (without catch trials) and catch trials.
     catch_um_pp : float or None
         Geometric mean amplitude in catch trials, which show the number of the standard.
     at_bounds : int
         Number of productions that ended within one notch of the plate's limits. These productions
-        are included; if people wanted to go further, the slope is too small.
+        are included; if people wanted to exceed the limits, the slope is too small.
     numbers : tuple of ProducedNumber
         Results for each number, in ascending order.
     slope : MeanOverParticipants or NotComputed
@@ -165,7 +165,7 @@ class Counterpart:
     Parameters
     ----------
     name : str
-        "magnitude estimation" or "ratio judgements".
+        Name of the task, "magnitude estimation" or "ratio judgements".
     exponents : Series
         Exponents, indexed by participant.
     """
@@ -184,7 +184,7 @@ def productions(
     trials : DataFrame
         Trials as read by `slipscale.analysis.tasks.productions.statistics.TRIALS`.
     counterpart : Counterpart, optional
-        Exponents of estimation by the same people.
+        Exponents of the same people in another task.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no trials of magnitude production")
@@ -196,7 +196,7 @@ def productions(
 
 
 def slopes(main: pd.DataFrame) -> pd.Series[float]:
-    """Return each participant's slope of log amplitude on log number; NaN with one number."""
+    """Return each participant's slope of log amplitude on log number; NaN for a single number."""
     table = log_cells(main, "number", "produced_um_pp")
     lines = fit_lines(np.log(table.columns.to_numpy(float)), table.to_numpy(float))
     return pd.Series(lines.slope, index=table.index)
@@ -245,7 +245,7 @@ def _task(
 def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
-    """Return the exponent and its interval, None if the slope or its lower bound is not above 0."""
+    """Return the inverse of the slope and its interval; None for a slope or bound not above 0."""
     if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval
@@ -254,7 +254,7 @@ def _inverse(
 
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return the difference in log amplitude between high and low starts."""
+    """Return the difference in log amplitude after high and low starting levels."""
     logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])
@@ -299,7 +299,7 @@ def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
 
 
 def counterpart(inputs: Inputs) -> Counterpart | None:
-    """Return exponents for comparison with production: of estimates, else of ratio judgements."""
+    """Return exponents of magnitude estimates or, without estimates, of ratio judgements."""
     prepared = inputs.prepared
     if prepared is not None and not prepared.refused:
         return Counterpart(

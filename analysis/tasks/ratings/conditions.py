@@ -4,8 +4,9 @@ Ratings are made on a line or in categories. A participant's rating at a level o
 mean across the other factors and across the surfaces that the participant rated at every level.
 Levels are compared by Friedman's test and, in pairs, by signed-rank tests. Other results treat each
 condition as a separate task (`slipscale.analysis.reading.task_tables`). Ordered categories are not
-fitted by a cumulative model, because statsmodels supports none with random effects, and without
-random effects intervals are too narrow. Interactions between factor and surface are not tested.
+fitted by a cumulative model, because statsmodels supports no such model with random effects, and
+intervals without random effects are too narrow. Interactions between factor and surface are not
+tested.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ class FactorRatings:
     friedman : Friedman or NotComputed
         Test of all levels; not computed for two levels.
     pairs : tuple of RatedPair
-        Comparisons of pairs of levels, stored in the fields for surfaces.
+        Pairwise comparisons of levels; the fields named after surfaces contain levels.
     """
 
     task: str
@@ -91,7 +92,7 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
 
 
 def _sentences(analysis: Analysis) -> list[str]:
-    """Return a sentence on each task and factor."""
+    """Return one sentence per task and factor."""
     confidence = analysis.dataset.choices.confidence
     return [
         f"{each.task}, {factor_name(each.factor)}: {'; '.join(parts)}."

@@ -148,7 +148,7 @@ class TaskRatings:
     categories : int or None
         Number of ordered categories; None for ratings on a line.
     resolution : float or None
-        Smallest distance between two possible marks; None if it was not constant.
+        Smallest distance between two possible ratings; None if the distance was not constant.
     surfaces : tuple of RatedSurface
         Surfaces in ascending order of amplitude, then textures.
     friedman : Friedman or NotComputed
@@ -276,7 +276,7 @@ def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants 
     """Return the slope of ratings on the starting position of the mark.
 
     Each participant has one slope, fitted to ratings and starting positions centred within
-    surfaces. Differences between surfaces or people therefore do not affect the slope.
+    surfaces. Centring removes differences between surfaces and people from the slope.
     """
     known = main[main["cursor_start"].notna()]
     cell = known.groupby([PARTICIPANT, "surface"], observed=True)

@@ -1,6 +1,6 @@
 """Analyse ratio judgements against a standard: geometric means and exponent.
 
-Ratios need no normalisation, because the ratio of the standard is 1 for every participant. All
+Ratios need no normalisation, because every participant's ratio for the standard is 1. All
 computations use logarithms.
 """
 
@@ -42,7 +42,7 @@ TRIALS = task_trials(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedSurface:
-    """Judged ratios between the slipperiness of a surface and of the standard.
+    """Judged ratios of a surface's slipperiness to the slipperiness of the standard.
 
     Parameters
     ----------

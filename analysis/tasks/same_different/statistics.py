@@ -1,6 +1,6 @@
 """Estimate sensitivity from same–different answers, using the differencing model.
 
-Rules (Macmillan and Creelman 2005, Detection Theory, chapter 9):
+The analysis follows Macmillan and Creelman (2005, Detection Theory, chapter 9):
 
 - a participant answers "different" if two sensations differ by more than a criterion k. Sensations
   have a standard deviation of 1; the mean sensations of two surfaces differ by d';
@@ -56,7 +56,7 @@ LARGEST = 20.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairSensitivity:
-    """Answers and sensitivity for one pair of surfaces.
+    """The answers to one pair of surfaces, and the sensitivity to their difference.
 
     Parameters
     ----------

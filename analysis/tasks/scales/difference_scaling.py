@@ -38,7 +38,7 @@ class DifferenceScale:
     values : tuple of float
         Scale values, from 0 for the first surface to 1 for the last.
     intervals : tuple of ConfidenceInterval or None
-        Bootstrap percentile intervals, one per surface; None for the two fixed values.
+        Bootstrap percentile intervals, one per surface; None for the first and last surface.
     noise : float
         Standard deviation of a judgement (sigma), as a fraction of the whole scale.
     noise_interval : ConfidenceInterval
@@ -46,7 +46,7 @@ class DifferenceScale:
     log_likelihood : float
         Log likelihood of the fit.
     answers, simulations : int
-        Numbers of answers and simulations.
+        Numbers of answers and of simulated data sets.
     """
 
     values: tuple[float, ...]
@@ -89,7 +89,7 @@ def difference_scale(
     Raises
     ------
     UserError
-        If the shapes or ranks are impossible.
+        The arrays have wrong shapes, or surfaces have invalid ranks.
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
@@ -152,7 +152,7 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
     """Fit the scale values of several data sets by Fisher scoring, shape (sets, surfaces).
 
-    The likelihood has at most one peak; without a peak, values grow beyond `LARGEST`.
+    The likelihood has at most one peak; if it has no peak, scale values grow beyond `LARGEST`.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
 
 
 def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
-    """Return, for each data set, the reason why its values are not a scale, or ""."""
+    """Return the reason why a data set yields no scale, or "", for each data set."""
     return np.select(
         [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
         [

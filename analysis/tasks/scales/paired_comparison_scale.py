@@ -57,8 +57,8 @@ class ComparisonScale:
     Parameters
     ----------
     model : {"Bradley-Terry", "Thurstone V"}
-        Model, which determines the unit of the scale: natural log odds, or the standard deviation
-        of a difference.
+        Model of choices. The unit of the scale is natural log odds (Bradley-Terry) or the standard
+        deviation of a difference (Thurstone).
     values : tuple of float
         Scale values of the surfaces; their sum is 0.
     intervals : tuple of ConfidenceInterval

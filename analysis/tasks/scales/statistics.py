@@ -1,6 +1,6 @@
 """Compute scales from comparisons of pairs and triads.
 
-In the tables of trials, stimuli are labels, and the third stimulus is empty for pairs. ``response``
+Tables of trials contain labels of stimuli; for pairs, the third label is empty. ``response``
 is the number of the chosen interval (pairs) or of the larger step (triads).
 """
 
@@ -63,7 +63,7 @@ STIMULI = ("stimulus1", "stimulus2", "stimulus3")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskScale:
-    """Results for a comparison task.
+    """The results of a comparison task.
 
     Parameters
     ----------

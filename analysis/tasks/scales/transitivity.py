@@ -40,8 +40,9 @@ class Consistency:
         Coefficient of consistence: 1 without circular triads, 0 for the largest possible number.
     p : float
         Probability of at most this many circular triads if all choices were random. Without ties,
-        exact for up to 6 surfaces and from Kendall's chi-square for more. With ties, from
-        `SIMULATIONS` simulated participants who make the same number of random choices.
+        the p-value is exact for up to 6 surfaces and uses Kendall's chi-square for more. With ties,
+        the p-value comes from `SIMULATIONS` simulated participants who make the same number of
+        random choices.
     """
 
     circular_triads: float
@@ -110,8 +111,8 @@ class StochasticTransitivity:
     """Numbers of triads that violate weak, moderate and strong transitivity.
 
     Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity then
-    requires that A is chosen over C at least half of the time. Moderate and strong transitivity
-    require at least the smaller and the larger of the two proportions, respectively.
+    requires that A is chosen over C at least half of the time. Moderate transitivity requires at
+    least the smaller of the two given proportions, and strong transitivity at least the larger.
     """
 
     triads: int
@@ -123,7 +124,7 @@ class StochasticTransitivity:
 def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | NotComputed:
     """Count violations of transitivity in all triads whose three pairs were compared.
 
-    A triad violates transitivity if the condition holds for no order of its three surfaces. With
+    A triad violates transitivity if no order of its three surfaces meets the condition. With
     few answers, strong transitivity is often violated by chance; for a test, see
     `ComparisonScale.fit`.
     """

@@ -46,8 +46,8 @@ def _blocks(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup
             f"similarity_{task.task}",
             "Left: the group's map on its principal axes; its unit is arbitrary. Right: stress-1 "
             "against the number of dimensions (0 if distances and dissimilarities are in the same "
-            "order). Stress falls with every added dimension; a dimension that lowers it little is "
-            "not needed.",
+            "order). Stress falls with every added dimension; a dimension that barely lowers "
+            "stress is not needed.",
             "Map of " + ", ".join(task.items),
         ),
         html.table(

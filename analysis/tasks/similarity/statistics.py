@@ -49,7 +49,7 @@ class Person:
     ----------
     participant : str
     weights : tuple of float
-        Weights of squared distances along the axes, near 1 on average.
+        Weights of the squared distances along the map's axes; weights are near 1 on average.
     r2 : float
         Proportion of variance explained in the participant's squared dissimilarities.
     """
@@ -71,7 +71,7 @@ class TaskMap:
         Numbers of participants, answers (without catch trials) and catch trials.
     items : tuple of str
     stress : Mapping
-        Number of dimensions -> stress-1 of the map.
+        Stress-1 of the map for each number of dimensions.
     coordinates : Mapping
         Item -> coordinates on the first `SHOWN` principal axes.
     people : tuple of Person

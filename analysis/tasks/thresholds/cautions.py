@@ -1,8 +1,8 @@
 """Warn about biases that simulations found in population thresholds.
 
-`CAUTIONS` explains every coverage of 95 % intervals outside .93 to .97 in the table of
-`benchmarks.population_thresholds` (docs/validation/measured/statistics.md). Biases of just
-noticeable differences come from 120 simulated data sets per case, as in the tests of
+The biases in `CAUTIONS` explain all 95 % intervals whose coverage is outside .93 to .97 in the
+table of `benchmarks.population_thresholds` (docs/validation/measured/statistics.md). Biases of
+just noticeable differences come from 120 simulated data sets per case, as in the tests of
 `friction_axis`: 6 people who never lapse, with 20 comparisons at each of 5 levels.
 """
 
@@ -23,12 +23,11 @@ class Caution(NamedTuple):
     text : str
         Sentence without its full stop; ``{covered}`` is replaced with the coverage.
     applies : callable
-        Returns whether the bias affects a task.
+        Function that returns whether the bias affects a task.
     observers : tuple of str
-        Rows of the table that the bias explains.
+        Rows of the benchmark table whose coverage the bias explains.
     coverage : tuple of (int, float)
-        Numbers of people, each with the coverage of 95 % intervals; empty if coverage is .93 to
-        .97.
+        Number of people and coverage of 95 % intervals, in pairs; empty if coverage is .93 to .97.
     """
 
     text: str
@@ -79,7 +78,7 @@ CAUTIONS = (
         "Without catch trials, the lapse rate of people who never lapse is overestimated on "
         "average, and their just noticeable difference is too small (by 6 % in simulations with 6 "
         "people and 100 answers each, and by 11 % in friction measured with error). With 20 catch "
-        "trials per person, it is unbiased",
+        "trials per person, the estimate is unbiased",
         lambda task: task.method == COMPARED and _without_catches(task),
     ),
 )

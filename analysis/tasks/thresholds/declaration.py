@@ -25,7 +25,7 @@ from slipscale.stimuli.quantity import Quantity
 
 
 def rows(task: TaskThresholds) -> list[JsonObject]:
-    """Return one row per participant; without a fit, its numbers are missing."""
+    """Return one row per participant; values from a missing fit are left out."""
     found: list[JsonObject] = []
     for each in task.participants:
         row: JsonObject = {
@@ -60,7 +60,7 @@ def rows(task: TaskThresholds) -> list[JsonObject]:
 
 
 def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
-    """Return a participant's means of reversals, one cell per condition."""
+    """Return a participant's means of reversals, one value per condition."""
     if isinstance(task.reversals, NotComputed):
         return {}
     return {
@@ -76,13 +76,13 @@ def _column(condition: str) -> str:
 
 
 def session_tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:
-    """Yield tables of log10 thresholds, participants by sessions."""
+    """Yield one table of log10 thresholds (participants by sessions) per task."""
     for task, rows in by_task(data.of(TRIALS)):
         yield f"{task}, threshold", f"log10 {data.quantity.unit_in_short}", _thresholds(rows)
 
 
 def _thresholds(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return log10 thresholds, participants by sessions; NaN if a threshold is not determined."""
+    """Return a table of log10 thresholds (participants by sessions), NaN if undetermined."""
     main = rows[~rows["catch"]]
     method = str(rows["method"].iloc[0])
     keys = [main[PARTICIPANT].astype(str), main["session"].astype(str)]

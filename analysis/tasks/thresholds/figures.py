@@ -98,7 +98,7 @@ def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> Psychometr
     """Return a participant's curve with asymptotes that match the outermost answers.
 
     For a participant without errors, the estimated lapse rate is the posterior mean, which is above
-    0. A curve with this rate would remain below the observed 100 %.
+    0. A curve with this lapse rate would not reach the observed 100 %.
     """
     levels, right = rows["level_um_pp"], rows["correct"].astype(float)
     wrong_at_top = 1 - float(right[levels == levels.max()].mean())

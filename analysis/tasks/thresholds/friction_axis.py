@@ -8,8 +8,8 @@ measured in each interval, the answers are also fitted against friction. Rules:
   is reversed, so that curves rise;
 - noise in single measurements flattens a curve and makes the just noticeable difference too large
   (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes
-  are therefore averaged by plate level, session and condition. Changes in single trials are rounded
-  to `STEP` standard deviations, because fits with many different levels take long;
+  in friction are averaged by plate level, session and condition. Changes in single trials are
+  rounded to `STEP` standard deviations, because fits with many different levels take long;
 - changes can be 0 or negative, so a logarithmic curve is replaced with the same curve on a linear
   axis;
 - trials with no measurement in the target's interval, or with none in the other intervals, are
@@ -50,8 +50,8 @@ class FrictionThreshold:
         Change in the coefficient at the threshold or, for a comparison, at the point of subjective
         equality.
     just_noticeable : Estimate or NotComputed
-        Just noticeable difference in the coefficient. For a comparison, it is half the distance
-        between the 25 % and 75 % points; otherwise it equals ``change``.
+        Just noticeable difference in the coefficient: half the distance between the 25 % and 75 %
+        points for a comparison, otherwise ``change``.
     weber_fraction : Estimate or NotComputed
         ``just_noticeable`` divided by ``standard``.
     standard : float
@@ -61,7 +61,7 @@ class FrictionThreshold:
     scatter : float
         Standard deviation of single-trial changes around the mean per participant and plate level.
     participants : Mapping of str to float
-        Participant -> change at the individual threshold, shrunk towards the population.
+        Change at each participant's threshold, shrunk towards the population.
     n, answers, left_out : int
         Numbers of participants, of answers, and of trials without a measurement.
     """
@@ -90,7 +90,7 @@ def friction_threshold(
     rows : DataFrame
         Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     method, curve : str
-        Method and curve of the fit against the plate's level.
+        Method and curve that were fitted against the plate's level.
     """
     if choices.threshold_friction is None:
         return NotComputed("the study does not set threshold_friction")

@@ -126,12 +126,13 @@ class PopulationThreshold:
     n, answers : int
         Numbers of participants and answers.
     participants : Mapping of str to float
-        Participant -> threshold in µm peak to peak, shrunk towards the population.
+        Threshold of each participant in µm peak to peak, shrunk towards the population.
     factors : tuple of Factor
-        Thresholds by group, by session, by each study factor and by combinations of factors, each
-        if there are several.
+        Thresholds by group, by session, by each study factor and by all factors combined; variables
+        with a single level are left out.
     better_curve : str
-        For comparisons, the same curve on the other axis, if it fits clearly better.
+        For comparisons, the curve's name on the other axis (linear or logarithmic) if that curve
+        fits clearly better.
     """
 
     threshold_um_pp: Estimate
@@ -164,7 +165,7 @@ def population_threshold(
     method, curve : str
         Keys of `METHODS` and of `CURVES`.
     group_of : Mapping, optional
-        Participant -> group.
+        Group of each participant.
     """
     model = model_of(method, curve, choices.threshold_share, choices.largest_lapse)
     main = rows[~rows["catch"]]
@@ -234,8 +235,8 @@ def over(found: Estimate, standard: float) -> Estimate:
 def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
     """Return half the distance between the 25 % and 75 % points on a curve, in units of the level.
 
-    Its interval is computed from the interval of the slope. On a logarithmic axis, the distance is
-    centred on ``middle``.
+    The interval is computed from the interval of the slope. On a logarithmic axis, the level
+    ``middle`` is the centre of the two points.
     """
     low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval
@@ -248,7 +249,7 @@ def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
 def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
-    """Return the name of the same curve on the other axis if it fits clearly better."""
+    """Return the curve's name on the other axis if that curve fits clearly better, else ""."""
     other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
     if levels.min() <= 0:
         return ""
@@ -261,7 +262,7 @@ def _better_curve(
 
 
 def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
-    """Return the numbers of correct and wrong answers to catch trials at a level nobody misses."""
+    """Return the numbers of correct and wrong answers to catch trials, whose errors are lapses."""
     correct = catches["correct"].astype(bool)
     if METHODS[method].guess == "equal to lapse":
         more = catches["level_um_pp"] - catches["standard_um_pp"]
@@ -307,7 +308,7 @@ def _factors(
     confidence: float,
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
-    """Yield thresholds by group, session and condition, if each level has `FEWEST` people."""
+    """Yield thresholds by group, session and condition if every level has `FEWEST` people."""
     names = _crossed(counted)
     by = {"group": counted["who"].map(group_of), "session": counted["session"]}
     by |= {name.removeprefix(FACTOR): counted[name].astype(str) for name in names}

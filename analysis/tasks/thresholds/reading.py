@@ -65,15 +65,16 @@ def read_choices(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Table files, and matches of `slipscale.experiments.dataset.schema.TABLE_NAME` with their
-        names.
+        Table files, each with the match of `slipscale.experiments.dataset.schema.TABLE_NAME` in the
+        file name.
     counts : dict
-        Receives the numbers of rows read, and of rows excluded for each reason.
+        Filled with the number of rows read, and the number of rows excluded for each reason.
 
     Returns
     -------
-    DataFrame, list of Source
-        Columns `COLUMNS`, and `FACTOR` plus its name for each study factor. ``method`` is a key of
+    trials, sources : DataFrame, list of Source
+        Trials have the columns `COLUMNS`, and one column per study factor, called `FACTOR` plus the
+        factor's name. ``method`` is a key of
         `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` and
         ``correct`` are Boolean. In a comparison, ``correct`` means that the comparison stimulus was
         judged more slippery.
@@ -180,7 +181,7 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
     """Return the method of each task with constant stimuli.
 
     If all comparisons lie on one side of the standard and the participant chooses an interval,
-    answers are right or wrong. Otherwise, the task is a comparison around the standard.
+    answers are right or wrong. All other tasks are comparisons around the standard.
     """
     found = {}
     for task, rows in frame.groupby("task"):

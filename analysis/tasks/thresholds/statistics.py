@@ -86,8 +86,8 @@ class TaskThresholds:
     curve : str
         A key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`.
     standard_um_pp : float or None
-        Level of the standard, µm peak to peak. None for detection, in which the plate does not
-        vibrate in the other intervals, or if standards differ.
+        Level of the standard, µm peak to peak. None if standards differ, or for detection tasks, in
+        which the plate vibrates in one interval only.
     participants : tuple of ParticipantThreshold
         Results of participants, in the order of their names.
     population : PopulationThreshold or NotComputed
@@ -95,7 +95,7 @@ class TaskThresholds:
     weber_fraction : Estimate or NotComputed
         Population threshold (for a comparison, half-width of the curve) divided by the standard.
     reversals : Reversals or NotComputed
-        Means of the last reversals, if the study requests them.
+        Means of the last reversals, if requested in the study file.
     friction : FrictionThreshold or NotComputed
         Population threshold in measured friction, if the study requests it.
     """
@@ -125,7 +125,7 @@ def thresholds(
     trials : DataFrame
         Result of `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     choices : AnalysisChoices, optional
-        Choices of confidence level, curve, share and lapse rate.
+        Confidence level, curve, share and lapse rate chosen in the study file.
     study_text : str
         Text of the study file, which defines the adaptive rules; empty if unknown.
     group_of : Mapping, optional

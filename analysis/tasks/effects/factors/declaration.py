@@ -1,4 +1,4 @@
-"""Define the analysis of factors that are crossed with the levels, and its report."""
+"""Define the analysis and the report of factors that are crossed with the levels."""
 
 from __future__ import annotations
 

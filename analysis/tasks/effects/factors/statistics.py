@@ -1,6 +1,6 @@
 """Analyse the effect of factors, such as speed or force, on magnitude estimates.
 
-A factor is a column that the study declares in ``[[factors]]``, or the ``--factor`` of a table.
+A factor is a column declared in ``[[factors]]`` of the study file or with the option ``--factor``.
 Each factor is analysed together with the level, averaged over the other factors. There are three
 analyses, with increasingly strong assumptions: t-based intervals for participants' changes in
 exponent and in level; an analysis of variance of complete participants; and a mixed model of all
@@ -73,11 +73,11 @@ class ConditionChange:
     exponent : MeanOverParticipants or NotComputed
         Mean difference in participants' exponents from the first condition.
     log_ratio : MeanOverParticipants or NotComputed
-        Mean difference in participants' mean logarithms from the first condition, at common levels.
+        Mean log difference from the first condition, at levels that both conditions share.
     exponent_p_holm, log_ratio_p_holm : float or None
         p-values, Holm-corrected across the conditions of the factor.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
-        The same differences, estimated by the mixed model; the ratio refers to the mean log level.
+        Differences estimated by the mixed model; the ratio applies at the mean log level.
     """
 
     condition: str
@@ -117,7 +117,7 @@ class TwoWay:
 
     @property
     def effects(self) -> tuple[Effect, Effect, Effect]:
-        """The effects, in the order of the table's rows."""
+        """The three effects, in the order of the rows in the report's table."""
         return self.factor, self.amplitude, self.interaction
 
 
@@ -211,7 +211,7 @@ def _changes(
 
 
 def mixed_changes(prepared: Prepared, factor: str) -> Mapping[tuple[str, str], FixedEffect]:
-    """Return the mixed model's changes from a factor's first level, by level and key of `TERMS`.
+    """Return the mixed model's changes from the factor's first level, keyed by level and term.
 
     Empty if the model cannot be fitted.
     """

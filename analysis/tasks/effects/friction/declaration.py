@@ -1,4 +1,4 @@
-"""Define the comparison of judgements with measured friction, and its report."""
+"""Define the analysis and the report that relate judgements to measured friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Define the comparison of groups of participants, and its report."""
+"""Define the comparison of participant groups and the corresponding report section."""
 
 from __future__ import annotations
 
@@ -149,7 +149,7 @@ COMPARED: dict[str, tuple[str, str, Callable[[float], float]]] = {
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on groups, which is empty if there are none."""
+    """Return the section on groups, which is empty if the study has no groups."""
     section = ReportSection("Groups")
     found = analysis.inference[GROUPS]
     if not found:

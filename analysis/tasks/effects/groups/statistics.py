@@ -60,7 +60,7 @@ class GroupComparison:
     column : str
         Column that contains the groups.
     n : Mapping
-        Group -> number of participants, for the groups that are compared.
+        Number of participants in each compared group.
     left_out : tuple of str
         Groups with fewer than three participants.
     without_group : int
@@ -88,7 +88,7 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
     Raises
     ------
     UserError
-        If participants.tsv lacks the column named in the study.
+        The file participants.tsv lacks the column named in the study.
     """
     asked = data.choices.group
     about = data.participants
@@ -159,7 +159,7 @@ def _welch(
 def _mixed_anova(
     logs: pd.DataFrame, group_of: pd.Series[str], compared: list[str], data: Prepared
 ) -> MixedAnova | NotComputed:
-    """Return the mixed ANOVA from pingouin, which agrees with R if there are no missing cells."""
+    """Return the mixed ANOVA from pingouin, which agrees with R if no values are missing."""
     import pingouin  # noqa: PLC0415 - takes a second to import
 
     groups = group_of.reindex(logs.index.astype(str)).to_numpy()

@@ -79,7 +79,7 @@ class Welch:
         Groups in the order of their names.
     F, df1, df2, p : float
         Welch's F test; with two groups, F is the square of t.
-    eta2, eta2_interval
+    eta2, eta2_interval : float, ConfidenceInterval or None
         Proportion of variance between groups in an ordinary analysis of variance, and its interval
         from the non-central F distribution.
     pairs : tuple of GroupDifference
@@ -109,7 +109,7 @@ def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch
     Parameters
     ----------
     values : Mapping
-        Group -> one value per participant. There must be at least two groups of at least three
+        One value per participant, by group. There must be at least two groups of at least three
         participants.
     confidence : float
         Confidence level of all intervals.

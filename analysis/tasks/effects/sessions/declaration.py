@@ -1,4 +1,4 @@
-"""Define the comparison of sessions, and its report."""
+"""Define the comparison of sessions and the corresponding report section."""
 
 from __future__ import annotations
 

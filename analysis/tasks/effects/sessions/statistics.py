@@ -94,7 +94,7 @@ class SessionEffects:
 
 
 def session_effects(inputs: Inputs) -> SessionEffects | NotComputed:
-    """Return the differences between sessions, or a reason if there are fewer than two."""
+    """Return the differences between sessions, or NotComputed for fewer than two sessions."""
     data, prepared = inputs.data, inputs.prepared
     sessions = sessions_of(data)
     if len(sessions) < 2:  # noqa: PLR2004

@@ -1,4 +1,4 @@
-"""Fit a hierarchical Bayesian power function, which shrinks exponents towards the group's.
+"""Fit a hierarchical Bayesian power function, which shrinks exponents towards the group mean.
 
 The extra ``slipscale[bayes]`` is required. For the model, see `hierarchical_sampler`.
 """
@@ -46,7 +46,7 @@ class IndividualExponent:
         Label of the participant.
     least_squares : float
         Exponent from the participant's own trials; NaN with only one amplitude.
-    exponent, interval
+    exponent, interval : float, ConfidenceInterval
         Posterior mean, shrunk towards the group, and its credible interval.
     """
 
@@ -84,9 +84,9 @@ class BayesianGrowth:
 
     Parameters
     ----------
-    exponent, interval
+    exponent, interval : float, ConfidenceInterval
         Posterior mean of the group exponent B, and its equal-tailed credible interval.
-    sd_exponent, sd_exponent_interval
+    sd_exponent, sd_exponent_interval : float, ConfidenceInterval
         Standard deviation tb of participants' exponents, and its credible interval.
     sd_residual : float
         Posterior mean of the standard deviation s of a single log estimate.
@@ -96,7 +96,7 @@ class BayesianGrowth:
         Shrinkage of exponents towards the group, from 0 (none) to 1 (complete): 1 minus the slope
         of the model's exponents on the least-squares exponents.
     checks : Mapping
-        Name -> posterior predictive check. ``curvature`` describes deviations from a straight line
+        Posterior predictive checks by name. ``curvature`` describes deviations from a straight line
         in log-log coordinates; ``largest_residual`` and ``kurtosis`` describe outliers;
         ``spread_ratio`` is the spread of the residuals at the largest stimulus relative to the
         smallest.
@@ -107,7 +107,7 @@ class BayesianGrowth:
     divergences : int
         Number of divergences of the sampler.
     n, trials : int
-        Numbers of participants and of trials above 0.
+        Number of participants, and number of trials with a stimulus above 0.
     """
 
     exponent: float
@@ -140,7 +140,7 @@ def bayesian_growth(data: Prepared) -> BayesianGrowth | NotComputed:
     Raises
     ------
     ModuleNotFoundError
-        If the extra ``bayes`` is not installed.
+        The extra ``bayes`` is not installed.
     """
     trials = _trials(data)
     if isinstance(trials, NotComputed):
@@ -227,7 +227,7 @@ def _least_squares(trials: Trials) -> Array:
 
 
 def predictive_checks(trials: Trials, draws: Draws) -> dict[str, PredictiveCheck]:
-    """Compare statistics of the residuals between observed and predicted data sets.
+    """Compare residual statistics of the observed data with those of predicted data sets.
 
     Residuals are relative to the participants' lines in the same posterior draw (realised
     discrepancies; Gelman, Meng and Stern 1996, Stat. Sinica 6, 733-807).

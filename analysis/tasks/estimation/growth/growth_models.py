@@ -43,8 +43,8 @@ class GrowthFunction:
     """The logarithm of a growth function, with starting points and bounds for its parameters.
 
     ``log_f(x, θ)`` requires stimuli above 0. ``starts(x)`` returns several starting points θ, and
-    ``bounds(x)`` returns the lower and upper limits. The parameters in ``logarithmic`` are stimuli,
-    represented by their logarithms in θ.
+    ``bounds(x)`` returns the lower and upper limits. Parameters listed in ``logarithmic`` are
+    stimulus values; θ contains their logarithms.
     """
 
     parameters: tuple[str, ...]
@@ -82,7 +82,7 @@ OUTSIDE = 7.0
 
 
 def _log(x: Array, place: float) -> float:
-    """Return the logarithm of a stimulus between the smallest (0) and the largest (1)."""
+    """Return the log stimulus at a place between the smallest (0) and largest (1) log stimulus."""
     low, high = float(np.log(x.min())), float(np.log(x.max()))
     return low + place * (high - low)
 
@@ -141,7 +141,7 @@ class GrowthFit:
     Parameters
     ----------
     parameters : Mapping
-        Name -> value; thresholds and offsets are in the unit of the stimulus.
+        Parameter values by name; thresholds and offsets are in the unit of the stimulus.
     sd : float
         Standard deviation of the residuals (natural logarithm).
     log_likelihood, aic, bic : float
@@ -149,7 +149,7 @@ class GrowthFit:
     aicc : float or None
         Corrected Akaike criterion; None if there are too few points.
     points : int
-        Number of mean logarithms fitted.
+        Number of mean logarithms to which the function was fitted.
     estimated : int
         Number of estimated parameters.
     at_bound : tuple of str
@@ -169,14 +169,14 @@ class GrowthFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RankedFit:
-    """A fit with its rank among growth functions.
+    """The fit of a growth function, compared with the best fit by AICc.
 
     Parameters
     ----------
     fit : GrowthFit
         Fit of one growth function.
     delta_aicc : float or None
-        AICc minus the smallest AICc; None without an AICc.
+        AICc minus the smallest AICc; None if AICc is not defined.
     weight : float
         Akaike weight; 0 without an AICc.
     """
@@ -197,7 +197,7 @@ class GrowthComparison:
     Parameters
     ----------
     models : Mapping
-        Key of `MODELS` -> fit.
+        Fits, keyed by the names in `MODELS`.
     best : str
         The model with the smallest AICc.
     n : int
@@ -210,7 +210,7 @@ class GrowthComparison:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Models other than the best that the data do not rule out; see `UNDECIDED`."""
+        """The models, besides the best one, that the data do not rule out; see `UNDECIDED`."""
         return tuple(
             name
             for name, model in self.models.items()
@@ -292,7 +292,7 @@ def compare(
     Parameters
     ----------
     logs : DataFrame, shape (participants, stimuli)
-        Mean natural logarithms of estimates; columns that are not above 0 are omitted.
+        Mean natural logarithms of estimates; stimuli that are not above 0 are omitted.
     quantity : Quantity
         Quantity of the stimuli.
     """

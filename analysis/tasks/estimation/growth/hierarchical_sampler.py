@@ -57,7 +57,9 @@ class Trials:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sums:
-    """Sufficient statistics of each participant's trials. X has the columns 1 and log x.
+    """Sufficient statistics of each participant's trials.
+
+    The design matrix X has two columns: the constant 1 and log x.
 
     Parameters
     ----------
@@ -97,7 +99,7 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     """Define the model for NumPyro.
 
     Given the other parameters, participants' lines are normally distributed, so they are integrated
-    out. Six parameters remain to be sampled, for any number of people and trials.
+    out. The sampler draws six parameters, whatever the number of people and trials.
     """
     import numpyro  # noqa: PLC0415 - an extra
     from jax import numpy as jnp  # noqa: PLC0415
@@ -146,7 +148,7 @@ class Draws:
     Parameters
     ----------
     values : Mapping
-        Parameter -> array, shape (chains, draws, ...); ``own`` contains participants' intercepts
+        Arrays by parameter, shape (chains, draws, ...); ``own`` contains participants' intercepts
         and exponents, shape (chains, draws, people, 2).
     divergences : int
         Divergences of the sampler.
@@ -178,7 +180,7 @@ def sample(
 
 
 def own_lines(known: Sums, drawn: Mapping[str, Array], rng: np.random.Generator) -> Array:
-    """Draw participants' lines, given each draw of the other parameters."""
+    """Draw each participant's intercept and exponent, given draws of the other parameters."""
     mean = np.stack([drawn["A"], drawn["B"]], axis=-1)[..., None, :]
     r = 2 * drawn["half_r"] - 1
     factor = np.zeros((*r.shape, 1, 2, 2))

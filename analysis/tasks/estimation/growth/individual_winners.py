@@ -3,8 +3,8 @@
 The best function depends only on the sums of squares, so all participants are fitted in one batch,
 by the Levenberg-Marquardt method within bounds (Marquardt 1963, J. Soc. Ind. Appl. Math. 11,
 431-441). Each row of the batch is one starting point of one participant. In 8 of about 2,160 random
-fits, the sum of squares differed from SciPy's result by more than a millionth: it was smaller in 5,
-by at most 0.3 %, and larger in 3.
+fits, the sum of squares differed from SciPy's by more than a millionth: 5 sums were smaller (by at
+most 0.3 %), and 3 were larger.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
     Parameters
     ----------
     model : GrowthFunction
-        One of `MODELS`. Its shape must not depend on the unit of the stimuli.
+        One of `MODELS`. The function's shape must not depend on the unit of the stimuli.
     stimuli : array, shape (k,)
         Stimuli above 0.
     means, counts : array, shape (n, k)

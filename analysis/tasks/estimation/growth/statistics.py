@@ -48,9 +48,9 @@ class FrictionGrowth:
     exponent : MeanOverParticipants or NotComputed
         Mean exponent of participants' power functions of the reduction in friction.
     reduction : Mapping
-        Amplitude (µm peak to peak) -> predicted reduction in friction, 0 to 1.
+        Predicted reduction in friction (0 to 1) by amplitude (µm peak to peak).
     shared_load : Mapping
-        Amplitude -> smallest and largest reduction predicted by the second model
+        Smallest and largest reduction at each amplitude, as predicted by the second model
         (`slipscale.stimuli.film.shared_load`), which has not been validated.
     """
 
@@ -71,11 +71,11 @@ class IndividualGrowth:
     Parameters
     ----------
     best : Mapping
-        Model -> number of participants for whom the model is best.
+        Number of participants for whom each model is best.
     undecided : int
         Number of participants whose trials do not discriminate between models.
     participants : Mapping
-        Participant -> best model, or None if undecided.
+        Best model for each participant; None if undecided.
     """
 
     best: Mapping[str, int]
@@ -85,10 +85,10 @@ class IndividualGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Growth functions of amplitude and of predicted friction, and for each participant.
+    """Growth functions of amplitude, of predicted friction, and for each participant.
 
-    ``friction`` is None if the stimuli are not plate amplitudes, because there is then no squeeze
-    film.
+    ``friction`` is None if the stimuli are not plate amplitudes, because no squeeze film then
+    exists.
     """
 
     amplitude: GrowthComparison
@@ -101,7 +101,7 @@ class Growth:
 
 
 def growth(data: Prepared) -> Growth | NotComputed:
-    """Compare growth functions of amplitude and predicted friction, and for each participant."""
+    """Compare growth functions of amplitude, of predicted friction, and for each participant."""
     if data.refused:
         return NotComputed(data.zero_sentence)
     found = compare(data.logs, data.quantity)
