@@ -22,7 +22,7 @@ from slipscale.analysis.reconstruction.counts.residues import WORD, join, primes
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:
-    """Return the number of solutions in a pair of slices, modulo `modulus`."""
+    """Return the number of solutions in a pair of table slices, modulo `modulus`."""
     if modulus is None or modulus == WORD:
         # `einsum` avoids a temporary product. Machine words wrap, as required modulo 2^64.
         found = np.einsum("ij,ij", joint.below, joint.above)
@@ -37,15 +37,15 @@ def total(joint: Joint, modulus: int | None) -> float | int:
 
 @dataclass(frozen=True)
 class Estimate:
-    """Floating-point estimate of a count, with a bound on the error.
+    """A floating-point estimate of a count, with a bound on the error.
 
     Parameters
     ----------
     value : float
-        Infinite if the count exceeds the range of floating point.
+        Estimated count; infinite if it exceeds the range of floating point.
     error : float
-        Bound on the relative error. All terms are positive, and each rounding has a relative error
-        of at most 2^-53.
+        Bound on the relative error. All terms of a count are positive, and each rounding has a
+        relative error of at most 2^-53.
     """
 
     value: float
@@ -57,7 +57,7 @@ class Estimate:
         return self.value * (1 + 2 * self.error) + 1
 
     def settles(self, modulus: int) -> bool:
-        """Whether the estimate and a residue modulo `modulus` determine the count uniquely."""
+        """Return whether the estimate and a residue modulo `modulus` determine the count."""
         return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
 
     def nearest(self, residue: int, modulus: int) -> int:
@@ -81,7 +81,7 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
 
 
 def largest_possible(tasks: list[Problem], measure: str) -> int:
-    """Return an upper bound on the number of solutions, which is tight for large numbers."""
+    """Return an upper bound on the number of solutions, which is close to large numbers."""
     bound = simple_bound(tasks, measure)
     if bound < WORD:
         return bound
@@ -100,9 +100,9 @@ def count(
     Parameters
     ----------
     tasks : list of Problem
-        The parts of a column.
+        The counting problems of a column.
     measure : {"multisets", "ordered"}
-        What to count: multisets or ordered samples.
+        Whether multisets or ordered samples are counted.
     memory_gib : float
         Available memory.
     minutes : float
@@ -131,7 +131,7 @@ def count(
 
 
 def _exact(bound: int, estimated: Callable[[], Estimate], residue: Callable[[int], int]) -> int:
-    """Return the exact count from as few residues as necessary."""
+    """Return the exact count from the smallest sufficient number of residues."""
     if bound < WORD:
         return residue(WORD) if bound else 0
     close = estimated()
@@ -157,7 +157,7 @@ def _estimated_multisets(tasks: list[Problem]) -> Estimate:
 
 
 def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[int, int]]:
-    """Return the pairs of sum and sum of squares that occur in at least one solution."""
+    """Return the pairs of sum and sum of squares that have at least one solution."""
     require_memory(tasks, memory_gib)
     found = set()
     for task in tasks:

@@ -1,12 +1,13 @@
-"""Count in closed form on scales with few values, such as Likert scales.
+"""Count multisets by a closed formula on scales with few values, such as Likert scales.
 
 Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of all other values, the
 outer values, are enumerated. For a given choice, let k be the number of outer values, d the sum of
-their signed distances from c, and q the sum of their squared distances. Then n, D and V (see
-`meet_in_the_middle`) determine the frequencies of the three neighbouring values. The values c - 1
-and c + 1 occur w = V - q times together, and their frequencies differ by D - d. This is possible if
-and only if ``|D - d| <= w <= n - k``. If the sums of squares form a range of every second number,
-the possible w also form a range. Each choice of outer values then requires only one subtraction.
+their signed distances from c, and q the sum of their squared distances. The totals n, D and V (see
+`meet_in_the_middle`) then determine the frequencies of the three neighbouring values. The values c
+- 1 and c + 1 together occur w = V - q times, and their frequencies differ by D - d. Such
+frequencies exist if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares are
+every second number of a range, the possible w also form a range. Each choice of outer values then
+requires only one subtraction.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
 
 
 def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
-    """Return the number of multisets of n values that have one of the sums and sums of squares.
+    """Return the number of multisets of n values with a given sum and sum of squares.
 
     Parameters
     ----------
@@ -60,7 +61,8 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     n : int
         Size of a multiset.
     of_sum : dict of int to list of (int, int)
-        For each sum, the first and last element of every run of sums of squares, in steps of two.
+        Runs of possible sums of squares for each sum. A run increases in steps of two and is given
+        by its first and last element.
     """
     centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
     if not centres or len(values) > VALUES:
@@ -99,7 +101,7 @@ def without_median(goal: Goal) -> bool:
 
 
 def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last element of every run in steps of two."""
+    """Yield the first and last element of every run of sums that increase in steps of two."""
     breaks = [i + 1 for i, (a, b) in enumerate(pairwise(square_sums)) if b != a + 2]
     for first, end in pairwise([0, *breaks, len(square_sums)]):
         yield square_sums[first], square_sums[end - 1]
@@ -108,9 +110,9 @@ def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
 def _outer(
     n: int, distances: list[int], least: int, most: int
 ) -> tuple[Array, Array, Array] | None:
-    """Return k, d and q for all choices of outer values, or None if there are too many.
+    """Return k, d and q for all choices of outer values, or None if there are too many choices.
 
-    Choices whose sums of squares exceed `most` or cannot reach `least` are omitted.
+    Choices are omitted if their sum of squares exceeds `most` or cannot reach `least`.
     """
     k = d = q = np.zeros(1, dtype=np.int64)
     far_to_near = sorted(distances, key=abs, reverse=True)

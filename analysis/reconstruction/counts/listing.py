@@ -18,7 +18,7 @@ CHUNK = 2**18
 
 
 def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Ranking]:
-    """Return the solutions of each problem in a fixed order.
+    """Return a ranking of the solutions of each problem.
 
     Raises
     ------
@@ -31,7 +31,7 @@ def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Rank
 
 
 def multisets(tasks: list[Problem], n: int, memory_gib: float) -> Array:
-    """Return all multisets of n values in steps above the scale minimum, each row sorted."""
+    """Return all multisets of n values, one per sorted row, in steps above the scale minimum."""
     blocks = [
         block for ranking in rankings(tasks, "multisets", memory_gib) for block in _blocks(ranking)
     ]
@@ -39,7 +39,7 @@ def multisets(tasks: list[Problem], n: int, memory_gib: float) -> Array:
 
 
 def _blocks(ranking: Ranking) -> Iterator[Array]:
-    """Yield all solutions of a ranking in batches."""
+    """Yield all solutions of a ranking, in batches."""
     for first in range(0, ranking.total, CHUNK):
         ranks = np.arange(first, min(first + CHUNK, ranking.total), dtype=np.uint64)
         yield ranking.solutions(ranks)
@@ -49,7 +49,8 @@ def arrangements(rows: Array, total: int | None = None) -> Array:
     """Return the number of orderings of each sorted row: n! / (c1! c2! ...).
 
     Factors are multiplied one value at a time, so that all quotients are whole numbers. Python
-    integers are used if n times `total`, the bound on intermediate results, exceeds a machine word.
+    integers are used if intermediate results, which are at most n times `total`, could exceed a
+    machine word.
     """
     n = rows.shape[1]
     kind = np.dtype(np.uint64 if total is not None and n * total < WORD else object)

@@ -23,13 +23,13 @@ class Goal:
     Parameters
     ----------
     part : Part
-        The part that the goal belongs to.
+        The part of the solutions that requires these totals.
     n : int
         Number of free values.
     signed_sum : int
-        D, the sum of the signed distances.
+        Sum D of the signed distances.
     square_sum : int
-        V, the sum of the squared distances. V has the same parity as `signed_sum`.
+        Sum V of the squared distances. V has the same parity as `signed_sum`.
     """
 
     part: Part
@@ -44,7 +44,7 @@ class Goal:
 
 
 def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
-    """Return the reachable goals, grouped by the tables that they share."""
+    """Return the reachable goals, grouped by shared state tables."""
     groups: dict[Split, list[Goal]] = {}
     for part in parts:
         n, total, squares = part.moments.n, part.moments.total, part.moments.squares
@@ -57,7 +57,7 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
-    """Return the shapes of both tables that are required for all solutions of `wanted`."""
+    """Return the shapes of both state tables that are needed for all solutions of `wanted`."""
     below, above = _halves(split, wanted)
     return (
         below.shape(frozenset(split.centre - value for value in split.holes)),
@@ -66,7 +66,7 @@ def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
 
 
 def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
-    """Return the sizes of a few planes of both tables, without computing the full shapes."""
+    """Return the sizes of a few planes of both state tables, without computing all sizes."""
     return [half.glimpse() for half in _halves(split, wanted)]
 
 
@@ -78,19 +78,19 @@ DISTANCES_LOOKED_AT = 1024
 
 @dataclass(frozen=True)
 class Glimpse:
-    """Sizes of a few planes, from which a table's total size is estimated.
+    """Sizes of a few planes of a state table, for estimating its total size.
 
     Parameters
     ----------
     ks : ndarray, shape (planes,)
         Numbers of values.
     cells : ndarray, shape (planes,)
-        Number of cells in each plane.
+        Number of cells in each of these planes.
     sizes : ndarray, shape (planes, distances)
-        Number of cells required by values at a distance or farther out. Each column represents
-        `share` distances.
+        Number of cells required by values at or beyond a distance. Each column represents `share`
+        distances.
     share : float
-        Number of distances that each column represents.
+        Number of distances that each column of `sizes` represents.
     """
 
     ks: Array
@@ -101,11 +101,11 @@ class Glimpse:
 
 @dataclass(frozen=True)
 class _Half:
-    """Values on one side of the centre, with bounds on their sums in any solution.
+    """The values on one side of the centre, with bounds on their sums in any solution.
 
     If k values in [low, high] have the sum a, their sum of squares is at least a²/k and at most
-    (low + high) a - k low high. These bounds also apply to the n - k remaining values, whose sum
-    and sum of squares are the remainders of D and V.
+    (low + high) a - k low high. These bounds also apply to the n - k remaining values, whose signed
+    distances and squared distances add up to the remainders of D and V.
     """
 
     nearest: int
@@ -117,13 +117,13 @@ class _Half:
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self, holes: frozenset[int]) -> Shape:
-        """Return the largest a and w that can occur in a solution, for every k."""
+        """Return the distances on this side, with the largest a and w in any solution per k."""
         reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
         own = frozenset(d for d in holes if self.nearest <= d <= self.farthest)
         return Shape(self.nearest, self.farthest, self.sign, reach, own)
 
     def glimpse(self) -> Glimpse:
-        """Return the sizes of a few planes."""
+        """Return the sizes of a few planes of the state table."""
         ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
         found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
         a, w = np.array(found, dtype=np.float64).T[:, :, None]
@@ -138,7 +138,7 @@ class _Half:
         )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
-        """Return the largest a and w of k values, from `looked_at` sums or, if 0, from all sums."""
+        """Return the largest a and w for k values, from `looked_at` sums (0: from all sums)."""
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
             if k > n:
@@ -203,9 +203,9 @@ def _half(
 
 @dataclass(frozen=True)
 class Joint:
-    """Two slices of state tables, aligned so that each pair of cells adds up to a goal.
+    """A pair of slices of the two state tables, in which each pair of cells reaches a goal.
 
-    `ways` is the number of arrangements of each pair (1 for multisets).
+    `ways` is the number of arrangements of each pair of cells (1 for multisets).
     """
 
     goal: Goal

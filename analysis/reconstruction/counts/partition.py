@@ -2,8 +2,8 @@
 
 A printed minimum, maximum or median requires certain values to be present. The solutions are
 partitioned by how often each of these values occurs. In each part, all other values are free within
-one interval, or within two intervals below and above the median. Every multiset and every ordered
-sample belongs to exactly one part.
+one interval, or within two intervals below and above the median. Every consistent multiset or
+ordered sample belongs to exactly one part.
 """
 
 from __future__ import annotations
@@ -16,20 +16,20 @@ from math import comb
 
 @dataclass(frozen=True)
 class Moments:
-    """Required number, sum and sum of squares of the free values."""
+    """The required number, sum and sum of squares of a set of values."""
 
     n: int
     total: int
     squares: int
 
     def without(self, value: int, times: int) -> Moments:
-        """Return the moments that remain after removing `times` copies of `value`."""
+        """Return the remaining moments after removing `times` copies of `value`."""
         return Moments(
             self.n - times, self.total - times * value, self.squares - times * value * value
         )
 
     def possible(self, low: int, high: int) -> bool:
-        """Whether the sum of squares is within the bounds for values in [low, high]."""
+        """Return whether these moments are within the bounds for values in [low, high]."""
         if self.n == 0:
             return self.total == 0 and self.squares == 0
         if self.n < 0 or low > high or not self.n * low <= self.total <= self.n * high:
@@ -41,7 +41,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class Wanted:
-    """Requirements on a column's values, in steps above the scale minimum.
+    """The requirements on a column's values, in steps above the scale minimum.
 
     Parameters
     ----------
@@ -51,11 +51,11 @@ class Wanted:
         Range of the values.
     present : tuple of frozenset of int
         At least one value of each set must be present. Each set contains consecutive values at the
-        lower or upper end of the interval.
+        lower or upper end of the range.
     medians : tuple of (int, int), optional
-        Allowed pairs of the two middle values (the same value twice if n is odd).
+        Permitted pairs of the two middle values (the same value twice if n is odd).
     occurrences : tuple of (int, int, int)
-        Values, each with its minimum and maximum number of occurrences.
+        Values, each with the minimum and maximum number of times that it occurs.
     """
 
     moments: Moments
@@ -68,7 +68,7 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Split:
-    """Intervals of the free values: [low, below] and [above, high].
+    """The two intervals of the free values, [low, below] and [above, high].
 
     Distances are measured from `centre`, with ``below < centre <= above``. Values in `holes` are
     not free.
@@ -84,7 +84,7 @@ class Split:
 
 @dataclass(frozen=True)
 class Part:
-    """Part of the solutions: given values, and free values with required moments.
+    """A part of the solutions with the same given values and the same moments of the free values.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class Part:
 
     @property
     def all_moments(self) -> tuple[int, int]:
-        """Sum and sum of squares of all values, including the given ones."""
+        """Sum and sum of squares of the given and free values together."""
         given = [value for value, times in self.given for _ in range(times)]
         return (
             self.moments.total + sum(given),
@@ -140,12 +140,12 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the inner values whose number of occurrences is specified."""
+    """Return the values in [low, high] whose number of occurrences is specified."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
-    """Yield the moments and interval of the free values, with the given values."""
+    """Yield the moments and the interval of the free values, together with the given values."""
     if not wanted.occurrences:
         yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
         return
@@ -203,8 +203,8 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
     """Yield the parts whose two middle values are `lower` and `upper`.
 
-    Half of the n values lie below and half above. Parts differ in the number of values that equal a
-    middle value.
+    Half of the n values lie below the middle, and half above. The parts differ in how often each
+    middle value occurs.
     """
     for moments, low, high, given in _ends(wanted):
         holes = _holes(wanted, low, high)
@@ -238,9 +238,9 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
 def _copies(
     middle: dict[int, int], n: int, low: int, high: int, holes: frozenset[int]
 ) -> Iterator[Given]:
-    """Yield the number of free values that equal each middle value.
+    """Yield the possible numbers of copies of each middle value among the free values.
 
-    The number is fixed if a middle value is given or lies outside the interval.
+    There are no such copies of a middle value that is given, excluded or outside the interval.
     """
     ranges = [
         range(n + 1) if low <= value <= high and not held and value not in holes else range(1)

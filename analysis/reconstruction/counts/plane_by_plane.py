@@ -1,20 +1,21 @@
-"""Count the multisets that reach a goal, keeping one plane per distance in memory.
+"""Count the multisets that reach a goal, storing only one plane of cells per distance.
 
-For samples and marginals, `state_table` stores the states of k values for every k. A count does not
-need all of them. Let T_k[d] be the table of k values at distances of at least d from the centre.
-The nearest value is either at d or farther out, so
+For samples and marginals, `state_table` stores the states for every number of values k. Counting
+does not require all these states. Let T_k[d] be the table of counts for k values at distances of at
+least d from the centre. The nearest value is either at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
-With i = a - k d and j = w - k w_d, the second term has the same indices as the result. T_k[d + 1]
-can therefore be added to the existing table in place, at the offset (k, k (w_{d+1} - w_d)). This
-corresponds to enumerating conjugate partitions. Tables for values far from the centre are small and
-are needed for small k only.
+With i = a - k d and j = w - k w_d, the second term of this equation has the same indices as its
+left side. T_k[d + 1] can therefore be added to the existing table in place, at the offset (k, k
+(w_{d+1} - w_d)). This recursion corresponds to enumerating conjugate partitions. Tables for values
+far from the centre are small and are needed for small k only.
 
-Values above the centre are added in this way, with k ascending. Values below follow the transposed
-recursion, with k descending. Tables below the centre contain weights: the weight of a state is the
-number of solutions that contain this state and any values above. The two halves are combined at
-every k, by additions only and without storing either half.
+Values above the centre are added by this recursion, with k ascending. Values below the centre
+follow the transposed recursion, with k descending. Tables below the centre contain weights: the
+weight of a state is the number of solutions that combine this state with values above the centre.
+The tables above and below the centre are combined at every k, using only additions and without
+storing a complete table.
 """
 
 from __future__ import annotations
@@ -31,16 +32,17 @@ from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 
 def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | None) -> float | int:
-    """Return how many multisets reach one of the goals, modulo `modulus`.
+    """Return the number of multisets that reach one of the goals, modulo `modulus`.
 
     Parameters
     ----------
     below, above : Shape
-        Distances on both sides of the centre, and the required sizes of the tables.
+        Distances on each side of the centre, and the required size of each state table.
     goals : sequence of Goal
-        Goals that share these tables.
+        Goals that share these state tables.
     modulus : int or None
-        2**64 or a prime below 2**31; None counts in floating point.
+        Modulus of the result: 2**64 or a prime below 2**31. If None, the result is an estimate in
+        floating point.
     """
     found: float | int = 0
     for n in sorted({goal.n for goal in goals}):
@@ -50,7 +52,7 @@ def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | Non
 
 
 def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
-    """Return the peak number of cells; planes above are freed while planes below are allocated."""
+    """Return the largest number of table cells that are in memory at the same time."""
     most = 0
     for n in {goal.n for goal in goals}:
         alive = np.zeros(n + 1, dtype=np.int64)
@@ -65,18 +67,18 @@ def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
 
 
 def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
-    """Return the maximum number of roundings per term: one addition per step."""
+    """Return the maximum number of floating-point roundings of any term in a count."""
     distances = sum(len(half.distances) for half in (below, above))
     return (len(above.reach) + len(below.reach)) * (len(goals) + 2) + 2 * distances + 8
 
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
-    """Return the largest k and the number of cells of each distance's plane."""
+    """Return the largest k and the number of cells for the plane of each distance."""
     return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
 
 
 def _extents(shape: Shape) -> list[tuple[int, int, int]]:
-    """Return the largest k, i and j of each distance's plane."""
+    """Return the largest indices k, i and j for the plane of each distance."""
     if not shape.distances:
         return []
     k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
@@ -89,7 +91,7 @@ def _extents(shape: Shape) -> list[tuple[int, int, int]]:
 
 @dataclass
 class _Plane:
-    """Table T_k[d] of one distance, for the current k."""
+    """The table T_k[d] for one distance d and the current k."""
 
     distance: int
     last: int
@@ -97,7 +99,7 @@ class _Plane:
 
 
 class _Half:
-    """Planes of one half, from near to far."""
+    """The planes on one side of the centre, in ascending order of distance."""
 
     def __init__(self, shape: Shape, kind: type) -> None:
         self.shape = shape
@@ -113,7 +115,7 @@ class _Half:
         return (i, j) if i > 0 and j > 0 else (0, 0)
 
     def between(self, place: int, k: int) -> tuple[Array, Array] | None:
-        """Return the plane at `place` and the matching part of the next nearer plane.
+        """Return the plane at `place`, and the matching part of the plane one place nearer.
 
         Returns None if the plane is empty.
         """
@@ -139,9 +141,9 @@ class _Half:
 
 @dataclass(frozen=True)
 class _Run:
-    """Goals with the same signed sum, whose constants (V - D) / 2 are consecutive integers.
+    """A run of goals with the same signed sum D and with consecutive integers (V - D) / 2.
 
-    The integers are `first` to `last`, inclusive.
+    These integers range from `first` to `last`, inclusive.
     """
 
     signed_sum: int
@@ -166,7 +168,7 @@ def _runs(goals: Iterable[Goal]) -> list[_Run]:
 
 
 class _Meeting:
-    """State of the two halves while values are added above and removed below."""
+    """The state of a count while values are added above the centre and removed below the centre."""
 
     def __init__(self, below: Shape, above: Shape, modulus: int | None) -> None:
         kind = np.float64 if modulus is None else np.uint64
@@ -180,7 +182,7 @@ class _Meeting:
         self.ceilings = (1, 0)
 
     def number(self, n: int, goals: list[Goal]) -> float | int:
-        """Return the number of solutions of all goals, each with n values."""
+        """Return the number of solutions with n values that reach any of the goals."""
         found: float | int = 0
         runs = _runs(goals)
         for k in range(n + 1):
@@ -197,7 +199,7 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Update the planes above from k - 1 to k values, from far to near."""
+        """Update planes above the centre from k - 1 to k values, beginning with the farthest."""
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
             if pair := self.above.between(place, k):
@@ -208,7 +210,7 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Update the planes below from k to k - 1 values, from near to far."""
+        """Update planes below the centre from k to k - 1 values, beginning with the nearest."""
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
             if pair is None:
@@ -217,9 +219,9 @@ class _Meeting:
             far += near
 
     def _meet(self, run: _Run, k: int, left: int) -> float | int:
-        """Combine states of k values above with matching states of `left` values below.
+        """Combine states of k values above the centre with matching states of `left` values below.
 
-        Returns the number of solutions without any value below, which are now complete.
+        Returns the number of complete solutions that have no values below the centre.
         """
         above, below = self.above.shape, self.below.shape
         if k >= len(above.reach) or left >= len(below.reach):
@@ -249,8 +251,8 @@ class _Meeting:
     def _make_room(self, goals: int, left: int) -> None:
         """Reduce all cells if the next step could overflow.
 
-        Above the centre, each plane receives all planes farther out. Below, each plane receives all
-        nearer planes and every goal.
+        Above the centre, each plane receives the counts of all farther planes. Below the centre,
+        each plane receives the counts of all nearer planes and every goal.
         """
         if self.modulus in (None, WORD):
             return
@@ -263,13 +265,13 @@ class _Meeting:
         self.ceilings = above, below
 
     def _grown(self, above: int, below: int, goals: int) -> tuple[int, int]:
-        """Return upper bounds on the cells above and below for the next k."""
+        """Return upper bounds on the cell values above and below the centre for the next k."""
         grown = above * (len(self.above.planes) + 1)
         return grown, (below + goals * grown) * (len(self.below.planes) + 1)
 
 
 def _window(cells: Array, before: int, after: int, length: int) -> Array:
-    """Return the sums of every `length` neighbouring columns, padded on both sides.
+    """Return the sums of every `length` neighbouring columns, after padding with zeros.
 
     Sums of 1, 2, 4, ... columns are computed by doubling.
     """
@@ -291,6 +293,6 @@ def _window(cells: Array, before: int, after: int, length: int) -> Array:
 
 
 def _lowest(shape: Shape, k: int) -> tuple[int, int]:
-    """Return the smallest possible a and w of k values."""
+    """Return the smallest a and w that k values can have."""
     nearest = shape.distances[0] if shape.distances else shape.nearest
     return k * nearest, k * shape.triangle(nearest)

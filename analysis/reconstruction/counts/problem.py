@@ -37,7 +37,7 @@ BITS_A_PASS = 31
 
 @dataclass(frozen=True)
 class Problem:
-    """Parts of the solutions that share state tables.
+    """A group of parts of the solutions that share state tables.
 
     Parameters
     ----------
@@ -56,17 +56,17 @@ class Problem:
 
     @property
     def below(self) -> Shape:
-        """Shape of the table for values below the centre."""
+        """Shape of the state table for values below the centre."""
         return self._shapes[0]
 
     @property
     def above(self) -> Shape:
-        """Shape of the table for values at or above the centre."""
+        """Shape of the state table for values at or above the centre."""
         return self._shapes[1]
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets by the closed form for few values; None if it does not apply."""
+        """Number of multisets from the closed formula for few values; None if it cannot be used."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -77,7 +77,7 @@ class Problem:
 
     @property
     def bytes(self) -> int:
-        """Memory for both tables with one modulus."""
+        """Memory in bytes for both state tables with one modulus."""
         return 8 * (self.below.cells + self.above.cells)
 
     @property
@@ -87,17 +87,17 @@ class Problem:
 
     @cached_property
     def rough(self) -> Rough:
-        """Approximate cost, estimated quickly from a few planes."""
+        """Approximate cost of the problem, estimated quickly from a few planes."""
         return _rough(self)
 
     def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
-        """Return the two tables with all values added."""
+        """Return the two state tables after adding all values."""
         return StateTable(self.below, measure, modulus).fill(), StateTable(
             self.above, measure, modulus
         ).fill()
 
     def joints(self, below: StateTable, above: StateTable) -> list[Joint]:
-        """Return all pairs of aligned slices."""
+        """Return all pairs of aligned slices of the two state tables."""
         return [
             joint
             for goal in self.goals
@@ -109,12 +109,12 @@ class Problem:
 
 @dataclass(frozen=True)
 class Rough:
-    """Approximate cost of a problem.
+    """The approximate cost of a counting problem.
 
     Parameters
     ----------
     table_gib, count_gib : float
-        Memory for both tables, and for a count.
+        Memory for both state tables, and memory for a count.
     additions : float
         Number of additions for a count with one modulus.
     """
@@ -125,7 +125,7 @@ class Rough:
 
 
 def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Group parts by shared state tables.
+    """Group parts of the solutions by shared state tables.
 
     Raises
     ------
@@ -136,14 +136,14 @@ def problems(parts: Iterable[Part]) -> list[Problem]:
     for split in groups:
         if split.high - split.low > WIDEST:
             raise UserError(
-                f"ratings may lie {split.high - split.low:,} steps apart, more than {WIDEST:,}: "
-                "narrow the scale (observed_minimum, observed_maximum, maximum_deviation)"
+                f"ratings may lie {split.high - split.low:,} steps apart, but at most {WIDEST:,} "
+                f"are supported: {NARROW}"
             )
     return [Problem(split, tuple(wanted)) for split, wanted in groups.items()]
 
 
 def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> None:
-    """Raise an error if the tables would not fit in memory.
+    """Raise an error if the state tables would not fit in memory.
 
     Raises
     ------
@@ -157,11 +157,11 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
         if need_gib > memory_gib:
             raise UserError(
                 f"the state table needs about {need_gib:.1f} GiB, but {memory_gib:g} GiB are "
-                f"allowed: {NARROW} or increase --memory-gib"
+                f"allowed: {NARROW}, or increase --memory-gib"
             )
 
 
-NARROW = "narrow the scale (observed_minimum, observed_maximum, maximum_deviation)"
+NARROW = "narrow the scale with observed_minimum, observed_maximum or maximum_deviation"
 
 
 def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -> None:
@@ -182,7 +182,7 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
             return
     raise UserError(
         f"counting needs about {need_gib:.1f} GiB and takes {duration(seconds)}; {memory_gib:g} "
-        f"GiB and {minutes:g} min are allowed: {NARROW} or increase --memory-gib and --minutes"
+        f"GiB and {minutes:g} min are allowed: {NARROW}, or increase --memory-gib and --minutes"
     )
 
 

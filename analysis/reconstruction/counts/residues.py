@@ -1,7 +1,7 @@
-"""Compute large counts with 64-bit integers, by residues modulo 2^64 and several primes.
+"""Compute large counts with 64-bit integers, using residues modulo 2^64 and several primes.
 
 A count is determined by its residue modulo M if M exceeds the count, even if intermediate results
-wrap around. For counts up to 2^64, one table of 64-bit integers is enough. For larger counts, each
+overflow. For counts up to 2^64, one table of 64-bit integers is enough. For larger counts, each
 additional prime needs another table, and the residues are combined by the Chinese remainder
 theorem.
 """
@@ -18,7 +18,7 @@ WORD = 2**64
 def primes(count: int) -> tuple[int, ...]:
     """Return the `count` largest primes below 2^31.
 
-    Below 2^31, the product of a residue and a lazily reduced residue fits in 64 bits.
+    For smaller primes, the product of a residue and a lazily reduced residue fits in 64 bits.
     """
     small = [
         q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))
@@ -50,7 +50,7 @@ def moduli_above(bound: int) -> tuple[int, ...]:
 
 @cache
 def weights(moduli: tuple[int, ...]) -> tuple[tuple[int, ...], int]:
-    """Return weights w and a modulus M so that ``sum(residue * w) mod M`` is the number."""
+    """Return weights w and a modulus M such that ``sum(residue * w) mod M`` is the number."""
     whole = prod(moduli)
     return tuple(whole // m * pow(whole // m, -1, m) for m in moduli), whole
 

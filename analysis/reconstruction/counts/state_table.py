@@ -6,9 +6,9 @@ the sum of squared distances. States use w instead of q because q and a always h
 so half of the cells in a table over (k, a, q) would be empty. The contribution w_d = d(d ± 1)/2 is
 a triangular number.
 
-The sign is positive below the centre and negative above it. Two halves then form a solution if
-a_above = a_below + D and w_above = constant - w_below. The number of solutions is a product of two
-slices.
+The sign of a in w is positive below the centre and negative above the centre. Two halves form a
+solution if a_above = a_below + D and w_above = constant - w_below. The number of solutions is the
+inner product of two slices of the state tables.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Array = npt.NDArray[Any]
 
 
 def multiset_ways(_k: int, _j: int) -> int:
-    """Return 1, the number of ways to place j equal values among k in a multiset."""
+    """Return 1, the number of ways to place j equal values among k values in a multiset."""
     return 1
 
 
@@ -39,7 +39,7 @@ WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 @dataclass(frozen=True)
 class Shape:
-    """Distances on one side of the centre, and the required size of the state table.
+    """The distances on one side of the centre, and the required size of the state table.
 
     Parameters
     ----------
@@ -48,9 +48,9 @@ class Shape:
     sign : int
         +1 below the centre, -1 above.
     reach : tuple of (int, int)
-        Largest a and w of a solution, for every k from 0.
+        Largest a and largest w in any solution, for k = 0, 1, 2, ...
     holes : frozenset of int
-        Distances within the range at which there is no value.
+        Excluded distances in this range.
     """
 
     nearest: int
@@ -61,22 +61,22 @@ class Shape:
 
     @cached_property
     def distances(self) -> tuple[int, ...]:
-        """Distances from near to far."""
+        """Permitted distances from the centre, in ascending order."""
         every = range(self.nearest, self.farthest + 1)
         return tuple(d for d in every if d not in self.holes)
 
     @property
     def cells(self) -> int:
-        """Number of cells of the table."""
+        """Number of cells in the state table."""
         return sum((a + 1) * (w + 1) for a, w in self.reach)
 
     def triangle(self, distance: int) -> int:
-        """Return the contribution to w of one value at `distance`."""
+        """Return the amount that one value at `distance` adds to w."""
         return distance * (distance + self.sign) // 2
 
 
 class StateTable:
-    """Table of counts over (k, a, w), modulo one number.
+    """A table that counts the combinations of values for each state (k, a, w).
 
     Values are added by distance from far to near (`advance`) and removed from near to far
     (`retreat`), both in place. Only few values can be far from the centre, so most steps change
@@ -87,9 +87,10 @@ class StateTable:
     shape : Shape
         Distances and size.
     measure : {"multisets", "ordered"}
-        What to count: multisets or ordered samples.
+        Whether multisets or ordered samples are counted.
     modulus : int or None
-        2**64 or a prime below 2**31; None counts in floating point, for an estimate.
+        Modulus of all counts: 2**64 or a prime below 2**31. If None, counts are estimated in
+        floating point.
     """
 
     def __init__(self, shape: Shape, measure: str, modulus: int | None) -> None:
@@ -109,11 +110,11 @@ class StateTable:
         self._ceiling = 1
 
     def distances(self) -> tuple[int, ...]:
-        """Return the distances, from far to near."""
+        """Return the permitted distances in descending order."""
         return self.shape.distances[::-1]
 
     def fill(self) -> StateTable:
-        """Add all distances that are not yet included, and return the table."""
+        """Add the values at all distances if the table is not yet filled, and return the table."""
         if not self._filled:
             for distance in self.distances():
                 self.advance(distance)
@@ -122,7 +123,7 @@ class StateTable:
         return self
 
     def reduce(self) -> None:
-        """Reduce every cell modulo `modulus`."""
+        """Reduce every cell of the table modulo `modulus`."""
         if self.modulus in (None, WORD):
             return
         divisor = np.uint64(self.modulus or 0)
@@ -161,11 +162,11 @@ class StateTable:
                     self._subtract(here, self.scaled(there, comb(k, j)))
 
     def pull_back(self, distance: int) -> None:
-        """Convert weights of states with values at `distance` to weights of states without.
+        """Convert weights of states with values at `distance` to weights of states without them.
 
-        This is the adjoint of `advance`. The weight of a state becomes the sum of the weights of
-        all states that result from adding values at `distance`. Use it for tables of weights, not
-        of counts.
+        This method is the adjoint of `advance`. The weight of a state becomes the sum of the
+        weights of all states that result from adding values at `distance`. Use this method for
+        tables of weights, not for tables of counts.
         """
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -181,7 +182,7 @@ class StateTable:
                     self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
-        """Yield the cells of k values, each with the cells before adding j values at `distance`.
+        """Yield the cells for k values and the matching cells before adding j values at `distance`.
 
         All values are at least `distance` from the centre, which bounds a and w from below.
         """
@@ -199,7 +200,7 @@ class StateTable:
             )
 
     def _make_room(self, growth: int) -> None:
-        """Reduce all cells if a step that multiplies by at most `growth` could overflow."""
+        """Reduce all cells if a step that multiplies counts by at most `growth` could overflow."""
         if self.modulus in (None, WORD):
             return
         if self._ceiling * growth >= WORD:
@@ -222,7 +223,7 @@ class StateTable:
         return rest
 
     def _settle(self, cells: Array) -> None:
-        """Reduce residues modulo a prime after adding two of them."""
+        """Reduce sums of two residues modulo a prime."""
         if self.modulus not in (None, WORD):
             cells[...] = self._remainder(cells)
             self._ceiling = (self.modulus or 0) - 1

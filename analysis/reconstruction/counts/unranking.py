@@ -1,9 +1,9 @@
-"""Find the solution with a given rank, by reversing the dynamic programming.
+"""Find the solution with a given rank by reversing the dynamic programming of the count.
 
-All ranks are processed together. Distances are removed from the tables, from near to far. At each
-distance, the tables give the number of solutions that contain it zero times, once, twice and so on,
-and each rank selects one of these cases. Only integers are used, so uniformly drawn ranks give
-exactly uniform solutions.
+All ranks are processed at the same time. Values are removed from the state tables in ascending
+order of their distance from the centre. At each distance, the tables give the number of solutions
+that contain this distance zero times, once, twice and so on, and each rank selects one of these
+numbers. Only integers are used, so uniformly drawn ranks give exactly uniform solutions.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ WORTH_DROPPING = 0.7
 
 
 class Ranking:
-    """Solutions of one problem in a fixed order, numbered from rank 0.
+    """A fixed order of the solutions of one problem, numbered from 0.
 
     Parameters
     ----------
     task : Problem
-        Parts that share state tables.
+        Parts of the solutions that share state tables.
     measure : {"multisets", "ordered"}
-        Whether multisets or ordered samples are ranked. A solution represents all arrangements of
-        its values if ordered samples are ranked.
+        Whether multisets or ordered samples are ranked. If ordered samples are ranked, a solution
+        represents all arrangements of its values.
     moduli : tuple of int
         Moduli whose product exceeds every count.
     """
@@ -64,12 +64,12 @@ class Ranking:
         return int(self._ends[-1]) if len(self._ends) else 0
 
     def solutions(self, ranks: Array) -> Array:
-        """Return the solutions with the given ranks, in steps, each row sorted.
+        """Return the solutions with the given ranks, one sorted row of steps per solution.
 
         Parameters
         ----------
         ranks : ndarray, shape (m,)
-            Ranks from 0 to ``total - 1``, ascending.
+            Ranks from 0 to ``total - 1``, in ascending order.
 
         Returns
         -------
@@ -110,7 +110,7 @@ class Ranking:
         return joint.goal.n + sum(times for _, times in joint.goal.part.given)
 
     def _give(self, which: Array, out: Array) -> None:
-        """Insert the given values between the free values below and above."""
+        """Insert the given values between the free values below and above the centre."""
         for index, joint in enumerate(self._joints):
             rows = np.flatnonzero(which == index)
             column = joint.k_below
@@ -125,7 +125,7 @@ class Ranking:
         rank: Array,
         out: Array,
     ) -> None:
-        """Write the values of one half, from the centre outwards."""
+        """Write the values on one side of the centre, in ascending order of distance."""
         centre, end = self._task.split.centre, out.shape[1]
         sign = -tables[0].shape.sign
         shape, ways = tables[0].shape, WAYS[self.measure]
@@ -163,7 +163,7 @@ class Ranking:
         return place
 
     def _gather(self, tables: list[StateTable], k: Array, a: Array, w: Array) -> Array:
-        """Return exact counts of states; 0 for states outside the table."""
+        """Return the exact number of solutions for each state; 0 for states outside the table."""
         reach = np.array(tables[0].shape.reach, dtype=np.int64)
         inside = (k >= 0) & (a >= 0) & (w >= 0)
         k = np.maximum(k, 0)
@@ -172,7 +172,7 @@ class Ranking:
         return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
-        """Return counts from residues, as machine words or, if larger, Python integers."""
+        """Return the counts with these residues, as machine words or as Python integers."""
         if self.moduli == (WORD,):
             return residues[0]
         factors, whole = weights(self.moduli)
@@ -185,6 +185,6 @@ class Ranking:
 
 
 def _factors(ways: Ways, k: Array, copies: int, kind: np.dtype[Any]) -> Array:
-    """Return the number of ways to place `copies` equal values among k, for each k."""
+    """Return the number of ways to place `copies` equal values among k values, for each k."""
     table = np.array([ways(number, copies) for number in range(int(k.max()) + 1)], dtype=kind)
     return table[k]

@@ -1,7 +1,7 @@
 """Check thousands of published columns, with one verdict per column.
 
-A verdict depends only on its row. Verdicts and their order therefore do not depend on the number of
-workers, and an interrupted batch can be resumed.
+The verdict on a published column depends only on its row. Verdicts and their order are therefore
+independent of the number of workers, and an interrupted batch can be resumed.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class Verdict:
     verdict : {"consistent", "inconsistent", "not counted", "not understood"}
         The result. "Not counted" means that the row passes GRIM and GRIMMER.
     failed : {"", "impossible", "GRIM", "GRIMMER", "extremes", "count"}
-        The first test that an inconsistent row fails.
+        Name of the first test that an inconsistent row fails.
     multisets : str
-        Exact number of data sets; empty if not counted.
+        Exact number of data sets; empty if they are not counted.
     log10_estimate : str
         Approximate decimal logarithm of the number of data sets, if they are not counted; empty if
         unknown.
@@ -63,7 +63,7 @@ class Verdict:
 
 
 def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
-    """Return the verdict on one row."""
+    """Return the verdict on one row of a batch file."""
     give = partial(Verdict, line=row.line, digest=digest(row))
     if row.column is None:
         reason = "; ".join(words for _, words in row.told)
@@ -91,7 +91,7 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
 
 
 def _failed(targets: Targets) -> str:
-    """Return the name of the first failed test."""
+    """Return the name of the first test that a column failed."""
     tests = ((targets.grim, "GRIM"), (targets.grimmer, "GRIMMER"), (not targets.reason, "extremes"))
     return next((name for passed, name in tests if not passed), "count")
 
@@ -104,7 +104,7 @@ def digest(row: Row) -> str:
 def verdicts(
     rows: Sequence[Row], memory_gib: float, minutes: float, workers: int
 ) -> Iterator[Verdict]:
-    """Yield the verdicts in the order of the rows.
+    """Yield the verdict on each row, in the order of the rows.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def verdicts(
     memory_gib, minutes : float
         Limits for each row.
     workers : int
-        Number of processes. If 1, no additional process is started.
+        Number of processes. If the number is 1, no additional process is started.
     """
     judge = partial(verdict, memory_gib=memory_gib, minutes=minutes)
     if workers == 1 or len(rows) <= TOGETHER:
@@ -125,7 +125,7 @@ def verdicts(
 
 
 def summary(found: Iterable[tuple[str, str]]) -> list[str]:
-    """Count the rows per verdict and failed test; return one line of text for each."""
+    """Return lines of text with the number of rows per verdict and per failed test."""
     counts = Counter(found)
     rows = counts.total()
     lines = [f"{rows:,} rows"]

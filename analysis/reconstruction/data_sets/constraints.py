@@ -1,10 +1,10 @@
 """Derive constraints on ratings from printed numbers, including GRIM and GRIMMER.
 
-Ratings are counted in steps above the scale's minimum, so every quantity here is a whole number.
-GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean. GRIMMER
-(Anaya, 2016; Allard, 2018) checks whether a whole sum of squares of the right parity gives the
-printed standard deviation. Both conditions are necessary but not sufficient; only the count of data
-sets is decisive.
+Ratings are counted in steps above the scale minimum, so all quantities in this module are whole
+numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean.
+GRIMMER (Anaya, 2016; Allard, 2018) checks whether a whole sum of squares of the right parity gives
+the printed standard deviation. Both conditions are necessary but not sufficient; only the count of
+data sets is decisive.
 """
 
 from __future__ import annotations
@@ -34,25 +34,24 @@ MOST_VALUES = 3_000_000
 
 @dataclass(frozen=True)
 class Targets:
-    """Requirements on a column's ratings, in steps above the minimum.
+    """The requirements on a column's ratings, in steps above the scale minimum.
 
     Parameters
     ----------
     wanted : tuple of Wanted
-        One for each admissible sum and sum of squares.
+        Requirements for each permitted pair of sum and sum of squares.
     grim : bool
-        Whether any sum gives the printed mean.
+        Whether any sum of whole ratings gives the printed mean.
     grimmer : bool
-        Whether any sum of squares also gives the printed standard deviation.
+        Whether any permitted sum and sum of squares give the printed standard deviation.
     reason : str
         Reason why no ratings can meet the requirements; empty if no contradiction was found.
     refused : str
-        Reason why there are too many requirements to list, so that `wanted` is empty; otherwise
-        empty.
+        Reason why there are too many requirements to list in `wanted`; otherwise empty.
     looked_at : tuple of Wanted
-        A selection of requirements, if they are not all listed.
+        A selection of the requirements, if there are too many to list.
     pairs : int
-        Approximate number of requirements if they are not listed.
+        Approximate number of requirements, if there are too many to list.
     """
 
     wanted: tuple[Wanted, ...]
@@ -65,7 +64,7 @@ class Targets:
 
     @property
     def moments(self) -> tuple[Moments, ...]:
-        """The admissible sums and sums of squares, in steps above the minimum."""
+        """The permitted sums and sums of squares, in steps above the minimum."""
         return tuple(wish.moments for wish in self.wanted)
 
 
@@ -98,7 +97,7 @@ def targets(column: Column) -> Targets:
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
-    """Return the sums of squares for each sum; None with further constraints or too many sums."""
+    """Return permitted sums of squares for each sum; None with other constraints or many sums."""
     more = (
         column.maximum_deviation,
         column.observed_minimum,
@@ -115,14 +114,14 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
-    """Estimate the number of pairs of sum and sum of squares that the decimals admit."""
+    """Estimate how many pairs of sum and sum of squares match the printed decimals."""
     # The number of sums of squares is similar for all sums.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
 
 
 def _unlisted(column: Column, sums: range, number: int) -> Targets:
-    """Return targets with a selection of requirements, if there are too many to list."""
+    """Return a selection of requirements for a column with too many requirements to list."""
     places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
     some = (sums[place] for place in sorted(places))
     middles = ((total, admissible_squares(column, total)) for total in some)
@@ -146,8 +145,8 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
         grimmer=True,
         reason="",
         refused=(
-            f"{reason}, more than {MOST_PAIRS:,}: too few decimals for n = {column.n:,} on this "
-            "scale"
+            f"{reason}, but at most {MOST_PAIRS:,} can be examined: the table has too few decimals "
+            f"for n = {column.n:,} on this scale"
         ),
         looked_at=tuple(wish for wish in wanted if wish is not None),
         pairs=number,
@@ -155,7 +154,7 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
 
 
 def within_reach(moments: Moments, most: int) -> tuple[int, int]:
-    """Return bounds on values from 0 to `most` that have these moments.
+    """Return the bounds on each value, if values from 0 to `most` have these moments.
 
     According to Samuelson (1968), the squared distance of any value from the mean is at most (n -
     1) / n of the sum of squared deviations.
@@ -180,9 +179,10 @@ def admissible_sums(column: Column) -> range:
 
 
 def admissible_squares(column: Column, total: int) -> range:
-    """Return the sums of squares, in steps, that match the printed SD, SE or interval.
+    """Return the sums of squares, in steps, that match the printed SD, SE and confidence interval.
 
-    Sum and sum of squares have the same parity, so only every second sum of squares is possible.
+    The sum and the sum of squares have the same parity, so only every second sum of squares is
+    possible.
     """
     n, steps = column.n, column.scale.steps
     variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))
@@ -231,17 +231,17 @@ def _steps(column: Column, values: Interval) -> Interval:
 
 
 class _TooManyValues(Exception):
-    """Indicates that there are too many candidates for the printed extremes or middle values."""
+    """Raised if too many ratings could be the printed extremes or middle ratings."""
 
 
 class _Extremes:
-    """Printed extremes, median and frequencies of a column, as requirements on ratings.
+    """The requirements on ratings that follow from printed extremes, medians and frequencies.
 
     Raises
     ------
     _TooManyValues
-        If the scale is so fine that listing the requirements takes gigabytes. `beside` raises the
-        same error.
+        If the scale is so fine that listing the requirements takes gigabytes. The method `beside`
+        raises the same error.
     """
 
     def __init__(self, column: Column) -> None:
@@ -265,8 +265,8 @@ class _Extremes:
         self.listed += values
         if self.listed > MOST_VALUES:
             raise _TooManyValues(
-                f"more than {MOST_VALUES:,} ratings may be the printed extremes or the middle "
-                f"ratings: too few decimals for steps of {self.column.scale.step}"
+                f"more than {MOST_VALUES:,} ratings match the printed extremes or median: too few "
+                f"decimals are printed for steps of {self.column.scale.step}"
             )
 
     def _listed(self, values: range) -> frozenset[int]:
@@ -274,7 +274,7 @@ class _Extremes:
         return frozenset(values)
 
     def beside(self, moments: Moments) -> Wanted | None:
-        """Return the requirements given these moments, or None if no ratings meet them."""
+        """Return the requirements for these moments, or None if no ratings can meet them."""
         low, high = within_reach(moments, self.steps)
         low, high, present = max(low, self.low), min(high, self.high), self.present
         if self.column.maximum_deviation:
@@ -295,7 +295,7 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the printed deviation, and the ratings exactly at it."""
+        """Return the ratings within the printed maximum deviation, and the ratings at its ends."""
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()
@@ -308,7 +308,7 @@ class _Extremes:
         return inside, frozenset(above) | frozenset(-v for v in below)
 
     def _medians(self, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
-        """Return the pairs of middle values that match the printed median."""
+        """Return the pairs of middle ratings that match the printed median."""
         column = self.column
         if column.median is None:
             return None

@@ -1,8 +1,8 @@
 """Compute exact distributions of order statistics and ratings over all data sets.
 
-As in sampling, distances are removed from the state tables one after another. A second table
-contains, for each state, the number of ways to complete the solution. At each distance, the product
-of both tables gives the number of solutions with 0, 1, 2, ... values farther out.
+As in sampling, values are removed from the state tables in order of their distance. For each state,
+a second table contains the number of ways to complete the solution. At each distance, the product
+of the two tables gives the number of solutions with 0, 1, 2, ... values at larger distances.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Marginals:
-    """Distributions over all data sets consistent with a column.
+    """The distributions of ratings over all data sets consistent with a column.
 
     Parameters
     ----------
     n : int
         Number of ratings in a data set.
     total : int
-        Number of data sets, in the chosen measure.
+        Number of data sets, either multisets or ordered samples.
     at_most : tuple of tuple of int
         ``at_most[v][m]`` is the number of data sets with exactly m ratings of at most v steps above
         the minimum.
     absent : tuple of int
-        ``absent[v]`` is the number of data sets without a rating of v steps.
+        ``absent[v]`` is the number of data sets that contain no rating v steps above the minimum.
     """
 
     n: int
@@ -64,17 +64,17 @@ class Marginals:
         }
 
     def presence(self, value: int) -> Fraction:
-        """Return the proportion of data sets that contain a rating."""
+        """Return the proportion of data sets that contain a given rating."""
         return 1 - Fraction(self.absent[value], self.total)
 
 
 def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
-    """Compute the exact marginals over all solutions.
+    """Compute the exact distributions of ratings over all solutions.
 
     Parameters
     ----------
     solutions : Solutions
-        Solutions of a column; at least one must exist.
+        Solutions of a column, which must include at least one data set.
     measure : {"multisets", "ordered"}
         Whether all multisets or all ordered samples are equally likely.
     """
@@ -103,7 +103,7 @@ WHOLE = (-1, None)
 
 
 def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
-    """Return the tally of one goal's free values, modulo `modulus`."""
+    """Count the solutions of one goal by their free values, modulo `modulus`."""
     below, above = task.tables(measure, modulus)
     outlines = (task.below, task.above)
     whole = joints(goal, outlines, (below.planes, above.planes), measure)
@@ -132,7 +132,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
 
 
 def _products(own: StateTable, worth: StateTable) -> list[int]:
-    """Return the number of solutions with k values in this half, for each k."""
+    """Return the number of solutions with k values on this side of the centre, for each k."""
     modulus = own.modulus or WORD
     found = []
     for counts, weights in zip(own.planes, worth.planes, strict=True):
@@ -142,7 +142,7 @@ def _products(own: StateTable, worth: StateTable) -> list[int]:
 
 
 def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array) -> None:
-    """Add a goal's tally, including its given values."""
+    """Add the counts of a goal, including its given values, to the totals."""
     split, n = task.split, goal.n
     given = goal.part.given
     covered = {value for value, m in tally if m is not None}

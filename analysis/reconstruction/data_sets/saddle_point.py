@@ -2,9 +2,9 @@
 
 The number of multisets with n values, sum S and sum of squares Q is the coefficient of z^n x^S y^Q
 in a generating function: the product over all values v of 1 / (1 - z x^v y^(v²)). The logarithm of
-this product is convex in the logarithms of z, x and y. Laplace's method at its saddle point
-approximates the coefficient (Good, 1957; Daniels, 1954). Since S and Q have the same parity, only
-half of all pairs can occur, so the result is doubled.
+this product is convex in the logarithms of z, x and y. Laplace's method at the saddle point of the
+product approximates this coefficient (Good, 1957; Daniels, 1954). Since S and Q have the same
+parity, only half of all pairs (S, Q) can occur, so the result is doubled.
 """
 
 from __future__ import annotations
@@ -31,11 +31,10 @@ MOST_VALUES = 1_000_000
 
 
 def log10_multisets(targets: Targets) -> float | None:
-    """Estimate log10 of the number of multisets.
+    """Estimate the decimal logarithm of the number of multisets, or return None.
 
-    Returns None if the method does not converge or cannot be applied: if a median is printed, if
-    few multisets contain a printed extreme, if the frequency of a rating is not exact, or if the
-    scale has too many values.
+    Returns None if the method does not converge, if a median is printed, if few multisets contain a
+    printed extreme, if the frequency of a rating is not exact, or if the scale has too many values.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:
@@ -60,9 +59,10 @@ def log10_multisets(targets: Targets) -> float | None:
 
 
 def _log_with_extremes(wish: Wanted) -> float | None:
-    """Return the log number of multisets with a sum, a sum of squares and printed extremes.
+    """Return the logarithm of the number of multisets that contain the required extremes.
 
-    By inclusion-exclusion: solutions within the bounds minus solutions without a required value.
+    The principle of inclusion and exclusion subtracts multisets without a required value from all
+    multisets within the bounds.
     """
     required = _told(wish)
     if required is None:
@@ -83,9 +83,9 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
 
 def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
-    """Return the moments of free values, the fixed values, and the sets that must be present.
+    """Return the moments of free values, the fixed values, and the values that must be present.
 
-    Returns None if the frequency of another rating is not exact.
+    Returns None if the frequency of a rating is neither exact nor merely above zero.
     """
     moments, holes, occurring = wish.moments, set(), set()
     forced = []
@@ -105,7 +105,7 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
 
 def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
-    """Return the log number of multisets of the values in `of` with these moments."""
+    """Return the log number of multisets of values in `of` that have these moments."""
     n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
@@ -136,7 +136,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
 
 
 def _objective(at: Array, powers: Array, moments: Array) -> float:
-    """Return the function to be minimised; infinite where the product does not converge."""
+    """Return the function to be minimised; infinity if the generating function diverges."""
     exponents = at @ powers
     if exponents.max() >= 0:
         return float("inf")
@@ -144,7 +144,7 @@ def _objective(at: Array, powers: Array, moments: Array) -> float:
 
 
 def words(log10_count: float) -> str:
-    """Format a count, given its decimal logarithm.
+    """Format a count in words, given its decimal logarithm.
 
     >>> words(40.398)
     'about 2.5e+40'

@@ -24,20 +24,20 @@ FEW = 2**12
 
 
 class Sampler:
-    """Draw data sets consistent with a column, all with equal probability.
+    """A sampler that draws each data set consistent with a column with equal probability.
 
     Parameters
     ----------
     solutions : Solutions
         Solutions of the column.
     measure : {"multisets", "ordered"}
-        Whether all multisets of ratings are equally likely, or all assignments of ratings to
-        participants.
+        Whether all multisets of ratings are equally likely ("multisets"), or all assignments of
+        ratings to participants ("ordered").
 
     Raises
     ------
     UserError
-        If no data set is consistent with the column, or the tables need too much memory.
+        If no data set is consistent with the column, or if the state tables need too much memory.
     """
 
     def __init__(self, solutions: Solutions, measure: str = "multisets") -> None:
@@ -54,7 +54,7 @@ class Sampler:
 
     @property
     def listed(self) -> Array:
-        """All multisets in steps above the scale minimum: one per row, sorted.
+        """All multisets of ratings, one sorted row of steps above the scale minimum per multiset.
 
         Raises
         ------
@@ -69,20 +69,20 @@ class Sampler:
         return np.cumsum(arrangements(self.listed, self.total))
 
     def draw(self, number: int, generator: np.random.Generator) -> Array:
-        """Return `number` independent data sets.
+        """Return `number` independent random data sets.
 
         Parameters
         ----------
         number : int
             Number of data sets.
         generator : numpy.random.Generator
-            Random generator. The same state gives the same data sets.
+            Random generator. The same generator state gives the same data sets.
 
         Returns
         -------
         ndarray of int32, shape (number, n)
-            Ratings in steps above the scale minimum. Rows are sorted for the measure "multisets",
-            and in participant order for "ordered".
+            Ratings in steps above the scale minimum. Rows are sorted if `measure` is "multisets",
+            and in participant order if it is "ordered".
         """
         ranks = uniform(self.total, number, generator)
         few = number * LISTING_PAYS < FEW
@@ -103,7 +103,7 @@ class Sampler:
             number -= block
 
     def _walk(self, ranks: Array) -> Array:
-        """Unrank in ascending order, which makes better use of the processor's cache."""
+        """Return the solutions with these ranks, computed in ascending order to use the cache."""
         order = np.argsort(ranks)
         ranks = ranks[order]
         out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)

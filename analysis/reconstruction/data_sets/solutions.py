@@ -40,7 +40,8 @@ class Solutions:
     column : Column
         The published column.
     memory_gib, minutes : float
-        Limits on memory and time. Computations that would exceed them raise an error.
+        Limits on the memory in GiB and on the time in minutes. Computations that would exceed these
+        limits raise an error.
     """
 
     column: Column
@@ -49,12 +50,12 @@ class Solutions:
 
     @cached_property
     def targets(self) -> Targets:
-        """Admissible sums and sums of squares, or the reason why there are none."""
+        """Permitted sums and sums of squares, or the reason why there are none."""
         return targets(self.column)
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """Parts of the solutions, grouped by shared state tables."""
+        """Counting problems: parts of the solutions, grouped by shared state tables."""
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
@@ -69,16 +70,16 @@ class Solutions:
 
     @cached_property
     def _unfiltered(self) -> int:
-        """Number of data sets if printed quartiles are ignored."""
+        """Number of data sets, ignoring printed quartiles and the order of participants."""
         if self._of_few_values is not None:
             return self._of_few_values
         return count(self.problems, "multisets", self.memory_gib, self.minutes)
 
     @cached_property
     def _of_few_values(self) -> int | None:
-        """Number of data sets on a Likert scale without further constraints; otherwise None.
+        """Number of data sets for short scales without other constraints; None in other cases.
 
-        The result equals the total over all problems, which are not listed.
+        The result equals the total over all counting problems, but does not require listing them.
         """
         values = range(self.column.scale.steps + 1)
         sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
@@ -89,7 +90,7 @@ class Solutions:
 
     @cached_property
     def refused(self) -> str:
-        """Reason why the data sets are not counted; empty if they can be."""
+        """Reason why the data sets are not counted; empty if they can be counted."""
         if self._of_few_values is None:
             if self.targets.refused:
                 return self.targets.refused
@@ -100,7 +101,7 @@ class Solutions:
         if self.listed_apart and self._unfiltered > LISTED:
             return (
                 "quartiles must be checked in each data set, but the other statistics allow "
-                f"{self._unfiltered:,} data sets, more than {LISTED:,}"
+                f"{self._unfiltered:,} data sets, but at most {LISTED:,} can be listed"
             )
         return ""
 
@@ -111,21 +112,23 @@ class Solutions:
 
     @cached_property
     def listed(self) -> Array:
-        """All multisets, one per row, sorted, in steps above the scale's minimum.
+        """All multisets of ratings, one sorted row of steps above the scale minimum per multiset.
 
         Raises
         ------
         UserError
-            If there are more than `LISTED` data sets.
+            If there are more than `LISTED` data sets to list.
         """
         if self._unfiltered > LISTED:
-            raise UserError(f"{self._unfiltered} data sets are too many to list; draw a sample")
+            raise UserError(
+                f"{self._unfiltered} data sets are too many to list: draw a sample instead"
+            )
         rows = multisets(self.problems, self.column.n, self.memory_gib)
         return rows[are_met(self.column, rows)] if self.listed_apart else rows
 
     @cached_property
     def not_drawn(self) -> str:
-        """Reason why data sets can be neither drawn nor listed; empty if they can."""
+        """Reason why data sets can neither be drawn nor listed; empty if both are possible."""
         if self.refused:
             return self.refused
         try:
@@ -136,12 +139,12 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps; empty if data sets are counted or none was found."""
+        """One data set, in steps above the minimum; empty if all are counted or none was found."""
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
-        """Pairs of sum and sum of squares, in steps, and whether all of them are known to occur."""
+        """Pairs of sum and sum of squares, in steps, and whether each pair is known to occur."""
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
         if self.listed_apart:
@@ -152,19 +155,19 @@ class Solutions:
 
     @cached_property
     def ordered(self) -> int:
-        """Number of data sets if participants are distinguished."""
+        """Number of data sets, counting different orders of participants separately."""
         if self.listed_apart:
             return int(sum(arrangements(self.listed)))
         return count(self.problems, "ordered", self.memory_gib)
 
     @property
     def consistent(self) -> bool:
-        """Whether any data set exists."""
+        """Whether any data set is consistent with the column."""
         return self.multisets > 0
 
     @property
     def reason(self) -> str:
-        """Reason why no data set exists; empty if one does."""
+        """Reason why no data set is consistent with the column; empty if a data set is."""
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (

@@ -1,8 +1,8 @@
-"""Find one data set consistent with a column, for columns with too many data sets to count.
+"""Find one data set consistent with a column that has too many data sets to count.
 
 The search changes pairs of ratings, as in SPRITE (Heathers et al., 2018). A data set is returned
-only if its statistics, computed from their definitions, match the printed numbers. A result
-therefore proves that a data set exists.
+only if its statistics, computed from their definitions, match the printed numbers. A data set that
+is returned therefore proves that such data sets exist.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ ASTRAY = 0.01
 
 
 def witness(column: Column, targets: Targets) -> tuple[int, ...]:
-    """Search for ratings, in steps above the minimum, that match all printed numbers.
+    """Search for ratings, in steps above the minimum, that match all printed numbers of a column.
 
-    Returns an empty tuple if none are found, which does not prove that none exist.
+    Returns an empty tuple if no ratings are found, which does not prove that none exist.
     """
     wanted = targets.wanted or targets.looked_at
     middle = len(wanted) // 2
@@ -49,8 +49,8 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
 def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tuple[int, ...]:
     """Search for ratings with these moments that match all printed numbers.
 
-    Returns an empty tuple if none are found. The search is shorter than in `witness`, because it is
-    repeated for many moments.
+    Returns an empty tuple if no ratings are found. This search is shorter than in `witness`,
+    because it is repeated for many moments.
     """
     wishes = [w for w in targets.wanted if (w.moments.total, w.moments.squares) == moments]
     return next((found for wish in wishes if (found := _of_wish(column, wish, QUICK))), ())
@@ -67,7 +67,7 @@ def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
 
 
 def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
-    """Return whether all statistics of ratings (in steps) match the printed numbers."""
+    """Return whether these ratings, in steps above the minimum, match all printed numbers."""
     x = sorted(column.scale.value(v) for v in steps)
     n, rule = column.n, column.rounding
     if len(x) != n or min(steps) < 0 or max(steps) > column.scale.steps:
@@ -103,7 +103,7 @@ def _prints_root(printed: Printed, square: Fraction, rule: str) -> bool:
 
 
 def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool:
-    """Return whether the confidence interval matches the printed one."""
+    """Return whether the confidence interval of the mean rounds to the printed interval."""
     if column.ci_low is None or column.ci_high is None:
         return True
     half = Fraction(column.quantile * sqrt(variance / column.n))
@@ -115,7 +115,7 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
 
 
 def _free_values(part: Part, moves: int) -> list[int]:
-    """Search for free values with the moments of a part; the result may only be close."""
+    """Search for free values whose moments are equal, or at least close, to those of a part."""
     n, total, squares = part.moments.n, part.moments.total, part.moments.squares
     low, high = part.split.low, part.split.high
     if n == 0:
@@ -148,7 +148,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Adjust values by single steps until their sum is as close as possible to the total."""
+    """Change values by single steps until their sum reaches the total, or is close to it."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

@@ -1,4 +1,4 @@
-"""Find printed numbers that are impossible on the scale or contradict each other."""
+"""Find printed numbers that are impossible on the scale, or that contradict each other."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ INSIDE = (
 
 
 def impossible(column: Column) -> str:
-    """Explain which printed numbers are impossible under any rounding, if any are."""
+    """Return an explanation of the printed numbers that no rounding makes possible, or ""."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
     for name in INSIDE:
@@ -63,20 +63,20 @@ def impossible(column: Column) -> str:
 
 
 def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
-    """Yield the ratings that must occur, with their minimum counts."""
+    """Yield the ratings that must occur, each with the minimum number of occurrences."""
     yield from ((value, 1) for value in column.present)
     yield from column.frequencies
     yield from ((v, _occurrences(column, share).start) for v, share in column.percentages)
 
 
 def _impossible_shares(column: Column) -> Iterator[str]:
-    """Yield errors for percentages that no count can give, and for frequencies that exceed n."""
+    """Yield errors for percentages that no count gives, and for frequencies above n in total."""
     for value, printed in column.percentages:
         if not _occurrences(column, printed):
-            yield f"GRIM: no count out of {column.n} is {printed.text} % (rating {value})"
+            yield f"GRIM: no count out of {column.n} gives {printed.text} % for the rating {value}"
     fewest = sum(least for _, least, _ in occurrences(column))
     if fewest > column.n:
-        yield f"the stated frequencies cover {fewest} or more ratings, but n is {column.n}"
+        yield f"the stated frequencies add up to at least {fewest}, but n is {column.n}"
 
 
 def _occurrences(column: Column, printed: Printed) -> range:
@@ -86,7 +86,7 @@ def _occurrences(column: Column, printed: Printed) -> range:
 
 
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
-    """Return the ratings with known frequencies, in steps, with minimum and maximum counts.
+    """Return the ratings with stated frequencies, each with its minimum and maximum count.
 
     Ratings outside the scale are omitted.
     """

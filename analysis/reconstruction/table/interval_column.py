@@ -1,9 +1,9 @@
 """Represent a printed column of continuous values by intervals of its mean and SD.
 
-Infinitely many data sets of continuous values are consistent with a column, so data sets are not
-counted. Without a scale, every mean and SD in the intervals is possible. On a scale with ends, the
-SD has a maximum (Bhatia and Davis, 2000). A geometric mean and the SD of logarithms are treated as
-the mean and SD of natural logarithms.
+Infinitely many data sets of continuous values are consistent with a column, so they are not
+counted. If the table states no scale, every mean and SD in these intervals is possible. On a scale
+with two ends, the SD has a maximum (Bhatia and Davis, 2000). A geometric mean and the SD of
+logarithms are treated as the mean and SD of natural logarithms.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ LOG_OF_BASE = {"10": log(10), "2": log(2), "e": 1.0}
 
 @dataclass(frozen=True, kw_only=True)
 class IntervalColumn:
-    """Intervals for the mean and SD (n - 1) of one column.
+    """The intervals of the mean and SD (n - 1) of a column of continuous values.
 
     Parameters
     ----------
@@ -36,16 +36,16 @@ class IntervalColumn:
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
-        Intervals consistent with the printed numbers. If `logarithms`, they refer to natural
-        logarithms.
+        Intervals of the mean and the SD that are consistent with the printed numbers. If
+        `logarithms` is true, both describe natural logarithms.
     scale : tuple of (float, float)
-        Ends of the scale in the same unit; infinite if the scale has no ends.
+        Ends of the scale in the same unit; infinite if the table states none.
     logarithms : bool
         Whether the mean and SD are of logarithms.
     printed : str
-        Description of all printed numbers.
+        Description of all printed numbers of the column.
     reason : str
-        Reason why no values can have this mean and SD; empty if they are possible.
+        Reason why no values have this mean and SD; empty if such values are possible.
     """
 
     label: str
@@ -58,19 +58,19 @@ class IntervalColumn:
     reason: str = ""
 
     def assumptions(self) -> Iterator[str]:
-        """Yield descriptions of the assumptions about the column."""
+        """Yield descriptions of the assumptions about the values."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
-        yield f"{kind}, so any number between two others is possible"
-        yield f"n = {self.n}, with no missing values"
+        yield f"{kind}, with any number of decimals"
+        yield f"n = {self.n} values, none of which is missing"
 
 
 def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
-    """Return the intervals of a column of continuous values.
+    """Return the intervals of the mean and SD of continuous values.
 
     Raises
     ------
     ValueError
-        If the column has entries for whole ratings only, or has no SD, SE or confidence interval.
+        If the column has entries for whole ratings, or has no SD, SE or confidence interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
         raise ValueError(f"omit {', '.join(more)}: only mean and SD are used for continuous values")
@@ -90,10 +90,10 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
 
 def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
     if summary.geometric_mean is None or summary.log_sd is None:
-        raise ValueError("expected both geometric_mean and log_sd")
+        raise ValueError("geometric_mean and log_sd must be given together")
     values = summary.geometric_mean.values(summary.rounding)
     if values.high <= 0:
-        raise ValueError("geometric_mean: expected a number above 0")
+        raise ValueError("geometric_mean must be above 0")
     spread = summary.log_sd.values(summary.rounding)
     unit = LOG_OF_BASE[summary.log_base] * _to_sample(summary)
     sd = max(float(spread.low), 0.0) * unit, float(spread.high) * unit
@@ -106,12 +106,12 @@ def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
 
 
 def _to_sample(summary: Summary) -> float:
-    """Return the factor that converts an SD in the column's convention to one with n - 1."""
+    """Return the factor that converts the column's SD to an SD that divides by n - 1."""
     return sqrt(summary.n / (summary.n - 1)) if summary.sd_convention == "population" else 1.0
 
 
 def _sd(summary: Summary) -> Ends:
-    """Return the SDs (n - 1) consistent with all printed SDs, SEs and confidence intervals."""
+    """Return the SDs (n - 1) that match the printed SD, SE and confidence interval."""
     found = []
     for printed, factor in ((summary.sd, 1.0), (summary.se, sqrt(summary.n))):
         if printed is not None:
@@ -161,7 +161,7 @@ def _column(
 
 
 def _largest_sd(mean: Ends, scale: Ends, n: int) -> float:
-    """Return the largest SD (n - 1) of values on a scale (Bhatia and Davis, 2000)."""
+    """Return the largest possible SD (n - 1) of values on a scale (Bhatia and Davis, 2000)."""
     if inf in scale or -inf in scale:
         return inf
     centre = min(max(sum(scale) / 2, mean[0]), mean[1])

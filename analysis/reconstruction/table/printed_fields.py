@@ -1,4 +1,4 @@
-"""Parse numbers as printed in papers, as fields of a file model."""
+"""Parse numbers as printed in papers, for the fields of a table file."""
 
 from __future__ import annotations
 
@@ -26,17 +26,17 @@ def exact(value: object) -> Fraction:
 
 
 def _text(value: object) -> str:
-    """Convert a number to text; reject lists, tables and dates."""
+    """Convert a number to text; return "" for lists, tables and dates."""
     return str(value) if isinstance(value, str | int) else ""
 
 
 def _words(value: object) -> object:
-    """Split a CSV cell at spaces; return anything else unchanged."""
+    """Split a CSV cell at spaces; return other values unchanged."""
     return value.split() if isinstance(value, str) else value
 
 
 def _by_value(value: object) -> object:
-    """Convert a table, or a CSV cell such as "0:3 7:1", to pairs."""
+    """Convert a table, or a CSV cell such as "0:3 7:1", to pairs of rating and frequency."""
     if isinstance(value, str):
         return [tuple(part.rpartition(":")[::2]) for part in value.split()]
     return list(value.items()) if isinstance(value, dict) else value

@@ -1,4 +1,4 @@
-"""Represent tests that are printed with a table."""
+"""Represent statistical tests that are printed with a published table."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ OF_F = ("one_way_f", "rm_f")
 
 
 class PrintedTest(FrozenTable):
-    """A printed test that compares columns.
+    """A printed statistical test that compares columns of the table.
 
     Parameters
     ----------
     kind : str
-        Kind of test; "correlation" is Pearson's r.
+        Kind of test. The kind "correlation" is Pearson's r.
     columns : tuple of str
-        Labels of the columns compared; if empty, all columns.
+        Labels of the columns that the test compares; if empty, all columns.
     statistic : Printed, optional
-        Printed t, F or r. The sign of t is ignored; the sign of r is not.
+        Printed value of t, F or r. The sign of t is ignored, but the sign of r is used.
     p : Printed, optional
-        Printed p-value. For F, p is always the upper tail.
+        Printed p-value. For F, the p-value is always the upper-tail probability.
     p_below : Printed, optional
-        Upper limit of p, as in "p < .001".
+        Upper limit of the p-value, as in "p < .001".
     sides : {2, 1}
-        Whether the p of t or r is two-sided, or one-sided in the direction of the difference.
+        Whether the p-value of t or r is two-sided, or one-sided in the direction of the difference.
     d : Printed, optional
         Cohen's d of a t test: the mean difference divided by the SD of the differences (paired) or
         by the pooled SD (independent). The sign is ignored.
     partial_eta_squared : Printed, optional
         Partial η² of an F test.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        Rule by which the printed numbers were rounded.
+        Rounding rule of the printed numbers.
     """
 
     kind: Kind
@@ -51,7 +51,7 @@ class PrintedTest(FrozenTable):
 
     @property
     def of_two(self) -> bool:
-        """Whether the test compares exactly two columns."""
+        """Whether a test of this kind compares exactly two columns."""
         return self.kind not in OF_F
 
     @model_validator(mode="after")
@@ -63,15 +63,15 @@ class PrintedTest(FrozenTable):
             ),
             (
                 self.p_below is not None and self.p_below.value <= 0,
-                "p_below is 0 or less; expected a number above 0",
+                "p_below must be above 0",
             ),
             (
                 self.kind == "rm_f" and bool(self.p or self.p_below),
-                "omit the p of a repeated-measures F, because it depends on the correction",
+                "omit the p of a repeated-measures F, because p depends on the correction",
             ),
             (
                 self.kind in OF_F and self.sides == 1,
-                "omit sides, because the p of an F has one tail by definition",
+                "omit sides, because the p of an F test is always one-sided",
             ),
             (
                 self.d is not None and self.kind not in ("paired_t", "independent_t"),

@@ -1,6 +1,6 @@
 """Represent and validate the scale and columns of a published table.
 
-Only input that cannot be parsed is an error. Impossible numbers, such as a mean outside the scale,
+Only numbers that cannot be parsed are errors. Impossible numbers, such as a mean outside the scale,
 are findings, which `constraints.targets` reports.
 """
 
@@ -36,16 +36,16 @@ LARGEST_SQUARES = 2**63 - 1
 
 
 class OpenScale(FrozenTable):
-    """Rating scale as printed, perhaps without one or both ends.
+    """A rating scale as printed, possibly without a minimum or maximum.
 
-    If ``items`` is given, each rating is the mean of this number of answers; ``step`` is given per
-    answer and stored per rating. If ``continuous``, any value between the ends is possible, and
-    data sets are not counted.
+    If ``items`` is given, each rating is the mean of this number of answers. ``step`` is then given
+    per answer, but stored per rating. If ``continuous`` is true, any value between the ends is
+    possible, and data sets are not counted.
 
     Raises
     ------
     ValueError
-        If the step does not divide the scale, or if the scale is empty.
+        If the step does not divide the scale, or if the scale has no range.
     """
 
     minimum: Exact | None = None
@@ -57,7 +57,7 @@ class OpenScale(FrozenTable):
     @model_validator(mode="before")
     @classmethod
     def _mean_of_items(cls, given: object) -> object:
-        """Divide the answer step by the number of items, because a rating is their mean."""
+        """Divide the step of an answer by the number of items, because a rating is their mean."""
         items = given.get("items") if isinstance(given, dict) else None
         # The field's validation rejects anything other than a number above 0.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
@@ -69,12 +69,12 @@ class OpenScale(FrozenTable):
         if self.continuous and {"step", "items"} & self.model_fields_set:
             raise ValueError("continuous values have no step: omit step and items")
         if self.step <= 0:
-            raise ValueError(f"step is {self.step}, expected a number above 0")
+            raise ValueError(f"step must be above 0, but is {self.step}")
         if self.maximum is None:
             return self
         low = self.minimum or Fraction(0)
         if self.maximum <= low:
-            raise ValueError(f"maximum {self.maximum} is not above minimum {low}")
+            raise ValueError(f"maximum must be above minimum {low}, but is {self.maximum}")
         if not self.continuous and (self.maximum - low) % self.step:
             raise ValueError(
                 f"step {self.step} does not divide the scale from {low} to "
@@ -84,7 +84,7 @@ class OpenScale(FrozenTable):
 
 
 class Scale(OpenScale):
-    """Possible ratings: from `minimum` to `maximum` in steps of `step`."""
+    """A complete rating scale, from `minimum` to `maximum` in steps of `step`."""
 
     minimum: Exact = Fraction(0)
     maximum: Exact
@@ -95,22 +95,22 @@ class Scale(OpenScale):
         return int((self.maximum - self.minimum) / self.step)
 
     def too_fine(self, n: int) -> bool:
-        """Return whether sums of squares of n ratings in steps would be too large."""
+        """Return whether the sum of squares of n ratings, in steps, could be too large."""
         return n * self.steps**2 > LARGEST_SQUARES
 
     def value(self, steps: int) -> Fraction:
-        """Return the rating that lies `steps` above the minimum."""
+        """Return the rating that lies a number of steps above the minimum."""
         return self.minimum + steps * self.step
 
     def steps_to(self, value: Fraction) -> int | None:
-        """Convert a rating to steps above the minimum; return None if it is not on the scale."""
+        """Convert a rating to steps above the minimum; return None for ratings not on the scale."""
         steps = (value - self.minimum) / self.step
         inside = steps.denominator == 1 and 0 <= steps <= self.steps
         return int(steps) if inside else None
 
 
 class Summary(FrozenTable):
-    """Printed numbers of one column, without the scale.
+    """The printed numbers of one column, without its scale.
 
     Parameters
     ----------
@@ -119,12 +119,12 @@ class Summary(FrozenTable):
     n : int
         Number of ratings, 2 or more.
     mean, mean_percent, sum : Printed, optional
-        Mean, mean of ratings from 0 to 1 in per cent, or sum; at least one is required. The number
-        of decimals matters.
+        Mean, mean of 0 and 1 ratings in per cent, or sum of the ratings; at least one is required.
+        The number of printed decimals matters.
     sd, se : Printed, optional
-        Standard deviation, and standard error of the mean (SD divided by the square root of n).
+        Standard deviation, and standard error of the mean (the SD divided by the square root of n).
     geometric_mean, log_sd : Printed, optional
-        Geometric mean and SD of logarithms, instead of mean and SD.
+        Geometric mean, and SD of logarithms; used instead of mean and SD.
     log_base : {"10", "2", "e"}
         Base of the logarithms.
     ci_low, ci_high : Printed, optional
@@ -136,17 +136,17 @@ class Summary(FrozenTable):
     sd_convention : {"sample", "population"}
         Whether SD and SE divide by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        Rule by which all numbers of the column were rounded.
+        Rounding rule of all printed numbers of the column.
     maximum_deviation : Printed, optional
         Largest distance of a rating from the unrounded mean.
     observed_minimum, observed_maximum : Printed, optional
-        Smallest and largest rating that participants gave.
+        Smallest and largest rating that a participant gave.
     median : Printed, optional
-        Middle rating, or mean of the two middle ratings.
+        Middle rating, or mean of the two middle ratings if n is even.
     lower_quartile, upper_quartile : Printed, optional
-        Quartiles by any of the usual definitions; see `quartiles`.
+        Quartiles by any common definition; see `quartiles`.
     present, absent : tuple of Fraction
-        Ratings that at least one participant gave, and ratings that nobody gave.
+        Ratings that at least one participant gave, and ratings that no participant gave.
     frequencies : tuple of (Fraction, int)
         Ratings, each with the number of participants who gave it.
     percentages : tuple of (Fraction, Printed)
@@ -193,13 +193,13 @@ class Summary(FrozenTable):
     @model_validator(mode="after")
     def _enough(self) -> Summary:
         if bool(self.geometric_mean) != bool(self.log_sd):
-            raise ValueError("expected both geometric_mean and log_sd, or neither")
+            raise ValueError("geometric_mean and log_sd must be given together")
         if not (self.mean or self.mean_percent or self.sum or self.geometric_mean):
             raise ValueError("expected a mean, a mean_percent, a sum or a geometric_mean")
         if self.geometric_mean and (self.mean or self.mean_percent or self.sum or self.sd):
             raise ValueError("geometric_mean and log_sd describe logarithms: omit mean, sum and sd")
         if bool(self.ci_low) != bool(self.ci_high):
-            raise ValueError("expected both ends of the confidence interval, or neither")
+            raise ValueError("both ends of the confidence interval must be given together")
         stated = [value for value, _ in (*self.frequencies, *self.percentages)]
         stated += [*self.present, *self.absent]
         for value, times in Counter(stated).items():
@@ -209,14 +209,14 @@ class Summary(FrozenTable):
 
     @property
     def quantile(self) -> float:
-        """Half-width of the confidence interval in standard errors."""
+        """Half-width of the confidence interval, divided by the standard error."""
         from scipy.special import ndtri, stdtrit  # noqa: PLC0415 - SciPy takes longer than the counts
 
         p = 0.5 + self.ci_percent / 200
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield each printed form of the mean, with its factor relative to the mean."""
+        """Yield each printed form of the mean with its ratio to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),
@@ -227,10 +227,10 @@ class Summary(FrozenTable):
 
 
 class Column(Summary):
-    """One column of a published table: its printed numbers and its scale.
+    """A column of a published table, with its printed numbers and its scale.
 
     ``assumed`` lists properties that the table does not state: ``step`` (assumed to be 1),
-    ``minimum`` and ``maximum`` (as far as the SD allows), ``sd_convention`` (assumed to be
+    ``minimum`` and ``maximum`` (derived from the SD), and ``sd_convention`` (assumed to be
     "sample").
     """
 
@@ -261,15 +261,15 @@ class Column(Summary):
 
 
 def close(summary: Summary, scale: OpenScale) -> Column:
-    """Return the column with its scale, or with the widest scale that its SD allows.
+    """Return the column with its printed scale, or with the widest scale that its SD allows.
 
-    Ratings are bounded even without a printed scale. According to Samuelson (1968), the squared
+    Ratings have bounds even if no scale is printed. According to Samuelson (1968), the squared
     distance of any rating from the mean is at most (n - 1) / n of the sum of squared deviations.
 
     Raises
     ------
     ValueError
-        If neither the scale nor an SD bounds the ratings, or if values are not on the scale.
+        If neither a scale nor an SD limits the ratings, or if ratings are not on the scale.
     """
     given = {name: getattr(summary, name) for name in summary.model_fields_set}
     low = Fraction(0) if scale.minimum is None and scale.maximum is not None else scale.minimum
@@ -303,7 +303,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Give columns without a printed scale a common scale, so that they can be compared."""
+    """Give the columns of a table without a printed scale one common scale for comparisons."""
     grids = [column.scale for column in columns]
     if len({grid.step for grid in grids}) != 1:
         return tuple(columns)
@@ -315,7 +315,7 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
 
 
 def _farthest(summary: Summary) -> Fraction | None:
-    """Return the largest distance of a rating from the mean; None without SD and SE."""
+    """Return a bound on the distance of a rating from the mean; None without an SD or SE."""
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:

@@ -1,14 +1,14 @@
-"""Check quartiles under all common definitions, because papers rarely state which they used.
+"""Check quartiles under all common definitions, because papers rarely name the definition.
 
-Definitions differ in the position of the quartile among the sorted ratings x_1 to x_n, which may
-lie between two ratings:
+Definitions differ in the position of the quartile among the sorted ratings x_1 to x_n. This
+position may lie between two ratings:
 
 - linear at position (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
 - linear at position (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
 - median of the lower half, with or without the middle rating if n is odd: Tukey's hinges, and
   school textbooks.
 
-Printed quartiles match if one definition gives both quartiles.
+Printed quartiles match if at least one definition gives both of them.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 def lower_places(n: int) -> dict[str, Fraction]:
-    """Return the position, from 1 to n, of the lower quartile under each definition.
+    """Return the position of the lower quartile, from 1 to n, under each definition.
 
     >>> {name: float(place) for name, place in lower_places(9).items()}
     {'linear': 3.0, 'weibull': 2.5, 'hinges': 3.0, 'halves': 2.5}
@@ -72,7 +72,7 @@ def are_met(column: Column, rows: Array) -> Array:
 
 
 def _printed(column: Column, lower: Fraction) -> Iterator[tuple[Fraction, Interval]]:
-    """Yield the positions of the printed quartiles with their allowed values, in steps."""
+    """Yield the positions of the printed quartiles with the interval of their values, in steps."""
     scale = column.scale
     ends = ((column.lower_quartile, lower), (column.upper_quartile, column.n + 1 - lower))
     for printed, place in ends:

@@ -1,7 +1,7 @@
-"""Represent rounding rules as intervals of exact values that round to a printed decimal.
+"""Represent a printed decimal by the interval of exact values that a rule rounds to it.
 
-All arithmetic uses exact fractions, so floating-point errors cannot affect how a value half-way
-between two decimals is rounded.
+All computations use exact fractions, so floating-point errors cannot affect the rounding of a value
+half-way between two decimals.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from math import ceil, floor
 
 @dataclass(frozen=True)
 class Interval:
-    """Interval between two fractions, with or without each end."""
+    """An interval between two fractions that includes both, one or none of its ends."""
 
     low: Fraction
     high: Fraction
@@ -27,13 +27,13 @@ class Interval:
         return above and below
 
     def scaled(self, factor: Fraction, shift: Fraction = Fraction(0)) -> Interval:
-        """Return the interval of ``factor * value + shift``; `factor` is positive."""
+        """Return the interval of ``factor * value + shift`` for a positive `factor`."""
         return Interval(
             self.low * factor + shift, self.high * factor + shift, self.low_closed, self.high_closed
         )
 
     def meet(self, other: Interval) -> Interval:
-        """Return the intersection. An empty one has `low` above `high`, or an open end."""
+        """Return the intersection. An empty interval has `low` above `high`, or an open end."""
         low, high = max(self.low, other.low), min(self.high, other.high)
         return Interval(
             low,
@@ -43,13 +43,13 @@ class Interval:
         )
 
     def squared(self) -> Interval:
-        """Return the squares of the non-negative values."""
+        """Return the interval of the squares of the non-negative values."""
         low = max(self.low, Fraction(0))
         closed = self.low_closed or low > self.low
         return Interval(low**2, self.high**2, closed, self.high_closed)
 
     def integers(self) -> range:
-        """Return the integers in the interval."""
+        """Return all integers in the interval."""
         first, last = ceil(self.low), floor(self.high)
         if not self.low_closed and first == self.low:
             first += 1
@@ -103,7 +103,7 @@ def plain_decimal(text: str) -> str:
     Raises
     ------
     ValueError
-        If the text is not a decimal number, or has more than 15 digits on one side of the point.
+        If the text is not a decimal number, or has more than 15 digits before or after the point.
     """
     found = text.strip().replace("\N{MINUS SIGN}", "-")
     if found.count(",") == 1 and "." not in found:
@@ -115,7 +115,7 @@ def plain_decimal(text: str) -> str:
 
 @dataclass(frozen=True)
 class Printed:
-    """A printed number with its decimals.
+    """A number with the decimals that are printed.
 
     Examples
     --------
@@ -132,14 +132,14 @@ class Printed:
 
     @property
     def value(self) -> Fraction:
-        """The printed number as an exact fraction."""
+        """The exact value of the printed number."""
         return Fraction(self.text)
 
     @property
     def unit(self) -> Fraction:
-        """One unit in the last printed place."""
+        """One unit in the last printed decimal place."""
         return Fraction(1, 10 ** len(self.text.partition(".")[2]))
 
     def values(self, rule: str) -> Interval:
-        """Return the exact values that `rule` rounds to this number."""
+        """Return the interval of exact values that `rule` rounds to this number."""
         return RULES[rule](self.value, self.unit)

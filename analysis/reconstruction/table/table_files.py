@@ -38,7 +38,7 @@ SCALE = "scale_"
 class PublishedTable:
     """A published table with its columns, design and printed tests.
 
-    A table has either `columns` (whole ratings) or `intervals` (continuous values).
+    A table contains either `columns` of whole ratings or `intervals` for continuous values.
     """
 
     title: str
@@ -50,18 +50,18 @@ class PublishedTable:
 
 @dataclass(frozen=True)
 class Row:
-    """A row of a CSV file, with the parsed column or the errors.
+    """A row of a CSV file, with its parsed column or its errors.
 
     Parameters
     ----------
     line : int
-        Line on which the row ends.
+        Line of the file on which the row ends.
     cells : tuple of str
-        Cells as in the file.
+        Text of the cells, as in the file.
     column : Column or None
-        The parsed column; None if there are errors.
+        The parsed column; None if the row has errors.
     told : tuple of (int, str)
-        Errors, each with line number and message.
+        Errors, each with its line number and message.
     """
 
     line: int
@@ -71,7 +71,7 @@ class Row:
 
 
 class _File(FrozenTable):
-    """Model of a TOML file with a published table."""
+    """The contents of a TOML file with a published table."""
 
     title: str = ""
     design: Design | None = None
@@ -85,7 +85,7 @@ class _File(FrozenTable):
         return self
 
     def _faults(self) -> Iterator[Fault]:
-        """Yield inconsistencies between entries that are individually valid."""
+        """Yield errors in combinations of entries that are individually valid."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
             words = "whole ratings and continuous values (or logarithms) need separate files"
@@ -107,11 +107,11 @@ class _File(FrozenTable):
                     yield ("test", place, "columns"), {"msg": words}
 
     def labels(self) -> list[str]:
-        """Return the column labels, given or default."""
+        """Return the labels of all columns, with defaults for columns without a label."""
         return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
 
     def continuous(self, entry: Summary) -> bool:
-        """Whether a column contains continuous values instead of whole ratings."""
+        """Return whether a column contains continuous values instead of whole ratings."""
         return self.scale.continuous or entry.geometric_mean is not None
 
     def intervals(self) -> tuple[IntervalColumn, ...]:
@@ -135,7 +135,7 @@ class _File(FrozenTable):
 
 
 class _Line(Summary):
-    """A row of a CSV file, with its own scale."""
+    """A row of a CSV file, including the scale of its column."""
 
     scale: OpenScale = OpenScale()
 
@@ -148,13 +148,13 @@ def said(error: ValueError) -> str:
 
 
 def read(path: Path) -> PublishedTable:
-    """Read a table from a TOML or CSV file, or a shipped table by name.
+    """Read a published table from a TOML or CSV file, or read a supplied table by its name.
 
     Raises
     ------
     UserError
-        If the table does not exist, cannot be read or is invalid. The message lists all errors with
-        their lines.
+        If the table does not exist, cannot be read or is invalid. The error message lists all
+        errors with their lines.
     """
     if not path.exists() and path.name == str(path):
         # The name of a study also refers to its only table: biet2007 is biet2007_table3.
@@ -167,12 +167,12 @@ def read(path: Path) -> PublishedTable:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read the rows of a CSV file; rows that cannot be parsed contain their errors.
+    """Read all rows of a CSV file, including the errors of rows that cannot be parsed.
 
     Raises
     ------
     UserError
-        If the file cannot be read or is not CSV, or its header is wrong.
+        If the file cannot be read, is not CSV or has an incorrect header.
     """
     if path.suffix.lower() != ".csv":
         raise UserError(f"{path}: expected a CSV file with one row per column of a published table")
@@ -190,7 +190,7 @@ def _text_of(path: Path) -> str:
 
 
 def from_toml(text: str, source: str = "the table") -> PublishedTable:
-    """Parse a table from TOML text with ``[scale]``, ``[[column]]`` and ``[[test]]``."""
+    """Parse a published table from TOML text with ``[scale]``, ``[[column]]`` and ``[[test]]``."""
     # Numbers keep their decimals: 12.50 is read as "12.50".
     file = parse_toml(text, source, _File, parse_float=str)
     return PublishedTable(
@@ -199,11 +199,11 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
 
 
 def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
-    """Parse a table from CSV text, with one row per column of the published table.
+    """Parse a published table from CSV text that has one row per column of this table.
 
     The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum`` and
-    any other key of a TOML column; empty cells are ignored. The separator is a comma, semicolon or
-    tab, as in the header.
+    any other key of a TOML column; empty cells are ignored. The separator in the header (comma,
+    semicolon or tab) applies to all rows.
     """
     rows = _csv_rows(text, source)
     if faults := [fault for row in rows for fault in row.told]:
@@ -214,12 +214,12 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
 
 
 def _csv_rows(text: str, source: str) -> list[Row]:
-    """Parse all rows below the header.
+    """Parse all rows below the header of a CSV file.
 
     Raises
     ------
     UserError
-        If the text is not CSV, has no rows, or the header is wrong.
+        If the text is not CSV, has no rows or has an incorrect header.
     """
     try:
         rows = list(_rows(text))
@@ -238,7 +238,7 @@ def _csv_rows(text: str, source: str) -> list[Row]:
 def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
     kept = tuple(cells)
     if len(cells) != len(names):
-        counts = f"expected {len(names)} cells, as in the header, found {len(cells)}"
+        counts = f"the header has {len(names)} cells, but the row has {len(cells)}"
         return Row(line, kept, None, ((line, f"line {line}: {counts}"),))
     entry = {name: c.strip() for name, c in zip(names, cells, strict=True) if c.strip()}
     try:
@@ -250,7 +250,7 @@ def _row(names: list[str], line: int, cells: list[str], place: int) -> Row:
 
 
 def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
-    """Yield the non-empty rows, each with the number of its last line."""
+    """Yield the non-empty rows of a CSV file, each with the number of its last line."""
     header = text.partition("\n")[0]
     # Decimal commas are possible if cells are separated by another character.
     delimiter = next((sign for sign in ";\t" if sign in header), ",")
@@ -261,17 +261,17 @@ def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _line(line: int, _place: Place) -> int:
-    """Return the line of a row; all of its cells are on this line."""
+    """Return the line of a row, which is the line of all its cells."""
     return line
 
 
 def _wrong_names(names: list[str]) -> Iterator[str]:
-    """Yield the errors in the column names of a header."""
+    """Yield the errors in the column names of a CSV header."""
     for name in dict.fromkeys(names):
         if name not in KNOWN:
             yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"
         elif names.count(name) > 1:
-            yield f"{name}: occurs {names.count(name)} times; expected it once"
+            yield f"{name}: occurs {names.count(name)} times, but must occur once"
     for name in NEEDED:
         if name not in names:
             yield f"{name}: is missing"
@@ -282,7 +282,7 @@ def _from_row(entry: Mapping[str, str], place: int) -> Column:
     scale = {name: entry[SCALE + name] for name in OpenScale.model_fields if SCALE + name in entry}
     line = _Line.model_validate({"label": f"column {place}", **own, "scale": scale})
     if line.scale.continuous or line.geometric_mean is not None:
-        raise ValueError("continuous values and geometric means are read from TOML files only")
+        raise ValueError("continuous values and geometric means can only be read from TOML files")
     summary = Summary.model_construct(
         line.model_fields_set - {"scale"},
         **{name: getattr(line, name) for name in Summary.model_fields},
@@ -291,7 +291,7 @@ def _from_row(entry: Mapping[str, str], place: int) -> Column:
 
 
 def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
-    """Yield the errors in a row, including missing columns, with names as in the header."""
+    """Yield the errors in a row, including missing values, with column names as in the header."""
     for place, fault in faults_in(error):
         of_scale = len(place) > 1 and place[0] == "scale"
         name = f"{SCALE}{place[1]}" if of_scale else str(place[0]) if place else ""

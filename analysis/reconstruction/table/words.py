@@ -1,4 +1,4 @@
-"""Describe the printed numbers of a column, and assumptions about the column, in words."""
+"""Describe the printed numbers of a column, and the assumptions about the column."""
 
 from __future__ import annotations
 
@@ -49,14 +49,14 @@ def in_words(column: Column) -> str:
 
 
 def assumptions(column: Column) -> Iterator[str]:
-    """Yield descriptions of the assumptions on which a verdict depends."""
+    """Yield descriptions of the assumptions on which the column's verdict depends."""
     scale = column.scale
     stated = " (no step is stated)" if "step" in column.assumed else ""
-    yield f"ratings are whole steps of {scale.step}{stated}"
-    yield f"n = {column.n} contains no missing ratings"
+    yield f"ratings change in steps of {scale.step}{stated}"
+    yield f"none of the n = {column.n} ratings is missing"
     far = {"minimum": scale.minimum, "maximum": scale.maximum}
     if derived := [f"{name} {float(far[name]):g}" for name in far if name in column.assumed]:
         yield f"the scale ends where the SD rules out further ratings ({' and '.join(derived)})"
     if "sd_convention" in column.assumed:
-        yield "the SD divides by n - 1 (not stated)"
+        yield "the SD divides by n - 1 (no divisor is stated)"
     yield f"rounding: {column.rounding}"

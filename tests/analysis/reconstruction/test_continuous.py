@@ -112,7 +112,7 @@ def test_a_standard_error_and_an_interval_give_the_same_sd():
         ("continuous = true", "continuous = true\nstep = 1", "no step: omit step"),
         ("sd = 2.0", "", "expected an sd, an se or a confidence interval"),
         ("sd = 2.0", "sd = 2.0\nmedian = 5", "omit median"),
-        ("mean = 5.0", "geometric_mean = 5.0", "both geometric_mean and log_sd"),
+        ("mean = 5.0", "geometric_mean = 5.0", "geometric_mean and log_sd must be given together"),
         ("sd = 2.0", "geometric_mean = 4.0\nlog_sd = 0.1", "omit mean, sum and sd"),
     ],
 )

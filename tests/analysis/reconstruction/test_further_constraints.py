@@ -161,7 +161,7 @@ def test_an_estimate_and_a_witness_hold_what_is_told(column, told):
 
 def test_a_percentage_that_no_count_gives_is_a_finding(column):
     solutions = Solutions(column(30, "3.00", "1.00", maximum=6, percentages=[(2, "12.0")]))
-    assert "GRIM: no count out of 30 is 12.0 % (rating 2)" in solutions.reason
+    assert "GRIM: no count out of 30 gives 12.0 % for the rating 2" in solutions.reason
 
 
 def test_numbers_for_one_mean_must_agree(column):
@@ -226,7 +226,7 @@ def test_one_end_of_a_scale_is_enough():
         (
             'sd = "1.50"',
             'ci_low = "1"',
-            "expected both ends of the confidence interval",
+            "both ends of the confidence interval must be given together",
         ),
         (
             'sd = "1.50"',

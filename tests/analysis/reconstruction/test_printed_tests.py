@@ -250,7 +250,7 @@ def test_tests_are_read_with_the_table():
             'kind = "t"',
             r"line 14, kind of item 1 of test: .*'independent_t'",
         ),
-        ('statistic = "1.93"', 'p_below = "0"', "line 13, item 1 of test: p_below is 0 or less"),
+        ('statistic = "1.93"', 'p_below = "0"', "line 13, item 1 of test: p_below must be above 0"),
         ('["a", "column 2"]', '["a"]', "expected two or more different columns"),
         ('kind = "paired_t"', 'kind = "rm_f"\np = ".01"', "omit the p"),
         (

@@ -51,10 +51,10 @@ def test_what_is_not_printed_is_named_as_assumed():
     assert column.assumed == ("maximum", "step", "sd_convention")
     assert "from 0, maximum not printed, step not printed" in in_words(column)
     said = "; ".join(assumptions(column))
-    assert "whole steps of 1 (no step is stated)" in said
+    assert "in steps of 1 (no step is stated)" in said
     # By hand: no rating lies farther from the mean than 1.145 √5 = 2.56 allows, so 5 at most.
     assert "the scale ends where the SD rules out further ratings (maximum 5)" in said
-    assert "divides by n - 1 (not stated)" in said
+    assert "divides by n - 1 (no divisor is stated)" in said
 
 
 @pytest.mark.parametrize(
@@ -71,9 +71,13 @@ def test_what_is_not_printed_is_named_as_assumed():
         ("mean = 2.40", "mean = 1e999999", "line 8, mean of item 1 of column: .*got '1e999999'"),
         ("mean = 2.40", "mean = [2]", "line 8, mean of item 1 of column: .*decimal number"),
         ('sd = "1.14"', 'sd = "-1"', "line 9, sd of item 1 of column: expected 0 or more"),
-        ("minimum = 0", "minimum = 10", "line 2, scale: maximum 10 is not above minimum 10"),
+        (
+            "minimum = 0",
+            "minimum = 10",
+            "line 2, scale: maximum must be above minimum 10, but is 10",
+        ),
         ("minimum = 0", "minimum = 0\nstep = 3", "does not divide"),
-        ("minimum = 0", "minimum = 0\nstep = 0", "expected a number above 0"),
+        ("minimum = 0", "minimum = 0\nstep = 0", "step must be above 0, but is 0"),
         ("minimum = 0", 'minimum = 0\nstep = "1/0"', "such as 1, 0.5 or 1/3, got '1/0'"),
         ("minimum = 0", "minimum = 0\nstop = 3", "line 4, scale.stop: unknown key"),
         ('label = "a"', 'label = "a"\nsd_convention = "robust"', "'sample' or 'population'"),
@@ -115,7 +119,7 @@ def test_every_fault_of_a_csv_file_is_told_at_once_with_its_line():
         "  line 3, mean: expected a decimal number such as 12.75, got 'x'",
         "  line 3, n: expected 2 or more, got '1'",
         "  line 3, scale: step 3 does not divide the scale from 0 to 10; expected a whole number",
-        "  line 5: expected 7 cells, as in the header, found 6",
+        "  line 5: the header has 7 cells, but the row has 6",
     ]
     for line, beginning in zip(lines, expected, strict=True):
         assert line.startswith(beginning)

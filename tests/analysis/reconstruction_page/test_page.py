@@ -115,7 +115,7 @@ def test_the_page_opens_with_a_verdict_and_what_to_ask(tmp_path, capsys):
     page = (tmp_path / "p").read_text(encoding="utf-8")
     first = page[: page.index("<h2>good</h2>")]
     assert "No ratings give the printed column &#39;bad&#39;." in first
-    assert "ratings are whole steps of 1 (no step is stated)" in first
+    assert "ratings change in steps of 1 (no step is stated)" in first
     assert "Questions for the authors" in first
     assert "GRIM" in first
 
