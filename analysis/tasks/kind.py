@@ -1,14 +1,14 @@
 """Define the result of an analysis, and the declaration of a kind of task.
 
-Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`
+Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`,
 and corresponds to a `Protocol` of the session. The folder's module ``declaration`` lists everything
 that the report and its files show about the kind; `slipscale.analysis.tasks.table` lists the
 declarations. Other packages declare kinds with an entry point; see
-`slipscale.analysis.tasks.outside`. Two rules apply to all kinds:
+`slipscale.analysis.tasks.outside`.
 
-- shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not
-  refer to particular kinds.
-- every callable takes the whole `Analysis`, and returns an empty result if there are no trials.
+Shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not refer
+to particular kinds. Every callable takes the whole `Analysis`, and returns an empty result if there
+are no trials.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ class DPrimeOfSize:
     removed_um_pp : float
         Step size in µm peak to peak; NaN for all sizes combined.
     steps, yes : int
-        Numbers of answers and of "yes" answers.
+        Counts of answers and of "yes" answers.
     d_prime : float or None
         d' of a typical participant. None if the likelihood has no maximum, usually because all
         steps were felt.

@@ -24,8 +24,8 @@ def clustered_interval(
     """Return the interval for a proportion with correlated answers from each participant.
 
     Computes the Clopper-Pearson interval for the effective sample size, which is the number of
-    answers divided by the design effect (Korn and Graubard 1998, Surv. Methodol. 24, 193-201), with
-    a t-based correction for few participants. If all participants have equal proportions, each
+    answers divided by the design effect (Korn and Graubard 1998, Survey Methodology 24, 193-201),
+    with a t-based correction for few participants. If all participants have equal proportions, each
     participant counts as one answer. With one answer per participant, the interval is the ordinary
     Clopper-Pearson interval.
 

@@ -73,7 +73,7 @@ def psychometric(
 
 
 def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]:
-    """Return a sentence on participants' own thresholds, if there are any."""
+    """Return a sentence on individual thresholds, if any were computed."""
     own = [one for one in found.thresholds.values() if one]
     if not own:
         return []

@@ -52,7 +52,7 @@ class PsychometricCurve:
     correlation : float
         Correlation between answers of the same participant.
     n, answers : int
-        Numbers of participants and of answered steps.
+        Counts of participants and of answered steps.
     """
 
     measure: Measure
@@ -84,7 +84,7 @@ def psychometric(
     measure: Measure = "removed_um_pp",
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> PsychometricCurve | NotComputed:
-    """Fit a logistic curve of "yes" against step size, with catch steps at 0.
+    """Fit a logistic curve of "yes" answers against step size, with catch steps at 0.
 
     The fit uses generalised estimating equations from statsmodels (Liang and Zeger 1986, Biometrika
     73, 13-22), with an exchangeable correlation within participants. Standard errors have the
@@ -235,7 +235,7 @@ def fieller(
     """Return the interval for the zero of a line a + b x; None if b is not significantly above 0.
 
     The interval contains all x at which the line is less than ``quantile`` standard errors from 0
-    (Fieller 1954, J. R. Stat. Soc. B 16, 175-185).
+    (Fieller 1954, Journal of the Royal Statistical Society B 16, 175-185).
 
     >>> low, high = fieller((-2.0, 4.0), ((0.04, 0.0), (0.0, 0.0)), 2.0, 0.95)
     >>> round(low, 9), round(high, 9)

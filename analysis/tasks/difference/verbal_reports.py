@@ -33,10 +33,10 @@ class VerbalReports:
     n : int
         Number of reports.
     categories : Mapping
-        Category -> count and wordings, in the order of the code book. A report may belong to
+        Count and wordings of each category, in the order of the code book. A report may belong to
         several categories.
     meaning : Mapping
-        Meaning for slipperiness -> number of reports.
+        Number of reports for each meaning for slipperiness.
     """
 
     codebook: str

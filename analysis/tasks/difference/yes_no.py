@@ -94,7 +94,8 @@ class SignalDetection:
     all_sizes : DPrimeOfSize or NotComputed
         d' from the same model for all step sizes combined.
     mean_d_prime : MeanOverParticipants or NotComputed
-        Mean of participants' own d', if all have `TRIALS_FOR_OWN` steps and catch steps.
+        Mean of individual d' values, if all participants have `TRIALS_FOR_OWN` steps and catch
+        steps.
     participants : Mapping
         Individual d' and criterion, keyed by participant.
     """
@@ -128,7 +129,7 @@ class Finding:
     n : int
         Number of participants.
     felt_a_difference, felt_every_change : int
-        Numbers of participants who felt a change at least once, and who felt every change.
+        Counts of participants who felt a change at least once, and who felt every change.
     said_less_slippery : int
         Number of participants who reported that the surface became less slippery.
     """
@@ -204,9 +205,9 @@ class DescendingDifference:
 def d_prime(hits: float, signals: float, false_alarms: float, noises: float) -> tuple[float, float]:
     """Return d' and the criterion c for a yes/no task, with the log-linear correction.
 
-    The correction adds 0.5 to hits and to false alarms, and 1 to the numbers of signal and noise
-    trials (Hautus 1995, Behav. Res. Methods Instrum. Comput. 27, 46-51), so that d' is always
-    finite.
+    The correction adds 0.5 to hits and to false alarms, and 1 to the counts of signal and noise
+    trials (Hautus 1995, Behavior Research Methods, Instruments, & Computers 27, 46-51), so that d'
+    is always finite.
 
     >>> d, c = d_prime(10, 20, 10, 20)
     >>> round(d, 12), round(c, 12)
@@ -376,7 +377,7 @@ def own_thresholds(
 def _mean_of_own(
     own: Mapping[str, Sensitivity], confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> MeanOverParticipants | NotComputed:
-    """Return the mean of participants' own d', if all have enough steps."""
+    """Return the mean of individual d' values if all participants have enough steps."""
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(

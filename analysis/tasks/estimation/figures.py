@@ -69,7 +69,7 @@ def fig15(
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of normalised estimates.
     without_log : collection of float
-        Amplitudes with omitted estimates of zero. Their means are drawn as hollow markers.
+        Amplitudes with omitted estimates of zero, whose means are drawn as hollow markers.
     unit : str
         Unit of the estimates.
     confidence : float

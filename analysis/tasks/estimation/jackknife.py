@@ -16,10 +16,10 @@ def jackknife(
 ) -> MeanOverParticipants | NotComputed:
     """Return an estimate with its t-based interval and t test against 0.
 
-    The standard error is the jackknife estimate (Tukey 1958, Ann. Math. Stat. 29, 614), with n - 1
-    degrees of freedom. For a regression with clusters, the jackknife error is at least as large as
-    the sandwich error, and coverage is nominal with few clusters (Bell and McCaffrey 2002, Surv.
-    Methodol. 28, 169-181).
+    The standard error is the jackknife estimate (Tukey 1958, Annals of Mathematical Statistics 29,
+    614), with n - 1 degrees of freedom. For a regression with clusters, the jackknife error is at
+    least as large as the sandwich error, and coverage is nominal with few clusters (Bell and
+    McCaffrey 2002, Survey Methodology 28, 169-181).
 
     Parameters
     ----------

@@ -51,7 +51,7 @@ class NormalisationUsed:
     rule : str or None
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`; None without estimates.
     zero_rule : str
-        Rule for estimates of zero before taking logarithms.
+        Rule that handles estimates of zero before logarithms are taken.
     zeros : int
         Number of estimates that are zero.
     standard_deviation : {"sample", "population"}

@@ -5,8 +5,8 @@ For a power function with exponent *n* and a Weber fraction *w*
 
     k = (1 + w)^n - 1,    n = log(1 + k) / log(1 + w)
 
-According to Teghtsoonian 1971 (Psychol. Rev. 78, 71-80), *k* is near 0.03 for every sense, so steep
-power functions imply fine discrimination.
+According to Teghtsoonian (1971, Psychological Review 78, 71-80), *k* is near 0.03 for every sense,
+so steep power functions imply fine discrimination.
 """
 
 from __future__ import annotations

@@ -1,16 +1,14 @@
 """Compute the information transferred in an identification task.
 
-Rules:
+Information is the mutual information between presented and named surface, in bits (Miller 1956,
+Psychological Review 63, 81-97). Two to the power of this value is the number of surfaces that could
+be identified without error.
 
-- information is the mutual information between presented and named surface, in bits (Miller 1956,
-  Psychol. Rev. 63, 81-97); 2 to this power is the number of surfaces that could be identified
-  without error;
-- with few trials, information is overestimated. The first-order Miller-Madow correction (Miller
-  1955, in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each
-  entropy;
-- a corrected value does not exceed the information in the presented surfaces;
-- the report contains a note if participants have fewer than five trials per cell on average,
-  because individual values require many trials.
+Few trials lead to overestimated information. The first-order Miller-Madow correction (Miller 1955,
+in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each entropy.
+A corrected value does not exceed the information in the presented surfaces. Individual values
+require many trials, so the report contains a note if participants have fewer than five trials per
+cell of the confusion matrix on average.
 """
 
 from __future__ import annotations
@@ -38,7 +36,7 @@ ITEMS = ("presented", "named")
 
 
 def _known(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return trials with the column ``right``, which is NaN without a name or an answer."""
+    """Return trials with the column ``right``, NaN if a surface or an answer is missing."""
     whole = (frame["presented"] != "") & (frame["named"] != "")
     right = (frame["presented"] == frame["named"]).astype(float)
     return frame.assign(**{name: frame[name].map(plain) for name in ITEMS}).assign(

@@ -1,14 +1,13 @@
 """Estimate thresholds by the method of limits.
 
-Rules:
+A series has a transition if its last answer differs from the earlier answers. The transition lies
+halfway between the last level and the nearest earlier level in the direction of the series. Series
+without a transition are counted.
 
-- a series has a transition if its last answer differs from the earlier answers. The transition lies
-  halfway between the last level and the nearest earlier level in the direction of the series.
-  Series without a transition are counted;
-- a participant's threshold is the mean of the mean ascending and the mean descending transition, so
-  that both directions have equal weight;
-- the constant error is the descending minus the ascending transition. A positive error means that
-  answers change too early (anticipation), a negative error too late (habituation).
+A participant's threshold is the mean of the mean ascending and the mean descending transition, so
+that both directions have equal weight. The constant error is the descending minus the ascending
+transition. A positive error means that answers change too early (anticipation), a negative error
+too late (habituation).
 """
 
 from __future__ import annotations
@@ -69,7 +68,7 @@ class TaskLimits:
     ----------
     task : str
     participants, answers, series, without_transition : int
-        Numbers of participants, answers, series, and series without a transition.
+        Counts of participants, answers, series, and series without a transition.
     standard_um_pp : float or None
         Level of the standard; None if it was not constant.
     threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed

@@ -55,7 +55,7 @@ class MatchedReference:
     reference_um_pp : float
         Amplitude of the reference, µm peak to peak.
     matches, participants : int
-        Numbers of matches and participants.
+        Counts of matches and participants.
     mean_um_pp : float
         Mean of participants' mean matches.
     bias_um_pp : MeanOverParticipants or NotComputed

@@ -1,13 +1,11 @@
 """Load kinds of task from other packages, and guard calls to their functions.
 
-A package declares a `TaskAnalysis` with an entry point in the group ``slipscale.analyses``. Rules:
-
-- if outside code raises an exception or returns a wrong type, the report contains a sentence that
-  names the package and the part; the rest of the report is still written;
-- texts, tables and figures are computed before any file is written, so that the report can list
-  failures. Only sections are computed later, because they need the figures;
-- keys and files are called ``own_NAME`` or ``own_NAME_...``, so that they cannot clash with
-  Slipscale's names.
+A package declares a `TaskAnalysis` with an entry point in the group ``slipscale.analyses``. If code
+of the package raises an exception or returns a wrong type, the report names the package and the
+part in a sentence, and the rest of the report is still written. Texts, tables and figures are
+computed before any file is written, so that the report can list failures. Only sections are
+computed later, because they need the figures. Keys and files are called ``own_NAME`` or
+``own_NAME_...``, so that they cannot clash with Slipscale's names.
 """
 
 from __future__ import annotations
@@ -218,7 +216,9 @@ class _Check:
         if wrong := [each for each in values if not self.fits(each)]:
             raise UserError(f"returned {type(wrong[0]).__name__}, expected {self.expected}")
         if self.files and (foreign := [each for each in found if not _is_own(name, str(each))]):
-            raise UserError(f"is called '{foreign[0]}'; expected own_{name} or own_{name}_...")
+            raise UserError(
+                f"a file name must be own_{name} or begin with own_{name}_, but is '{foreign[0]}'"
+            )
         return found
 
 
@@ -263,11 +263,13 @@ def _declared(name: str, kind: object) -> TaskAnalysis:
     if not re.fullmatch("[a-z][a-z0-9_]*", name):
         raise UserError("expected a name of lower-case letters, digits and underscores")
     if not isinstance(kind, TaskAnalysis):
-        raise UserError(f"its entry point is {kind!r}, expected a TaskAnalysis")
+        raise UserError(f"its entry point must be a TaskAnalysis, but is {kind!r}")
     if kind.name != name:
-        raise UserError(f"it is declared as '{kind.name}', expected the entry point's name")
+        raise UserError(f"its name must be the name of the entry point, but is '{kind.name}'")
     keys = [statistic.key for statistic in kind.statistics]
     keys += [kind.trials.name] if kind.trials is not None else []
     if foreign := [key for key in keys if not _is_own(name, key)]:
-        raise UserError(f"its key is '{foreign[0]}', expected own_{name} or own_{name}_...")
+        raise UserError(
+            f"its key must be own_{name} or begin with own_{name}_, but is '{foreign[0]}'"
+        )
     return kind

@@ -68,8 +68,7 @@ class OwnResult:
     figure : Figure, optional
         A Matplotlib figure.
     figure_caption, figure_alt : str
-        Caption, and text alternative for people who cannot see the figure. A figure requires both
-        texts.
+        Caption, and text alternative for people who cannot see the figure; both are required.
 
     Raises
     ------
@@ -133,7 +132,7 @@ def own_analysis(
         Returns an `OwnResult`, or `NotComputed` with the reason why there is no result.
     """
     if not isinstance(title, str) or not title.strip():
-        raise UserError(f"analysis '{name}': its title is {title!r}, expected a string")
+        raise UserError(f"analysis '{name}': the title must contain text, but is {title!r}")
     short = _Short(f"own_{name}", title, run)
     return TaskAnalysis(
         name=name,

@@ -125,8 +125,8 @@ def _blocks(
         *html.figure_if_drawn(
             svgs,
             f"pointing_{task.task}",
-            "Mean movement time by index of difficulty. Pale: participants; lines: means of their "
-            "regressions.",
+            "Mean movement time by index of difficulty. Pale: participants; lines: means of "
+            "participants' regressions.",
             "Movement time by index of difficulty",
         ),
         html.table(

@@ -1,17 +1,17 @@
 """Compute throughput and the regression of movement time on the index of difficulty.
 
-Sources: ISO/TS 9241-411:2012; Soukoreff and MacKenzie 2004, Int. J. Hum.-Comput. Stud. 61, 751-789.
-Rules:
+The analysis follows ISO/TS 9241-411:2012 and Soukoreff and MacKenzie (2004, International Journal
+of Human-Computer Studies 61, 751-789). A cell contains one participant's movements with one
+feedback, distance and width, in all sessions. Cells with fewer than `FEWEST` movements, or without
+spread, are omitted and counted. All other movements are included, even if they miss the target.
 
-- a cell contains one participant's movements with one feedback, distance and width, in all
-  sessions. Cells with fewer than `FEWEST` movements, or without spread, are omitted and counted;
-- the effective width is 4.133 (the square root of 2 pi e) times the standard deviation of the
-  selected positions along the movement; the effective distance is their mean; the effective index
-  of difficulty is log2(distance / width + 1) in bits (Shannon formulation);
-- a participant's throughput is the mean of index / movement time across cells;
-- the line movement time = a + b * index is fitted to each participant's cells, with the nominal
-  distance and width; means across participants have t-based intervals;
-- all movements are included, even if they miss the target.
+The effective width is 4.133 (the square root of 2 pi e) times the standard deviation of the
+selected positions along the movement; the effective distance is the mean of these positions. The
+effective index of difficulty is log2(distance / width + 1) in bits (Shannon formulation). A
+participant's throughput is the mean of effective index / movement time across cells.
+
+The line movement time = a + b * index is fitted to each participant's cells, with the nominal
+distance and width. Means across participants have t-based intervals.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ class FeedbackPointing:
     ----------
     feedback : str
     movements, left_out : int
-        Numbers of movements and of omitted cells.
+        Counts of movements and of omitted cells.
     throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
     intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
         Regression of movement time on the index of difficulty.

@@ -110,7 +110,7 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
         low, high = (100 * (exp(bound) - 1) for bound in beginning.interval)
         texts.append(
             f"Adjustments that started high ended {number(abs(percent), 1)} % "
-            f"{'higher' if percent >= 0 else 'lower'} than those that started low, "
+            f"{'higher' if percent >= 0 else 'lower'} than adjustments that started low, "
             f"{level_of(confidence)} CI of the difference [{number(low, 1)}, {number(high, 1)}] %."
         )
     if found.at_bounds:

@@ -4,7 +4,8 @@ The amplitude is the response to a given number, so log amplitude is regressed o
 the exponent is the inverse of the slope. People compress the range of the variable that they
 control (the regression effect). In production, people control amplitudes, so the exponent is too
 large. In estimation, people control numbers, so the exponent is too small. The usual remedy is the
-geometric mean of both exponents (Stevens and Greenbaum 1966, Percept. Psychophys. 1, 439-446).
+geometric mean of both exponents (Stevens and Greenbaum 1966, Perception and Psychophysics 1,
+439-446).
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class ProducedNumber:
     number : float
         The number shown.
     participants, productions : int
-        Numbers of participants and productions.
+        Counts of participants and productions.
     amplitude_um_pp : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
@@ -122,7 +123,7 @@ class TaskProductions:
     standard_um_pp, modulus : float
         Amplitude of the standard (µm peak to peak), and the number assigned to the standard.
     participants, answers, catch_trials : int
-        Numbers of participants, answers (without catch trials) and catch trials.
+        Counts of participants, answers (without catch trials) and catch trials.
     catch_um_pp : float or None
         Geometric mean amplitude in catch trials, which show the number of the standard.
     at_bounds : int

@@ -90,13 +90,13 @@ class RatedSurface:
     surface : str
         Amplitude (µm peak to peak), or name of the texture.
     participants, ratings : int
-        Numbers of participants and ratings.
+        Counts of participants and ratings.
     mean, sd : float, float or None
         Mean and standard deviation (n - 1) of participants' mean ratings.
     interval : ConfidenceInterval or None
         t-based interval for the mean; None for fewer than three participants.
     at_left, at_right : int
-        Numbers of ratings at the left and right ends of the scale.
+        Counts of ratings at the left and right ends of the scale.
     """
 
     surface: str
@@ -142,7 +142,7 @@ class TaskRatings:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Numbers of participants, answers (without catch trials) and catch trials.
+        Counts of participants, answers (without catch trials) and catch trials.
     catch_mean : float or None
         Mean rating in catch trials, which present the bare plate.
     categories : int or None

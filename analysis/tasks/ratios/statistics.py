@@ -49,7 +49,7 @@ class JudgedSurface:
     comparison_um_pp : float
         Amplitude in µm peak to peak.
     participants, judgements : int
-        Numbers of participants and judgements.
+        Counts of participants and judgements.
     ratio : float
         Geometric mean of participants' geometric means.
     interval : ConfidenceInterval or None
@@ -77,7 +77,7 @@ class TaskRatios:
         Name of the figure: the task label, followed by the standard in nm if the task has several
         standards.
     participants, answers, catch_trials : int
-        Numbers of participants, answers (without catch trials) and catch trials.
+        Counts of participants, answers (without catch trials) and catch trials.
     catch_ratio : float or None
         Geometric mean ratio in catch trials, which compare the standard with itself.
     surfaces : tuple of JudgedSurface
@@ -128,7 +128,7 @@ def log_cells(main: pd.DataFrame, by: str, value: str) -> pd.DataFrame:
 
 
 def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, ConfidenceInterval | None]:
-    """Return the geometric mean across participants, and its interval if it is defined."""
+    """Return the geometric mean across participants, and its interval if defined."""
     values = np.asarray(logs.dropna(), np.float64)
     found = mean_over_participants(values, confidence)
     if not found:

@@ -1,12 +1,12 @@
 """Estimate sensitivity from same–different answers, using the differencing model.
 
-The analysis follows Macmillan and Creelman (2005, Detection Theory, chapter 9):
+In this model (Macmillan and Creelman 2005, Detection Theory, chapter 9), a participant answers
+"different" if two sensations differ by more than a criterion k. Sensations have a standard
+deviation of 1, and the mean sensations of two surfaces differ by d'.
 
-- a participant answers "different" if two sensations differ by more than a criterion k. Sensations
-  have a standard deviation of 1; the mean sensations of two surfaces differ by d';
-- false alarms for a pair are "different" answers when one of its surfaces is presented twice;
-- the log-linear correction adds 0.5 to each count of answers and 1 to each count of trials (Hautus
-  1995, Behav. Res. Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
+False alarms for a pair are "different" answers to one of its surfaces presented twice. The
+log-linear correction adds 0.5 to each count of answers and 1 to each count of trials (Hautus 1995,
+Behavior Research Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ class PairSensitivity:
     first, second : str
     participants : int
     different, different_n, same, same_n : int
-        Numbers of "different" answers and of trials, for different surfaces and for the same
+        Counts of "different" answers and of trials, for different surfaces and for the same
         surface presented twice.
     d_prime, criterion : float
         d' and criterion k from all answers pooled, in standard deviations of one sensation.

@@ -1,8 +1,8 @@
 """Fit a scale of perceived differences by maximum likelihood difference scaling.
 
 The choice of the larger of two differences follows a probit model of scale values, the first of
-which is 0 (Maloney and Yang 2003, J. Vis. 3(8):5; Knoblauch and Maloney 2008, J. Stat. Softw.
-25(2)).
+which is 0 (Maloney and Yang 2003, Journal of Vision 3(8):5; Knoblauch and Maloney 2008, Journal of
+Statistical Software 25(2)).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class DifferenceScale:
     log_likelihood : float
         Log likelihood of the fit.
     answers, simulations : int
-        Numbers of answers and of simulated data sets.
+        Counts of answers and of simulated data sets.
     """
 
     values: tuple[float, ...]

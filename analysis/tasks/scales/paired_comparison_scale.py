@@ -1,8 +1,8 @@
 """Scale surfaces from paired comparisons.
 
 In the Bradley-Terry model (1952, Biometrika 39, 324-345), the difference between two scale values
-is the log odds of a choice. In Thurstone's case V (1927, Psychol. Rev. 34, 273-286), it is the
-probit of the probability of a choice.
+is the log odds of a choice. In Thurstone's case V (1927, Psychological Review 34, 273-286), the
+difference is the probit of the probability of a choice.
 
 The likelihood is multiplied by the square root of the determinant of the information matrix (Firth
 1993, Biometrika 80, 27-38). All values are then finite, even if a surface was never chosen
@@ -68,7 +68,7 @@ class ComparisonScale:
     fit : ScaleTest or NotComputed
         Goodness-of-fit test, which assumes independent answers.
     answers, participants : int
-        Numbers of answers and participants.
+        Counts of answers and participants.
     """
 
     model: Model

@@ -73,7 +73,7 @@ class TaskScale:
         Surfaces in the order of the scale values: amplitudes (µm peak to peak) in ascending order,
         then textures by name.
     participants, answers, catch_trials : int
-        Numbers of participants, answers and catch trials.
+        Counts of participants, answers and catch trials.
     chosen, compared : tuple of int
         For pairs, number of times each surface was chosen and presented.
     bradley_terry, thurstone : ComparisonScale or NotComputed

@@ -108,7 +108,7 @@ def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StochasticTransitivity:
-    """Numbers of triads that violate weak, moderate and strong transitivity.
+    """Counts of triads that violate weak, moderate and strong transitivity.
 
     Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity then
     requires that A is chosen over C at least half of the time. Moderate transitivity requires at

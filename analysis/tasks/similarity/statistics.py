@@ -1,18 +1,16 @@
 """Compute multidimensional scaling of dissimilarity ratings.
 
-Rules:
+Each participant's dissimilarities are averaged over orders and repetitions, and divided by their
+root mean square, so that all participants have equal weight. In free sorting, the dissimilarity of
+a pair is the proportion of participants who put the two items into different groups. Individual
+sorting values are 0 or 1, so no weights are computed.
 
-- a participant's dissimilarities are averaged over orders and repetitions, and divided by the
-  participant's root mean square, so that all participants have equal weight;
-- in free sorting, the dissimilarity of a pair is the proportion of participants who put the two
-  items into different groups. Individual values are 0 or 1, so no weights are computed;
-- the group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). scikit-learn's
-  SMACOF starts from the classical solution and from random maps; the solution with the lowest
-  stress-1 is rotated to its principal axes;
-- a participant's weights are the non-negative weights of squared distances along the axes that best
-  fit the participant's squared dissimilarities (the subject step of Carroll and Chang 1970,
-  Psychometrika 35, 283-319). Unlike in INDSCAL, the axes are not estimated together with the
-  weights.
+The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF function
+of scikit-learn starts from the classical solution and from random maps; the solution with the
+lowest stress-1 is rotated to its principal axes. A participant's weights are the non-negative
+weights of squared distances along the axes that best fit the participant's squared dissimilarities
+(the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319). Unlike in INDSCAL, the axes
+are not estimated together with the weights.
 """
 
 from __future__ import annotations
@@ -68,12 +66,12 @@ class TaskMap:
     task : str
         Task label in file names.
     participants, answers, catch_trials : int
-        Numbers of participants, answers (without catch trials) and catch trials.
+        Counts of participants, answers (without catch trials) and catch trials.
     items : tuple of str
     stress : Mapping
         Stress-1 of the map for each number of dimensions.
     coordinates : Mapping
-        Item -> coordinates on the first `SHOWN` principal axes.
+        Coordinates of each item on the first `SHOWN` principal axes.
     people : tuple of Person
         Weights of participants who rated every pair; empty for free sorting.
     sorting : bool
@@ -153,7 +151,7 @@ def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
 
 
 def _scaled(table: Array) -> Array:
-    """Scale a table to a root mean square of 1 over its pairs; NaN if all are 0."""
+    """Scale a table to a root mean square of 1 over its pairs; NaN if all values are 0."""
     known = table[np.triu_indices(len(table), 1)]
     size = np.sqrt(np.nanmean(known**2)) if np.isfinite(known).any() else 0.0
     return table / size if size > TINY else np.full_like(table, np.nan)

@@ -1,19 +1,17 @@
 """Estimate thresholds and just noticeable differences in measured friction.
 
 Friction depends on the plate's amplitude and on the finger. If normal and lateral force were
-measured in each interval, the answers are also fitted against friction. Rules:
+measured in each interval, the answers are also fitted against friction. The level of a trial is
+then the change in friction: the mean coefficient in the other intervals minus the coefficient in
+the target's interval. If friction increases with the plate's level, the sign is reversed, so that
+curves rise. Trials with no measurement in the target's interval, or with none in the other
+intervals, are omitted and counted.
 
-- the level of a trial is the change in friction: the mean coefficient in the other intervals minus
-  the coefficient in the target's interval. If friction increases with the plate's level, the sign
-  is reversed, so that curves rise;
-- noise in single measurements flattens a curve and makes the just noticeable difference too large
-  (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes
-  in friction are averaged by plate level, session and condition. Changes in single trials are
-  rounded to `STEP` standard deviations, because fits with many different levels take long;
-- changes can be 0 or negative, so a logarithmic curve is replaced with the same curve on a linear
-  axis;
-- trials with no measurement in the target's interval, or with none in the other intervals, are
-  omitted and counted.
+Noise in single measurements flattens a curve and makes the just noticeable difference too large
+(Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes in
+friction are averaged by plate level, session and condition. Changes in single trials are rounded to
+`STEP` standard deviations, because fits with many different levels take long. Changes can be 0 or
+negative, so a logarithmic curve is replaced with the same curve on a linear axis.
 """
 
 from __future__ import annotations
@@ -63,7 +61,7 @@ class FrictionThreshold:
     participants : Mapping of str to float
         Change at each participant's threshold, shrunk towards the population.
     n, answers, left_out : int
-        Numbers of participants, of answers, and of trials without a measurement.
+        Counts of participants, of answers, and of trials without a measurement.
     """
 
     lower: bool

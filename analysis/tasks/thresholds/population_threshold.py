@@ -46,7 +46,7 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     Raises
     ------
     UserError
-        If the standard is not above 0, or the method has no standard.
+        The standard is not above 0, or the method has no standard.
     """
     if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
         raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")
@@ -124,15 +124,15 @@ class PopulationThreshold:
     lapse : float
         Common lapse rate of all participants.
     n, answers : int
-        Numbers of participants and answers.
+        Counts of participants and answers.
     participants : Mapping of str to float
         Threshold of each participant in µm peak to peak, shrunk towards the population.
     factors : tuple of Factor
         Thresholds by group, by session, by each study factor and by all factors combined; variables
         with a single level are left out.
     better_curve : str
-        For comparisons, the curve's name on the other axis (linear or logarithmic) if that curve
-        fits clearly better.
+        For comparisons, the linear or logarithmic counterpart of the curve if it fits clearly
+        better.
     """
 
     threshold_um_pp: Estimate
@@ -249,7 +249,7 @@ def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
 def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
-    """Return the curve's name on the other axis if that curve fits clearly better, else ""."""
+    """Return the linear or logarithmic counterpart of a curve if it fits clearly better."""
     other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
     if levels.min() <= 0:
         return ""

@@ -1,14 +1,13 @@
 """Estimate the threshold of a staircase as the mean of its last reversals.
 
-Source: Levitt 1971, J. Acoust. Soc. Am. 49, 467-477. Rules:
+The method follows Levitt (1971, Journal of the Acoustical Society of America 49, 467-477). The rule
+in the study file replays the recorded answers of each track, which yields the reversals of the
+session even if a trial was taken back. Tracks are separate for each condition, session and run.
+Tracks with fewer reversals than requested are omitted and counted.
 
-- the rule in the study file replays the recorded answers of each track. The reversals therefore
-  equal the reversals in the session, even if a trial was taken back;
-- tracks are separate for each condition, session and run;
-- a track with fewer reversals than requested is omitted and counted;
-- a participant's value is the mean across tracks, and the geometric mean on a logarithmic scale;
-- the mean estimates the level at which steps up and down balance (`UpDown.target`), which is not
-  the midpoint of the fitted curve.
+A participant's value is the mean across tracks, or the geometric mean on a logarithmic scale. The
+value estimates the level at which steps up and down balance (`UpDown.target`), not the midpoint of
+the fitted curve.
 """
 
 from __future__ import annotations
@@ -47,7 +46,7 @@ class ConditionReversals:
     condition : str
         Levels of the factors; empty without factors.
     tracks, left_out : int
-        Numbers of all tracks, and of tracks with too few reversals.
+        Counts of all tracks, and of tracks with too few reversals.
     mean_um_pp : Estimate or NotComputed
         Mean across participants, with a t-based interval.
     people : tuple of PersonReversals
@@ -88,9 +87,9 @@ def reversals(
     main : DataFrame
         Main trials of one task without catch trials, in order of presentation.
     rule : Interleaved or None
-        The tracks before their first trial; None if unknown.
+        The tracks' state before the first trial; None if unknown.
     last : int or None
-        Number of reversals per track; None if the study does not request them.
+        Number of reversals per track; None if not requested in the study file.
     confidence : float
         Confidence level of the intervals.
     """

@@ -52,9 +52,9 @@ class ParticipantThreshold:
     participant : str
         Label of the participant.
     trials, correct : int
-        Numbers of main trials and of correct answers.
+        Counts of main trials and of correct answers.
     catch_trials, catch_correct : int
-        Numbers of catch trials and of correct answers; catch trials are not part of this fit.
+        Counts of catch trials and of correct answers; catch trials are not part of this fit.
     function : PsychometricFunction or NotComputed
         Posterior medians of threshold and slope, and posterior means of lapse and guess rates.
     weber_fraction : Estimate or NotComputed
@@ -129,7 +129,7 @@ def thresholds(
     study_text : str
         Text of the study file, which defines the adaptive rules; empty if unknown.
     group_of : Mapping, optional
-        Participant -> group.
+        Group of each participant.
     """
     if not len(trials):
         return NotComputed("no trials of forced choice")

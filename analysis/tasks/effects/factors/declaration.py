@@ -131,7 +131,7 @@ def _changes(found: FactorEffects, level: str) -> Markup:
         "Mean changes from the first condition across participants, with t-based "
         "intervals, and estimates from a mixed model of all trials, whose ratio applies "
         "at the mean logarithmic level. The model assumes that exponents change equally "
-        f"for all participants; if they do not, its intervals are too narrow.{bound}",
+        f"for all participants; otherwise, the model's intervals are too narrow.{bound}",
     )
 
 

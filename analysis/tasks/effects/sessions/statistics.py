@@ -25,7 +25,7 @@ from slipscale.analysis.tasks.effects.sessions.anova import SessionAnova, sessio
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionChange:
-    """Change from the first session to a later one.
+    """A change from the first session to a later session.
 
     Parameters
     ----------
@@ -146,8 +146,8 @@ def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
 def agreement(values: Array, confidence: float) -> IntraclassCorrelation | NotComputed:
     """Return ICC(A,1) for a participants-by-sessions table, with its interval.
 
-    For the formulas, see McGraw and Wong 1996, Psychol. Methods 1, 30-46, tables 4 and 7. pingouin
-    is not used, because it rounds the interval to two decimals.
+    For the formulas, see McGraw and Wong (1996, Psychological Methods 1, 30-46, tables 4 and 7).
+    The package pingouin is not used, because it rounds the interval to two decimals.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 

@@ -45,7 +45,7 @@ class IndividualExponent:
     participant : str
         Label of the participant.
     least_squares : float
-        Exponent from the participant's own trials; NaN with only one amplitude.
+        Least-squares exponent of the participant's trials; NaN with a single amplitude.
     exponent, interval : float, ConfidenceInterval
         Posterior mean, shrunk towards the group, and its credible interval.
     """
@@ -230,7 +230,7 @@ def predictive_checks(trials: Trials, draws: Draws) -> dict[str, PredictiveCheck
     """Compare residual statistics of the observed data with those of predicted data sets.
 
     Residuals are relative to the participants' lines in the same posterior draw (realised
-    discrepancies; Gelman, Meng and Stern 1996, Stat. Sinica 6, 733-807).
+    discrepancies; Gelman, Meng and Stern 1996, Statistica Sinica 6, 733-807).
     """
     rng = np.random.default_rng(SEED)
     own = draws.values["own"].reshape(-1, len(trials.names), 2)

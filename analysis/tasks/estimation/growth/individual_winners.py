@@ -1,10 +1,10 @@
 """Find the growth function that fits each participant's trials best.
 
 The best function depends only on the sums of squares, so all participants are fitted in one batch,
-by the Levenberg-Marquardt method within bounds (Marquardt 1963, J. Soc. Ind. Appl. Math. 11,
-431-441). Each row of the batch is one starting point of one participant. In 8 of about 2,160 random
-fits, the sum of squares differed from SciPy's by more than a millionth: 5 sums were smaller (by at
-most 0.3 %), and 3 were larger.
+by the Levenberg-Marquardt method within bounds (Marquardt 1963, Journal of the Society for
+Industrial and Applied Mathematics 11, 431-441). Each row of the batch is one starting point of one
+participant. In 8 of about 2,160 random fits, the sum of squares differed from SciPy's by more than
+a millionth: 5 sums were smaller (by at most 0.3 %), and 3 were larger.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
     Returns
     -------
     dict
-        Participant -> model. None if there are too few trials, or if the AICc of the two best
+        Best model by participant. None if there are too few trials, or if the AICc of the two best
         models differs by less than `UNDECIDED`.
     """
     usable = trials[(trials["amplitude_um_pp"] > 0) & trials["log"].notna()]

@@ -131,8 +131,8 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
 def predicted_reduction(amplitude_um_pp: float) -> float:
     """Return the reduction in friction, 1 - µ'/µ, that the squeeze film predicts.
 
-    The prediction uses the full Reynolds equation (3) and eq. (15), at the working point in the
-    paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see
+    The prediction uses the full Reynolds equation (3) and equation (15), at the working point in
+    the paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see
     `VirtualSurface.predicted_relative_friction`.
     """
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415

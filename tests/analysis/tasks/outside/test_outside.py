@@ -120,8 +120,11 @@ def test_without_outside_analyses_only_our_keys_are_written(installed):
             own_analysis("wrong", title="T", run=lambda _: {"p": 1}),
             ": returned dict, expected an OwnResult",
         ),
-        (own_analysis("other", title="T", run=broken), ": it is declared as 'other', expected"),
-        (broken, ": its entry point is .*, expected a TaskAnalysis"),
+        (
+            own_analysis("other", title="T", run=broken),
+            ": its name must be the name of the entry point, but is 'other'",
+        ),
+        (broken, ": its entry point must be a TaskAnalysis, but is"),
         (ModuleNotFoundError("No module named 'extra'"), " raised ModuleNotFoundError: No module"),
         (
             own_analysis("wrong", title="T", run=lambda _: OwnResult(sentences="one", numbers={})),
@@ -152,7 +155,7 @@ def test_one_that_changes_its_tables_changes_those_of_nobody_else(installed, dat
 
 
 def test_a_title_that_is_no_text_is_refused_when_it_is_declared():
-    with pytest.raises(UserError, match="its title is '', expected a string"):
+    with pytest.raises(UserError, match="the title must contain text, but is ''"):
         own_analysis("wrong", title="", run=broken)
 
 
@@ -191,7 +194,7 @@ def test_every_part_that_fails_is_one_sentence_and_the_report_is_written(
         ({"tables": lambda _: {"own_wrong": []}}, "its tables: returned list, expected DataFrames"),
         (
             {"tables": lambda _: {"table3": pd.DataFrame()}},
-            "its tables: is called 'table3'; expected own_wrong or own_wrong_...",
+            "its tables: a file name must be own_wrong or begin with own_wrong_, but is 'table3'",
         ),
     ],
 )
@@ -212,7 +215,7 @@ def test_a_key_that_could_hide_one_of_ours_is_refused(installed):
     installed(wrong=of_key("friedman"))
     faults = []
     assert guard.installed_kinds(faults) == ()
-    assert "its key is 'friedman', expected own_wrong" in faults[0]
+    assert "its key must be own_wrong or begin with own_wrong_, but is 'friedman'" in faults[0]
 
 
 def test_a_family_of_tests_that_cannot_be_read_takes_its_result_with_it(installed, only_own):
