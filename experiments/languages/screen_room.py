@@ -1,6 +1,6 @@
 """Define where texts appear on the screen, and check that they fit and can be drawn.
 
-Space is measured in lines of letters of average width.
+Space is measured in lines and in letters of average width.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def not_drawn(text: str) -> str:
 
 
 def _fonts(text: str) -> str:
-    """Return the names of fonts for letters that the window's font lacks."""
+    """Return a remark that names fonts for letters that the window's font lacks."""
     scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
     names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
     return f" (a font that has these: {', '.join(names)})" if names else ""

@@ -71,18 +71,18 @@ def load_texts(
     brought: Texts | None = None,
     words: AttributeWords | None = None,
 ) -> Texts:
-    """Return all texts of a language, in which a study's own texts replace the shipped ones.
+    """Return all texts of a language; a study's own texts replace shipped texts.
 
     Parameters
     ----------
     language : str
-        Code of a shipped language.
+        Code of the language, such as ``en``.
     replacements : Mapping, optional
-        Texts that replace the shipped ones, nested or with dotted keys.
+        Texts that replace shipped texts, with nested or dotted keys.
     brought : Mapping, optional
         Texts added by the protocols of the run.
     words : AttributeWords, optional
-        Words for the property that is judged; by default, slipperiness.
+        Words for the judged attribute, which is slipperiness by default.
 
     Raises
     ------
@@ -104,10 +104,10 @@ def load_texts(
 
 @cache
 def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[str, str]:
-    """Return the texts of a shipped language. Do not modify the result; all callers share it.
+    """Return the texts of a shipped language. Do not modify this dictionary; all callers share it.
 
-    For other languages, return the English texts, which the study's own texts replace. Without
-    ``words``, the texts are about slipperiness.
+    If the language is not shipped, return the English texts, which the study's own texts replace.
+    Without ``words``, the texts are about slipperiness.
     """
     known = language if language in _languages() else ENGLISH
     source = files("slipscale.experiments").joinpath("languages", f"{known}.toml")
@@ -157,9 +157,9 @@ def to_translate(brought: Texts) -> dict[str, str]:
 
 
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and an error message for each text that lacks English placeholders or answers.
+    """Yield the key and an error message for each translation that lacks placeholders or answers.
 
-    Only translations are checked; a text that replaces a shipped one may omit placeholders.
+    Only translations are checked; a text that replaces a shipped text may omit placeholders.
     """
     for key, english in to_translate(brought).items():
         if not (text := own.get(key, "")):
@@ -171,7 +171,7 @@ def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
 
 
 def texts_hash(texts: Texts) -> str:
-    """Return the SHA-256 of all texts, in hexadecimal."""
+    """Return the SHA-256 hash of all texts, in hexadecimal."""
     return hashlib.sha256(json.dumps(dict(sorted(texts.items()))).encode()).hexdigest()
 
 
@@ -182,7 +182,7 @@ def _unknown(key: str, shipped: Texts) -> str:
 
 
 def blanks(text: str) -> set[str] | None:
-    """Return the names in the {braces} of a text; None if braces are unbalanced.
+    """Return the placeholder names in a text; None if its braces are unbalanced.
 
     >>> blanks("{done} of {total}") == {"done", "total"}, blanks("50 % {")
     (True, None)
@@ -204,7 +204,7 @@ def answers(text: str) -> list[str]:
 
 
 def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and an error message for each text with unknown or unbalanced {braces}."""
+    """Yield the key and an error message for each text with unknown or incomplete placeholders."""
     for key, text in own.items():
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
@@ -213,7 +213,7 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
-    """Yield the key and an error message for invalid keys, decimal signs and lists of answers."""
+    """Yield text keys and errors for invalid yes/no letters, decimal signs and lists of answers."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"

@@ -33,7 +33,7 @@ class Unfinished:
     entry : str
         The contents of the answer field.
     rejected : tuple of str
-        The entries that were rejected before.
+        The entries that were rejected earlier.
     """
 
     entry: str = ""
@@ -56,7 +56,7 @@ class Participant(Protocol):
 
     @property
     def finger(self) -> Finger | None:
-        """The source of the finger's position, if any: window pointer or simulated finger."""
+        """The source of the finger's position, if any: the window pointer or a simulated finger."""
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
@@ -66,7 +66,7 @@ class Participant(Protocol):
         step : Instruct, Explore, Ask, Rest or Feedback
             The step to carry out, which never contains an amplitude.
         watch : callable
-            Must be called on every frame. Its exceptions must propagate.
+            A function to call on every frame. Its exceptions must propagate.
 
         Raises
         ------

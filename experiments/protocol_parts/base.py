@@ -81,9 +81,9 @@ class Context:
     advance : bool
         Whether each visit takes the next position in the counterbalancing.
     session, run : str
-        The run's labels. Each run has its own orders.
+        The run's labels. Each run has its own presentation orders.
     levels : tuple of float
-        The levels of the study's plain surfaces, in its quantity.
+        The levels of the study's plain surfaces, in the study's quantity.
     quantity : Quantity
         The quantity of all levels, whose name and unit appear in messages.
     texts : Mapping
@@ -91,11 +91,11 @@ class Context:
     textures : tuple of Texture
         The study's textures.
     varied : Varied or None
-        The stimulus whose parameter the levels set; if None, levels are amplitudes.
+        The stimulus with a parameter that the levels set; if None, the levels are amplitudes.
     condition : str
-        The combination of factor levels; each combination has its own orders.
+        The combination of factor levels; each combination has its own presentation orders.
     task : str
-        The label of the task, used for its trials and its random numbers.
+        The label of the task, which also selects the task's random numbers.
     """
 
     seed: int
@@ -119,12 +119,12 @@ class Context:
         return (*(self.surface(amplitude) for amplitude in self.levels), *self.textures)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this run's random number stream for one purpose."""
+        """Return this run's random number stream for a given purpose."""
         condition = (self.condition,) if self.condition else ()
         return Stream(self.seed, self.participant, self.session, self.run, *condition, *purpose)
 
     def shared_stream(self, *purpose: str | int) -> Stream:
-        """Return a random number stream for one purpose, identical for all participants."""
+        """Return a random number stream for a given purpose, identical for all participants."""
         return Stream(self.seed, EVERYBODY, *purpose)
 
     @property
@@ -141,7 +141,7 @@ class Context:
         return VirtualSurface(level=level, label=label)
 
     def own_or_listed(self, own: tuple[float, ...] | None) -> tuple[float, ...]:
-        """Return the task's own levels or the study's. Raises `UserError` if neither exists."""
+        """Return the task's levels, or else the study's; raise `UserError` if there are none."""
         if not (own or self.levels):
             raise UserError(f"neither the study nor the task lists {self.quantity.levels}")
         return own or self.levels
@@ -162,8 +162,8 @@ class TrialRecord:
     """A trial as recorded in the journal; it becomes one row of the data set.
 
     In a trial without intervals, ``surface``, ``readback_level``, ``onset_s`` and
-    ``exploration_time_s`` describe the trial's surface. In a trial with intervals, these values are
-    in ``intervals``, keyed by number.
+    ``exploration_time_s`` describe the trial's surface. In a trial with intervals, ``intervals``
+    contains these values, keyed by interval number.
     """
 
     trial: Trial
@@ -191,7 +191,7 @@ def truth(value: Value) -> str | None:
 
 
 def _of_its_name(record: TrialRecord, name: str = "") -> Value:
-    """Return the factor or the answer with a column's name, which the column's protocol knows."""
+    """Return the trial factor, or else the answer, that has the column's name."""
     factors = record.trial.factors
     value = factors[name] if name in factors else record.answer(name)
     return truth(value) if isinstance(value, bool) else value
@@ -204,19 +204,18 @@ class Column:
     Parameters
     ----------
     value : callable
-        Returns the column's value for a trial; None is written as missing. By default, the trial's
-        factor of the column's name, or else the answer to the question of that name; a logical
-        value is written as true or false.
+        Returns the column's value for a trial; None is written as missing. The default returns the
+        trial factor, or else the answer, that has the column's name; logical values are written as
+        true or false.
     kind : {"number", "label", "text"}
         Cell type: a number, one of a few words (or a name), or free text.
     description : str
-        For readers of the data set.
-    units : str
-        The unit in BIDS notation; empty for a dimensionless number.
+        For readers of the data set. units : str The unit in BIDS notation; empty for a
+        dimensionless number.
     levels : Mapping
-        All possible labels and their meanings; empty if not known in advance.
+        All possible labels with their meanings; empty if the labels are not known in advance.
     as_stated : bool
-        Whether the column has this name in files of every quantity.
+        Whether the column has the same name for every quantity.
     """
 
     value: Callable[[TrialRecord], Value] = _of_its_name
@@ -228,7 +227,7 @@ class Column:
 
 
 def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
-    """Return columns in which those without a ``value`` read the factor or answer of their name."""
+    """Return the columns; without ``value``, a column reads the factor or answer with its name."""
     return {
         name: replace(column, value=partial(_of_its_name, name=name))
         if column.value is _of_its_name
@@ -239,7 +238,7 @@ def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
-    """A method of asking a participant about surfaces.
+    """A method that presents surfaces and asks a participant about them.
 
     `slipscale.experiments.dataset.schema.columns` builds the trial table from the columns common to
     all tasks and the protocol's own columns (``design``, ``stimulus`` and ``response``).
@@ -253,17 +252,17 @@ class Protocol:
     options : type of Options
         The options that a study can set.
     trials : callable
-        Returns the expected number of trials in a run, including practice, from the options and the
-        context.
+        Returns the expected number of trials in a run, including practice, given the options and
+        the context.
     most_trials : callable, optional
-        Returns the largest possible number of trials if no trial is repeated, from the same
+        Returns the largest possible number of trials if no trial is repeated, given the same
         arguments. The default is ``trials``.
     steps : callable
-        The generator of steps, from the options and the context.
+        Returns a generator of the run's steps, given the options and the context.
     answer : str
         The column for the trial's main answer, to which the row's response time belongs.
     instructions : str
-        The key of the text with the participant's instructions; the data set quotes this text.
+        The key of the participant's instructions, which the data set quotes.
     simulated : Mapping
         Maps the name of each question to the function that answers it in a pilot
         (`slipscale.experiments.protocol_parts.simulated_answers`). If a function is missing, the
@@ -273,46 +272,46 @@ class Protocol:
         protocol's name and a dot. The texts of shipped protocols are in
         `slipscale.experiments.languages`.
     design : Mapping
-        Columns after the trial number that locate the trial (block, series, ...).
+        Columns after the trial number, which locate the trial in the run (block, series, ...).
     stimulus : Mapping
         Columns before the amplitude: other stimulus properties (texture, previous surface,
         ...).
     response : Mapping
-        Columns after the readback: every answer, by question name, and the values needed to
+        Columns after the plate's readback: the answers, by question name, and the values needed to
         interpret the answers.
     intervals : callable, optional
-        Returns the number of intervals per trial, from the options. Each interval has its own
-        columns, which replace the columns of a single surface. By default a trial presents one
+        Returns the number of intervals per trial, given the options. Each interval has its own
+        columns, which replace the columns for a single surface. By default a trial presents one
         surface.
     amplitudes : tuple of str
-        The options that contain an amplitude, all of which the plate must be able to produce. The
-        names of exactly these options end in ``_level`` or ``_levels``.
+        The options that contain an amplitude; the plate must be able to produce all these
+        amplitudes. These options, and no others, have names that end in ``_level`` or ``_levels``.
     possible_levels : callable, optional
         Returns all amplitudes (or the smallest and the largest) that any sequence of answers could
-        lead to, in µm peak to peak, from the options and the context. By default, a
-        rehearsal of the task collects the amplitudes.
+        lead to, in µm peak to peak, given the options and the context. By default, a dry run of the
+        task collects the amplitudes.
     finest_level : callable, optional
         Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
-        in µm peak to peak, from the options and the context. The plate must hold its amplitude more
-        precisely than this difference.
+        in µm peak to peak, given the options and the context. The plate must hold its amplitude
+        more precisely than this difference.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
-        Returns whether any surface depends on position, from the options. If so, the finger's
-        position must be measured. The default is False.
+        Returns whether any surface depends on the finger's position, which must then be measured.
+        The default is False.
     textures : bool
-        Whether the protocol presents the study's textures. If so, ``texture`` must be one of its
-        columns, unless its trials have intervals.
+        Whether the protocol presents the study's textures. Protocols with textures require a column
+        ``texture``, unless their trials have intervals.
     interval_columns : int
         Number of intervals for which the table has columns; set by `for_task`.
     package : str
-        The package that provides the protocol; empty for Slipscale; set by
-        `registry.load_protocol`.
+        The package that provides the protocol, set by `registry.load_protocol`; empty for
+        Slipscale.
 
     Raises
     ------
     UserError
-        If the declaration contradicts itself.
+        If the protocol's declaration contradicts itself.
     """
 
     task: str
@@ -374,11 +373,11 @@ class Protocol:
         )
 
     def titled(self, quantity: Quantity = PLATE_AMPLITUDE) -> str:
-        """Return the title, with the judged attribute filled in."""
+        """Return the title with the name of the judged attribute."""
         return self.title.format(q=quantity) if "{q." in self.title else self.title
 
     def for_task(self, options: Options) -> Protocol:
-        """Return a copy with the label and the number of intervals that a study's task requires."""
+        """Return a copy with the label and the number of intervals from a task's options."""
         shown = self.intervals(options) if self.intervals else 0
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
@@ -388,10 +387,10 @@ class Protocol:
 
 
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
-    """Return the texts that a protocol provides in a language; empty for a shipped protocol.
+    """Return the texts that a protocol provides in a language; shipped protocols provide none.
 
-    If the study defines this language, the texts are returned in English or another available
-    language, and the study replaces them.
+    If only the study defines this language, return the texts in English or another available
+    language; the study's texts replace these texts.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Find installed protocols: the entry points in the group ``slipscale.protocols``.
 
-Each entry point refers to a `Protocol`. The study file's ``protocol`` key is the entry point's
-name.
+Each entry point refers to a `Protocol`. The ``protocol`` key of a study file contains the entry
+point's name.
 """
 
 from __future__ import annotations

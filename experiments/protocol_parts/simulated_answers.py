@@ -1,8 +1,7 @@
 """Functions that answer a protocol's questions for simulated participants.
 
-For each of its questions, a protocol names the function that answers in a pilot
-(`base.Protocol.simulated`). The function has access only to a `SimulatedPerson`, not to the
-protocol's plan or the correct answer.
+A protocol names the function that answers each question in a pilot (`base.Protocol.simulated`). The
+function has access only to a `SimulatedPerson`, not to the protocol's plan or the correct answer.
 """
 
 from __future__ import annotations
@@ -56,11 +55,11 @@ class SimulatedPerson(Protocol):
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was adjusted, in an `Adjust`."""
+        """The number of notches by which the surface was adjusted in an `Adjust` step."""
 
     @property
     def felt_again(self) -> int:
-        """How often the reference was repeated, in an `Adjust`."""
+        """The number of times the reference was repeated in an `Adjust` step."""
 
     @property
     def felt_level(self) -> tuple[float, ...]:
@@ -99,7 +98,7 @@ class SimulatedPerson(Protocol):
         """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
 
     def lapses(self) -> bool:
-        """Return whether this person lapses on this question."""
+        """Return whether this person answers this question at random (a lapse)."""
 
     def notices(self) -> bool:
         """Return whether the last two surfaces seem different."""
@@ -108,7 +107,7 @@ class SimulatedPerson(Protocol):
         """Return this person's description of the sensation that has disappeared."""
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random number stream for one purpose in this trial."""
+        """Return this person's random number stream for a given purpose in this trial."""
 
 
 #: Answers a question. For an `Adjust` it is called after each notch and returns 1 (up), -1 (down),
@@ -130,13 +129,13 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
 
 
 def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
-    """Answer whether two surfaces were different, from the distance between impressions."""
+    """Answer whether two surfaces were different, based on the difference of the impressions."""
     first, second = person.impressions
     return person.says_yes(abs(first - second))
 
 
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer a `ChoiceQuestion` without a correct answer with a random option."""
+    """Answer a `ChoiceQuestion` that has no correct answer by choosing a random option."""
     if isinstance(step.question, ComparisonQuestion):
         raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
     options = getattr(step.question, "options", ())

@@ -1,8 +1,8 @@
-"""The growth of sensation with the levels of a study: one stated assumption per quantity.
+"""The growth of sensation with the levels of a study, with one assumption per quantity.
 
-The paper reports sensations for four amplitudes of one plate (`population`). For other quantities,
-we assume that the ends of a study's range feel like the ends of the paper's range, and that people
-differ as much as in the paper. Between the ends, sensation follows the table below.
+Biet 2007 reports sensations for four amplitudes of one plate (`population`). For other quantities,
+we assume that the ends of a study's range feel like the ends of the range in Biet 2007, and that
+people differ as much as in Biet 2007. Between the two ends, sensation follows the table `GROWTH`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ D_AT_75_PERCENT = 0.6745
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """The growth of sensation with a level.
+    """The growth of a sensation with the level.
 
     Parameters
     ----------
@@ -41,8 +41,8 @@ class Growth:
         Exponent of a power function of the level, relative to the largest level; unused if
         ``weber`` is given.
     weber : float or None
-        Smallest change, as a fraction of the level, detected in 75 % of forced choices: sensation
-        then grows with the logarithm of the level.
+        Smallest change, as a fraction of the level, that is detected in 75 % of forced choices; if
+        given, sensation grows with the logarithm of the level.
     falls : bool
         Whether sensation decreases with the level.
     """
@@ -97,7 +97,7 @@ def people_for(study: Study, population: Population | None = None) -> Population
     Raises
     ------
     UserError
-        If the population's own curve is in another quantity.
+        If the population's curve is defined for another quantity.
     """
     people, quantity = population or Population(), study.quantity
     if not (people.effects or people.growths or people.effect_sds):

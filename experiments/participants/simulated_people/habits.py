@@ -125,7 +125,7 @@ Numbers = float | NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A person's sensations in a task up to this trial; arrays hold many people at once.
+    """A person's sensations in a task up to this trial; arrays describe many people at once.
 
     Parameters
     ----------
@@ -172,8 +172,8 @@ class Frame:
     log_range : float
         Logarithm of the ratio of the largest to the smallest mean sensation.
     middle_level : float
-        Middle of the amplitudes, µm peak to peak. A previous surface at this amplitude causes no
-        carry-over.
+        Middle of the range of amplitudes, µm peak to peak. A previous surface at this amplitude
+        causes no carry-over.
     """
 
     log_range: float
@@ -188,7 +188,7 @@ def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> N
     percent : float or array
         Sensations without habits.
     past : History
-        History of the same shape, including the current trial.
+        The history of the same people, including the current trial.
     """
     log = np.log(np.maximum(percent, LEAST_PERCENT))
     if habits.regression or habits.range_effect:

@@ -75,7 +75,7 @@ class Memory:
 
     @property
     def reference_level(self) -> float:
-        """The level of the standard: the first of several surfaces, or felt before the trial."""
+        """The level of the standard, which was felt first in this trial or before this trial."""
         several = len(self.of_trial) > 1
         return self.of_trial[min(self.of_trial)] if several else self.standard_level
 
@@ -129,7 +129,7 @@ class Memory:
 
 
 def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
-    """Return the key that counts a step: its trial, and its question or interval."""
+    """Return the key under which a step is counted: its trial, and its question or interval."""
     name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
     if step.trial:
         return step.trial.task, step.trial.number, name

@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 class Behaviour:
-    """Slipscale's simulated person; subclass it to change parts of the behaviour.
+    """Slipscale's simulated person; subclass this class to change parts of the behaviour.
 
     Draw random numbers only from `stream`, so that an interrupted pilot continues with the same
     answers.
@@ -62,12 +62,12 @@ class Behaviour:
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was adjusted, in an `Adjust`."""
+        """The number of notches by which the surface was adjusted in an `Adjust` step."""
         return self.person.turned
 
     @property
     def felt_again(self) -> int:
-        """How often the reference was repeated, in an `Adjust`."""
+        """The number of times the reference was repeated in an `Adjust` step."""
         return self.person.felt_again
 
     @property
@@ -109,7 +109,7 @@ class Behaviour:
         return self.person.reaches(ratio)
 
     def lapses(self) -> bool:
-        """Return whether this person lapses on this question."""
+        """Return whether this person answers this question at random (a lapse)."""
         return self.person.lapses()
 
     def notices(self) -> bool:
@@ -121,7 +121,7 @@ class Behaviour:
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random number stream for one purpose in this trial."""
+        """Return this person's random number stream for a given purpose in this trial."""
         return self.person.stream(*purpose)
 
     def duration_s(self, step: Explore | Ask, usual_s: float) -> float:  # noqa: ARG002
@@ -146,7 +146,7 @@ class InstalledBehaviour(NamedTuple):
         return self.ask(lambda: self.kind(person))
 
     def ask(self, action: Callable[[], T]) -> T:
-        """Call the package's code; report exceptions as a message."""
+        """Call the package's code; report exceptions as error messages."""
         return watched(self.point, action, self.named)
 
 
@@ -156,7 +156,7 @@ def behaviour_names() -> list[str]:
 
 
 def load_behaviour(name: str) -> InstalledBehaviour:
-    """Return an installed behaviour by name.
+    """Return the installed behaviour with a given name.
 
     Raises
     ------

@@ -249,7 +249,8 @@ class Population(BaseModel):
     def angle(self, level: float) -> float:
         """Return the angle of a person's curve between intercept and exponent, in radians.
 
-        At both ends, the squared sine is the exponent's proportion of the person's variance.
+        At both ends of the range, the squared sine of the angle is the exponent's proportion of the
+        person's variance.
         """
         turn = TURN_UM_PP * (self.levels[-1] / AMPLITUDE_UM_PP[-1] if self.unit else 1.0)
         low, high = (math.log1p(a / turn) for a in self._ends)
@@ -258,7 +259,7 @@ class Population(BaseModel):
         return largest * (2 * (at - low) / (high - low) - 1)
 
     def within(self, level: float) -> float:
-        """Clip an amplitude (such as a noisy plate readback) to the range of the table."""
+        """Clip an amplitude (such as a noisy plate readback) to the population's range."""
         low, high = self._ends
         return min(max(level, low), high)
 
@@ -280,7 +281,7 @@ class Curves:
         self._known: dict[float, tuple[float, float, float, float, float]] = {}
 
     def mean(self, level: float) -> float:
-        """Return the mean sensation (0-100) at an amplitude; constant beyond the ends."""
+        """Return the mean sensation (0-100) at an amplitude; it is constant outside the range."""
         return self._at(level)[0]
 
     def turns(self, level: float) -> tuple[float, float]:

@@ -71,9 +71,9 @@ class Respondent:
     participant : str
         The participant's label.
     visit : int
-        Index of the participant's run; the runs of a person have different random numbers.
+        Index of the participant's run; each run of a person has its own random numbers.
     planned : int
-        Number of planned trials in the run, among which a possible dropout is drawn.
+        Number of planned trials in the run; a person who drops out does so at a random trial.
     language : str
         Language of the verbal reports; English if the language is not available.
     population : Population, optional
@@ -81,7 +81,7 @@ class Respondent:
         Functions that answer the questions of the run's tasks, by task and question name
         (`RunPlan.simulated_answers`).
     words : AttributeWords, optional
-        The words for the judged attribute in verbal reports; by default, slipperiness.
+        Words for the judged attribute in verbal reports, which is slipperiness by default.
     """
 
     def __init__(
@@ -171,7 +171,7 @@ class Respondent:
         return Reply(value=value, response_time_s=time_s)
 
     def told(self, step: Ask | Adjust) -> Value:
-        """Return the answer from the task's own function."""
+        """Return the answer that the task's simulated-answer function gives."""
         task = step.trial.task if step.trial else getattr(step, "task", "")
         answer = self._answers.get((task, step.name))
         if answer is None:
@@ -194,7 +194,7 @@ class Respondent:
 
     @property
     def felt_again(self) -> int:
-        """How often the reference was repeated."""
+        """The number of times the reference was repeated."""
         return self.memory.felt_again
 
     @property
@@ -204,7 +204,7 @@ class Respondent:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of the sensations; two of them give the noise of a difference."""
+        """The noisy strengths of the sensations; a difference of two has the noise ``_threshold``."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
@@ -263,7 +263,7 @@ class Respondent:
         return self._felt_percent() >= meant * self._of_standard()
 
     def lapses(self) -> bool:
-        """Return whether the person lapses on this question."""
+        """Return whether the person answers this question at random (a lapse)."""
         lapses = self._people.habits.lapses
         return bool(lapses) and self.stream(self.memory.question, "lapse").uniform() < lapses
 
@@ -280,7 +280,7 @@ class Respondent:
         return self.stream(self.memory.question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return a random number stream for one purpose, different for each repeated trial."""
+        """Return a random number stream for a given purpose, different for each repeated trial."""
         place = (self.memory.trial.task, self.memory.trial.number) if self.memory.trial else ("", 0)
         return self.constant_stream(*self._visit, *place, *purpose, *self.memory.again)
 
@@ -339,7 +339,7 @@ class Respondent:
         return self._people.in_condition(percent, levels, self._own)
 
     def _of_standard(self) -> float:
-        """Return the sensation of the standard, which was felt first in this trial or before it."""
+        """Return the sensation of the standard, felt first in this trial or before this trial."""
         return max(self._sensation.percent(self.memory.reference_level), LEAST_PERCENT)
 
     def _any_yes(self) -> bool:
@@ -350,7 +350,7 @@ class Respondent:
         return self.constant_stream(what).normal()
 
     def constant_stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random number stream for one purpose, the same in every run."""
+        """Return this person's random number stream for a given purpose, the same in every run."""
         return Stream(*self._key, "simulated", *purpose)
 
 

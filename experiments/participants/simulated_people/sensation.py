@@ -36,9 +36,10 @@ class Sensation:
         self._stretch = math.exp(people.line_stretch_sigma * own("line stretch"))
 
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
-        """Return the sensation at an amplitude (µm peak to peak), 0 to 100.
+        """Return the sensation (0 to 100) at an amplitude in µm peak to peak.
 
-        ``noise`` is the trial's normal deviate; its standard deviation is the attribute `noise`.
+        ``noise`` is a normal deviate for the trial, with the attribute `noise` as its standard
+        deviation.
         """
         intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise

@@ -28,11 +28,11 @@ class QuestPlusBatch:
     Parameters
     ----------
     rule : QuestPlus
-        The grids of levels and parameters, the same for all runs.
+        The grids of levels and parameters, which all runs share.
     posteriors : array, shape (runs, combinations)
-        Each row sums to 1.
+        Posterior weights; each row sums to 1.
     trials : int
-        Number of answers so far, the same for all runs.
+        Number of answers so far in each run.
     """
 
     rule: QuestPlus
@@ -41,7 +41,7 @@ class QuestPlusBatch:
 
     @classmethod
     def start(cls, rule: QuestPlus, runs: int) -> Self:
-        """Return ``runs`` runs before their first trial.
+        """Return the state of ``runs`` runs before their first trial.
 
         Raises
         ------
@@ -79,5 +79,5 @@ class QuestPlusBatch:
 
     @property
     def threshold_log10(self) -> Array:
-        """Posterior means of the threshold's logarithm, decades, shape (runs,)."""
+        """Posterior means of the log10 threshold in decades, shape (runs,)."""
         return np.asarray(self.posteriors @ self.rule.log10_thresholds)

@@ -2,9 +2,9 @@
 
 All functions have the form ``guess + (1 - guess - lapse) G(slope (u(x) - u(threshold)))``, where
 ``u`` is the level or its natural logarithm and ``G`` is a cumulative distribution function
-(Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313, equation 1). Slopes are per µm, or
-dimensionless for the logarithmic functions. At the threshold, ``G`` is 1 - 1/e for the Weibull
-function and one half for the others.
+(Wichmann and Hill 2001, Perception & Psychophysics 63, 1293-1313, equation 1). Slopes are per µm,
+or dimensionless for the logarithmic functions. At the threshold, ``G`` is 1 - 1/e for the Weibull
+and Gumbel functions and one half for the other functions.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ class Curve:
     title : str
         Display name.
     logarithmic : bool
-        Whether the proportion depends on the logarithm of the level. If so, the proportion at 0 µm
-        is the guess rate.
+        Whether the proportion depends on the logarithm of the level; the proportion at 0 µm is then
+        the guess rate.
     distribution, inverse, density : callable
         ``G``, its inverse and its derivative, for arrays of any shape.
     """
@@ -89,7 +89,7 @@ class Curve:
     density: Callable[[Array], Array]
 
     def coordinate(self, level: npt.ArrayLike) -> Array:
-        """Return ``u`` for levels in µm peak to peak; minus infinity for 0 if logarithmic."""
+        """Return ``u`` for levels in µm peak to peak; the logarithm of 0 is minus infinity."""
         level = np.asarray(level, float)
         if not self.logarithmic:
             return level
@@ -110,14 +110,14 @@ class Curve:
         guess: npt.ArrayLike = 0.0,
         lapse: npt.ArrayLike = 0.0,
     ) -> Array:
-        """Return the proportion of correct answers; all parameters broadcast.
+        """Return the proportion of correct answers; all parameters are broadcast.
 
         Parameters
         ----------
         level, threshold_level : array_like
             µm peak to peak.
         slope : array_like
-            Above 0; per µm, or dimensionless for a logarithmic curve.
+            Slope above 0, per µm, or dimensionless for a logarithmic curve.
         guess, lapse : array_like
             Lower asymptote, and 1 minus the upper asymptote.
         """

@@ -28,19 +28,19 @@ class Interleaved:
     stopping : Stopping
         The rule that ends a track.
     stream : callable
-        Returns the random numbers for a round, given its number; the same number gives the same
-        stream.
+        Returns the random numbers for a round, given the round's number; the same number gives the
+        same stream.
     order : {"alternating", "shuffled"}
         Whether the tracks keep a fixed order or are shuffled in each round.
     left : tuple of int
-        Tracks that still have a trial in this round, in order.
+        Tracks that still have a trial in this round, in order of presentation.
     round_number : int
-        The current round: 0, 1, ...
+        Index of the current round: 0, 1, ...
 
     Raises
     ------
     UserError
-        If there are no tracks, or the stopping rule is incompatible with one of them.
+        If there are no tracks, or the stopping rule is incompatible with a track.
     """
 
     tracks: tuple[Track, ...]
@@ -58,7 +58,7 @@ class Interleaved:
         stream: Callable[[int], Stream],
         order: Order = "shuffled",
     ) -> Self:
-        """Return the tracks before their first trial, after checking the stopping rule for each."""
+        """Check the stopping rule for each track; return the tracks before their first trial."""
         if not tracks:
             raise UserError("interleaved tracks: none given, expected at least one")
         for track in tracks:
@@ -100,8 +100,8 @@ class Interleaved:
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
         """Return the block after some answers have been removed from ``tracks``.
 
-        ``again`` contains the number of the track of each removed answer. The track has another
-        trial in this round for each of its removed answers, unless it is over.
+        ``again`` contains a track number for each removed answer. A track has another trial in this
+        round for each of its removed answers, unless the track is over.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))

@@ -1,9 +1,9 @@
 """QUEST+: present the level at which the next answer is expected to be most informative.
 
-Watson 2017, J. Vis. 17(3):10, doi:10.1167/17.3.10. The expected decrease in the posterior's entropy
-is the mutual information between answer and parameters. This is the entropy of the predicted
-answer, minus the mean entropy of the answer given the parameters. Both terms are products of a
-fixed table and the posterior.
+See Watson 2017, Journal of Vision 17(3):10, doi:10.1167/17.3.10. The expected decrease in the
+posterior's entropy is the mutual information between answer and parameters: the entropy of the
+predicted answer, minus the mean entropy of the answer given the parameters. Both entropies are
+computed from products of a fixed table and the posterior.
 """
 
 from __future__ import annotations
@@ -41,16 +41,16 @@ class QuestPlus:
     Parameters
     ----------
     levels : tuple of float
-        Levels that can be presented, in µm peak to peak, ascending.
+        Levels that can be presented, in µm peak to peak and in ascending order.
     threshold_levels, slopes, lapses : tuple of float
-        Grid of the psychometric functions' parameters (`curves.Curve`), each ascending; thresholds
-        in µm peak to peak.
+        Ascending parameter grids of the psychometric functions (`curves.Curve`); thresholds are in
+        µm peak to peak.
     guess : float
         Proportion correct by guessing.
     curve : str
         A key of `curves.CURVES`.
     threshold_weights : tuple of float
-        Unnormalised prior weights of the thresholds; equal if empty.
+        Unnormalised prior weights of the thresholds; if empty, all weights are equal.
 
     Raises
     ------
@@ -102,14 +102,14 @@ class QuestPlus:
 
     @cached_property
     def prior(self) -> Array:
-        """Weights of all combinations, shape (combinations,), with sum 1."""
+        """Prior weights of all parameter combinations, shape (combinations,), with sum 1."""
         weights = np.array(self.threshold_weights or (1.0,) * len(self.threshold_levels))
         prior = np.broadcast_to(weights[:, None, None], self.shape).flatten()
         return _frozen(prior / prior.sum())
 
     @cached_property
     def proportion(self) -> Array:
-        """Proportion correct, shape (levels, combinations)."""
+        """Proportion of correct answers, shape (levels, combinations)."""
         threshold, slope, lapse = np.meshgrid(
             self.threshold_levels, self.slopes, self.lapses, indexing="ij"
         )
@@ -129,7 +129,7 @@ class QuestPlus:
 
     @cached_property
     def answer_entropy(self) -> Array:
-        """Entropy of the answer given the parameters, nats, shape (levels, combinations)."""
+        """Entropy of the answer given the parameters, in nats, shape (levels, combinations)."""
         return _frozen(entropy(self.proportion))
 
     @cached_property
@@ -183,7 +183,7 @@ class QuestPlusTrack:
 
     @property
     def threshold_sd_log10(self) -> float:
-        """Posterior standard deviation of the threshold, decades."""
+        """Posterior standard deviation of the threshold, in decades."""
         squares = float(self.posterior @ (self.rule.log10_thresholds - self.threshold_log10) ** 2)
         return float(round(squares**0.5, DECIMALS))
 
@@ -226,7 +226,7 @@ def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
     Returns
     -------
     array, shape (runs, levels)
-        Nats, rounded to `track.DECIMALS` decimals.
+        Information in nats, rounded to `track.DECIMALS` decimals.
     """
     predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # rounding may push a sum above 1
     return np.round(entropy(predicted) - posteriors @ rule.answer_entropy.T, DECIMALS)

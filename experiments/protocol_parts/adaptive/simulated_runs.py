@@ -33,7 +33,7 @@ def simulated_runs(
     Parameters
     ----------
     block : Interleaved
-        Tracks before their first trial, with the rule that stops them.
+        Tracks before their first trial, with their stopping rule.
     proportion : callable
         Returns the proportion of correct answers at given levels, in µm peak to peak.
     runs : int

@@ -18,18 +18,18 @@ class Stopping:
     Parameters
     ----------
     most_trials : int
-        Maximum number of answers; the track always ends here.
+        Maximum number of answers, after which the track always ends.
     reversals : int or None
-        Number of direction changes that ends the track.
+        Number of direction changes after which the track ends.
     threshold_sd_log10 : float or None
-        Posterior standard deviation of the threshold, in decades.
+        Posterior standard deviation of the threshold at which the track ends, in decades.
     least_trials : int
-        Reversals and certainty are ignored before this number of answers.
+        Number of answers before which reversals and certainty are ignored.
 
     Raises
     ------
     UserError
-        If a number is out of range, or a criterion cannot be met within ``most_trials``.
+        If a parameter is out of range, or a criterion cannot be met within ``most_trials``.
     """
 
     most_trials: int
@@ -77,7 +77,7 @@ class Stopping:
             )
 
     def reason(self, progress: Progress) -> str | None:
-        """Return the criterion that ended the track, or None if it continues."""
+        """Return the criterion that ended the track, or None if the track continues."""
         if progress.trials >= self.least_trials:
             reversals, spread = progress.reversals, progress.threshold_sd_log10
             if self.reversals is not None and reversals is not None and reversals >= self.reversals:

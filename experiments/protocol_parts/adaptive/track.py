@@ -1,6 +1,6 @@
 """The common interface of adaptive methods, and the rounding of levels.
 
-Levels are µm peak to peak: an amplitude, or the difference between two amplitudes.
+A level, in µm peak to peak, is an amplitude or the difference between two amplitudes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ class Progress:
     reversals : int or None
         Number of times the level changed direction; None for a method without directions.
     threshold_sd_log10 : float or None
-        Posterior standard deviation of the threshold, in decades; None without a posterior.
+        Posterior standard deviation of the threshold, in decades; None if the method has no
+        posterior.
     """
 
     trials: int
@@ -33,7 +34,7 @@ class Progress:
 
 
 class Track(Protocol):
-    """One run of an adaptive method, as a frozen state."""
+    """One run of an adaptive method, as an immutable state."""
 
     @property
     def level(self) -> float:
@@ -46,7 +47,7 @@ class Track(Protocol):
         ...
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
-        """Return the track after an answer: correct, or "yes" in a yes-no task.
+        """Return the track after an answer; in a yes-no task, "yes" counts as correct.
 
         The answer was given at the track's current level, or at ``at_level`` if the track is being
         recomputed. Up-down rules ignore ``at_level`` and move from their current level.
@@ -62,6 +63,6 @@ def check_positive(where: str, name: str, values: Iterable[float]) -> None:
 
 
 def check_between(where: str, name: str, value: float, low: float, high: float) -> None:
-    """Raise `UserError` unless a value is finite and from ``low`` to ``high``."""
+    """Raise `UserError` unless a value is in the range from ``low`` to ``high``."""
     if not (math.isfinite(value) and low <= value <= high):
         raise UserError(f"{where}: {name} is {value:g}, expected {low:g} to {high:g}")

@@ -1,9 +1,10 @@
 """Up-down methods, in which the level falls after correct answers and rises after an error.
 
-These methods converge to the level at which steps down and up balance. With ``k`` correct answers
-in a row for a step down of size d, and one error for a step up of size u, this is the level where
-``p**k d = (1 - p**k) u`` (Kaernbach 1991, Percept. Psychophys. 49, 227-229, for k = 1; García-Pérez
-1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to it).
+These methods converge to the level at which steps down and up balance. If ``k`` correct answers in
+a row lead to a step down of size d, and one error to a step up of size u, this is the level where
+``p**k d = (1 - p**k) u`` (Kaernbach 1991, Perception & Psychophysics 49, 227-229, for k = 1;
+García-Pérez 1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to this
+level).
 """
 
 from __future__ import annotations
@@ -35,23 +36,23 @@ class UpDown:
     lowest_level, highest_level : float
         Limits of the level; a step beyond a limit ends at the limit.
     steps_up : tuple of float
-        Size of the step up before the first reversal, after the first, after the second, and so on.
-        The last size is used for all remaining steps. In µm on the linear scale, in decades on the
-        logarithmic scale.
+        Sizes of steps up before the first reversal, after the first reversal, and so on. The last
+        size is used for all remaining steps. Sizes are in µm on the linear scale and in decades on
+        the logarithmic scale.
     down_to_up : float
-        Size of the step down relative to the step up.
+        Size of a step down relative to a step up.
     down_after : int
         Number of correct answers in a row before a step down.
     scale : {"linear", "log10"}
-        Whether a step adds to the level or multiplies it.
+        Whether a step adds to the level or multiplies the level.
     until_first_error : bool
         Whether every correct answer leads to a step down until the first error.
 
     Raises
     ------
     UserError
-        If a number is out of range, the start is outside the limits, or a step is larger than the
-        whole range.
+        If a parameter is out of range, the start level is outside the limits, or a step is larger
+        than the range of levels.
     """
 
     start_level: float
@@ -95,7 +96,7 @@ class UpDown:
 
     @property
     def target(self) -> float:
-        """Proportion correct at the level where steps down and steps up balance."""
+        """Proportion of correct answers at the level where steps down and steps up balance."""
         return float((1 / (1 + self.down_to_up)) ** (1 / self.down_after))
 
     def start(self) -> UpDownTrack:
@@ -120,7 +121,7 @@ class UpDown:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpDownTrack:
-    """An up-down run: the next level, and the state that determines the following one.
+    """An up-down run: the next level, and the state that determines the following level.
 
     Parameters
     ----------
@@ -135,7 +136,7 @@ class UpDownTrack:
     direction : int
         Direction of the last step: -1 down, 1 up, 0 before the first step.
     reversal_levels : tuple of float
-        Levels at which the direction changed, in order.
+        Levels at which the direction changed, in order of occurrence.
     """
 
     rule: UpDown

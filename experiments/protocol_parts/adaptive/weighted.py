@@ -1,8 +1,8 @@
 """The weighted up-down method, in which every answer changes the level.
 
-Kaernbach 1991, Percept. Psychophys. 49, 227-229, doi:10.3758/BF03214307: the level converges to the
-proportion correct p for which ``down p = up (1 - p)``. For 75 % correct, steps up are three times
-as large as steps down.
+Kaernbach 1991, Perception & Psychophysics 49, 227-229, doi:10.3758/BF03214307: the level converges
+to the proportion correct p for which ``down p = up (1 - p)``. For 75 % correct, steps up are three
+times as large as steps down.
 """
 
 from __future__ import annotations

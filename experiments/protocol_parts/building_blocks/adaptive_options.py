@@ -115,7 +115,7 @@ class AdaptiveOptions(RestedOptions):
         Parameters
         ----------
         guess : float
-            Proportion of correct answers by guessing.
+            Expected proportion of correct answers from guessing.
         stream : callable
             Returns the random numbers for the track order in a round, given the round number.
 
@@ -135,7 +135,7 @@ class AdaptiveOptions(RestedOptions):
 
     @property
     def expected_trials(self) -> int:
-        """Expected number of answers in all tracks; an estimate unless the number is fixed."""
+        """Expected number of answers in all tracks; exact only if the number is fixed."""
         ruled = self.reversals is not None or self.threshold_sd_log10 is not None
         each = (self.least_trials + self.most_trials) // 2 if ruled else self.most_trials
         return self.tracks * each

@@ -1,8 +1,7 @@
 """Trials in which surfaces are judged against a standard.
 
-If the standard is presented in each trial, it is the trial's first interval. Otherwise it is
-presented between trials: before the first trial of a block, after each rest, and then after a fixed
-number of trials.
+The standard is presented in each trial, as the first interval, or between trials: before the first
+trial of a block, after each rest, and then after a fixed number of trials.
 """
 
 from __future__ import annotations
@@ -53,14 +52,14 @@ class StandardOptions(RatedOptions):
 
 
 class AgainstStandard(RatedSurfaces):
-    """The numbered trials of a run.
+    """The trials of a task with a standard, in one run.
 
     Parameters
     ----------
     options, context
         The run's options and context.
     planned : sequence of sequence of Presentation
-        Blocks of trials, practice first.
+        Blocks of trials; practice blocks come first.
     words : str
         The text that the participant reads while exploring the standard.
     """
@@ -83,7 +82,7 @@ class AgainstStandard(RatedSurfaces):
         yield from ()
 
     def between(self) -> Steps:
-        """Yield a rest if one is due; after a rest, the standard is also due."""
+        """Yield a rest when it is due; after a rest, the standard is also due."""
         if self.rest_due:
             self._left = 0
         yield from super().between()

@@ -66,7 +66,7 @@ class Shown(NamedTuple):
 def with_catch_trials(
     planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
 ) -> list[Condition]:
-    """Return the plan with catch trials at random positions; all placements are equally likely."""
+    """Return the planned trials with catch trials at random; all placements are equally likely."""
     marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
     trials, catches = iter(planned), iter(catch_trials)
     return [next(catches) if catch else next(trials) for catch in marks]
@@ -75,7 +75,11 @@ def with_catch_trials(
 def in_both_orders(
     groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
 ) -> list[Shown]:
-    """Return the main trials: all groups per repetition, shuffled, in alternating orders."""
+    """Return the main trials of a comparison task.
+
+    Each repetition contains all groups in random order; the order within a group alternates between
+    repetitions.
+    """
     stream = context.stream(context.task, "main")
     begins = [stream.below(2) for _ in groups]  # reversed in odd repetitions
     return [
@@ -104,7 +108,7 @@ def name_of(surface: Stimulus) -> str:
 
 
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
-    """Return the value of ``seeks`` that asks for the higher (1) or lower (-1) level."""
+    """Return the ``seeks`` value of a question about the higher (1) or lower (-1) level."""
     return "least" if (sign < 0) != quantity.falls else "most"
 
 
@@ -137,13 +141,14 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
 
 
 class IntervalTask(Repeating[Condition]):
-    """The numbered trials of a run, with a rest after every fixed number of trials.
+    """The trials of a task in one run, with a rest after every fixed number of trials.
 
     Parameters
     ----------
     total : int
-        Number of trials in the task if no trial is repeated. options, context The run's options and
-        context.
+        Number of trials in the task if no trial is repeated.
+    options, context
+        The run's options and context.
     """
 
     def __init__(self, total: int, options: RestedOptions, context: Context) -> None:
@@ -152,7 +157,7 @@ class IntervalTask(Repeating[Condition]):
         self.context = context
 
     def between(self) -> Steps:
-        """Yield a rest if one is due."""
+        """Yield a rest when it is due."""
         if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
             text = self.context.texts["session.rest"]
             yield self._pace.rest(text, done=self.number, total=self.total)
@@ -177,7 +182,7 @@ class Comparing(IntervalTask[Shown]):
     options, context
         The run's options and context.
     texts : str
-        Prefix of the keys of the task's own texts.
+        Prefix of the keys of the task's texts.
     question : Question
         The question after the last interval.
     practice, main : sequence of Shown
@@ -219,7 +224,7 @@ class Comparing(IntervalTask[Shown]):
     def trial(
         self, condition: Shown, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         trial = Trial(
             task=self.context.task,
             number=number,

@@ -61,7 +61,7 @@ class ForcedChoiceOptions(AdaptiveOptions):
 
     @property
     def guess(self) -> float:
-        """Proportion of correct answers by guessing."""
+        """Expected proportion of correct answers from guessing."""
         return 1 / self.intervals
 
 
@@ -83,13 +83,13 @@ class ForcedChoice(IntervalTask[Choice]):
     options, context
         The run's options and context.
     texts : str
-        Prefix of the keys of the task's own texts.
+        Prefix of the keys of the task's texts.
     standard_level : float
         Amplitude of the non-target surfaces, in µm peak to peak.
     sign : {1, -1}
-        Whether the track's level is added to the standard or subtracted to give the target.
+        Whether the target is the standard plus (1) or minus (-1) the track's level.
     seeks : {"most", "least", "odd"}, optional
-        Which surface the question asks for. By default, the surface with the most or the least of
+        Which surface the question asks for; by default, the surface with the most or the least of
         the attribute, depending on the sign.
     """
 
@@ -147,7 +147,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
-        """Schedule repetitions of voided trials; adaptive trials get their track's next level."""
+        """Schedule repetitions of voided trials; an adaptive trial takes its track's next level."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
         tracks = {number: self._known[number].track for number in numbers}
@@ -166,7 +166,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def trial(
         self, condition: Choice, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         options, texts = self.options, self.context.texts
         if repeats is not None:
             self._repetitions_left -= 1

@@ -1,4 +1,4 @@
-"""Options for exploration, answer and rest durations, shared by protocols."""
+"""Options for the durations of exploration, answers and rests, shared by protocols."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """Code shared by tasks in which surfaces are rated one by one in random order.
 
-The order is generated in blocks, practice first. Voided trials are repeated under new numbers at
-the end of their block, as are timed-out trials if the study requests it.
+The order is generated in blocks, starting with practice. Voided trials are repeated under new
+numbers at the end of their block; timed-out trials are also repeated if the study requests it.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class RatedOptions(PacedOptions):
 
 
 def surface_trials(options: RatedOptions, context: Context) -> int:
-    """Return the number of trials in which each of the study's surfaces is rated."""
+    """Return the number of trials in which the study's surfaces are rated."""
     return len(context.surfaces) * options.rounds
 
 
@@ -87,7 +87,7 @@ Blocks = list[tuple["Phase", list[int]]]
 
 
 def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
-    """Return the order of the conditions, block by block, practice first."""
+    """Return the order of the conditions in blocks, starting with practice."""
     main = presentation_order(
         conditions,
         options.repetitions,
@@ -112,7 +112,7 @@ def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Bl
 def surface_blocks(
     surfaces: Sequence[Stimulus], options: RatedOptions, context: Context
 ) -> list[list[Presentation]]:
-    """Return the order of the surfaces, block by block, practice first."""
+    """Return the order of the surfaces in blocks, starting with practice."""
     order = order_blocks(len(surfaces), options, context)
     return [
         [Presentation(number, phase, surfaces[each]) for each in block]
@@ -123,7 +123,7 @@ def surface_blocks(
 def with_catch_trials(
     planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
 ) -> list[list[Presentation]]:
-    """Return the plan with catch trials at random positions; a column marks the catch trials.
+    """Return the planned trials with catch trials at random; a column marks the catch trials.
 
     Catch trials can occur anywhere among the main trials, and all placements are equally likely. A
     catch trial belongs to the block in which it occurs.
@@ -149,14 +149,14 @@ def with_catch_trials(
 
 
 class RatedSurfaces(Repeating[Presentation]):
-    """The numbered trials of a rating task in one run.
+    """The trials of a rating task in one run.
 
     Parameters
     ----------
     options, context
         The run's options and context.
     planned : sequence of sequence of Presentation
-        Blocks of trials, practice first.
+        Blocks of trials; practice blocks come first.
     """
 
     def __init__(
@@ -182,7 +182,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return every is not None and self.number % every == 0 and self.number < self.total
 
     def between(self) -> Steps:
-        """Yield a rest if one is due."""
+        """Yield a rest when it is due."""
         if self.rest_due:
             yield self.rest()
 
@@ -259,7 +259,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return reply
 
     def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's end; return which trials to repeat."""
+        """Yield the end of a trial; return the numbers of the trials to repeat."""
         voided = yield EndTrial(trial=trial)
         again = voided.trials if isinstance(voided, Voided) else ()
         missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again

@@ -19,8 +19,8 @@ Repetition = tuple[Condition, int]
 class Repeating(ABC, Generic[Condition]):
     """The trials of a task in blocks, including repetitions of voided trials.
 
-    The type ``Condition`` defines a trial (surface, block, phase, ...). A repetition has the same
-    condition.
+    The type ``Condition`` defines a trial (surface, block, phase, ...). A repeated trial has the
+    same condition as the original trial.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Repeating(ABC, Generic[Condition]):
     def trial(
         self, condition: Condition, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
 
     def start(self) -> Steps:
         """Yield steps before a group of trials; none by default."""
@@ -60,8 +60,8 @@ class Repeating(ABC, Generic[Condition]):
     def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
         """Yield a block's trials; ``draw`` returns the next condition after each trial.
 
-        A condition may therefore depend on all earlier answers; None ends the block. ``draw`` is
-        called once more if a trial is voided during the screen after the block.
+        The next condition may depend on all earlier answers; None ends the block. ``draw`` is
+        called once more if a trial is voided while the screen after the block is shown.
         """
         self._draw = draw
         yield from self._trials(deque())
@@ -69,13 +69,13 @@ class Repeating(ABC, Generic[Condition]):
     def close(self, screen: Callable[[], Instruct | Rest]) -> Steps:
         """Yield the screen after a block; repeat trials that are voided while it is shown.
 
-        The screen is then shown once more, because it shows the participant's progress.
+        After such repetitions, the screen is shown again with the participant's progress.
         """
         while isinstance(reply := (yield EndBlock(screen=screen())), Voided) and reply.trials:
             yield from self._trials(self.again(reply.trials))
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Condition]]:
-        """Return the repetitions of these trials, for the end of the block."""
+        """Return the repetitions of the given trials, which follow at the end of the block."""
         repetitions = deque((self._known[number], number) for number in numbers)
         self.total += len(repetitions)
         return repetitions

@@ -1,4 +1,4 @@
-"""Orders without immediate repetitions, drawn uniformly from all possible ones.
+"""Random orders without immediate repetitions; all such orders are equally likely.
 
 An order without equal neighbours is known as a Smirnov word. Smirnov words are counted by
 inclusion-exclusion over blocks of equal items (Flajolet and Sedgewick, Analytic Combinatorics,
@@ -25,13 +25,13 @@ MOST = 1200
 
 
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
-    """Return ``each`` copies of 0 ... kinds - 1 in a random order without equal neighbours.
+    """Return ``each`` copies of 0 to ``kinds - 1`` in a random order without equal neighbours.
 
-    All such orders are equally likely. The kinds are inserted one after the other. The copies of a
-    kind are divided into groups. Some groups separate equal neighbours; the others are inserted
-    elsewhere. The numbers of groups are drawn with probabilities proportional to the exact number
-    of orders that result from each choice; all other choices are uniform shuffles. Once the counts
-    are cached, the time is linear in the number of copies.
+    All such orders are equally likely. The kinds of items are inserted one after the other. The
+    copies of a kind are divided into groups. Some groups separate equal neighbours; the other
+    groups are inserted elsewhere. The numbers of groups are drawn with probabilities proportional
+    to the exact number of orders that result from each choice; all other choices are uniform
+    shuffles. Once the counts are cached, the running time is linear in the number of copies.
 
     Raises
     ------
@@ -94,7 +94,7 @@ class _Counts:
         placed : int
             Number of kinds already in the order.
         equal : int
-            Number of equal pairs of neighbours in the order.
+            Number of pairs of equal neighbours in the order.
         """
         if (placed, equal) not in self._known:
             # Blocks of the other kinds go between the items, in C(items + blocks - equal, blocks -
@@ -109,7 +109,7 @@ class _Counts:
         return self._known[placed, equal]
 
     def draw_groups(self, placed: int, equal: int, stream: Stream) -> tuple[int, int]:
-        """Draw how many groups of the next kind separate equal neighbours, and how many others."""
+        """Draw how many groups of the next kind separate equal neighbours, and how many do not."""
         each, items = self.each, placed * self.each
 
         @cache
@@ -145,10 +145,10 @@ def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
 
 
 def _signed_blocks(each: int, most: int) -> list[list[int]]:
-    """Return the signed numbers of orders of blocks of equal items, for 0 ... ``most`` kinds.
+    """Return signed counts of the orders of blocks of equal items, for 0 to ``most`` kinds.
 
-    The numbers are indexed by the number of blocks. Each item after the first of its block changes
-    the sign, so that orders with equal neighbours cancel by inclusion and exclusion.
+    The counts are indexed by the number of blocks. Each item after the first in a block changes the
+    sign, so that orders with equal neighbours cancel by inclusion and exclusion.
     """
     scale = math.factorial(each)
     # Count for one kind, divided by the factorial of the number of blocks and scaled to an integer.

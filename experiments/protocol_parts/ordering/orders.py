@@ -34,7 +34,7 @@ def presentation_order(
     Parameters
     ----------
     conditions : int
-        Number of surfaces; they are numbered 0 ... conditions - 1.
+        Number of surfaces, which are numbered from 0 to ``conditions - 1``.
     repetitions : int
         Number of times that each surface is presented.
     rule : {"simple", "blocked", "williams"}
@@ -42,14 +42,14 @@ def presentation_order(
         shuffled within the block. "williams" uses a row of a Williams square for each block, which
         balances carry-over across blocks and participants.
     stream : Stream
-        The run's own random numbers.
+        The run's stream of random numbers.
     shared : callable
         Returns, for a group and turn (see `Place.within`), the random numbers that all runs of the
         group share. With "williams", the runs of a group divide one design among themselves.
     place : Place
-        The run's position in the counterbalancing, for "williams".
+        The run's position in the counterbalancing, used by "williams".
     no_immediate_repeat : bool
-        Whether immediate repetitions are forbidden, also across blocks.
+        Whether immediate repetitions are forbidden, including across blocks.
 
     Returns
     -------
@@ -88,8 +88,8 @@ def practice_order(
     conditions, repetitions, stream
         See `presentation_order`.
     following : int or None
-        The first condition after the practice. If given, no condition follows itself, including
-        across this transition. If None, immediate repeats are allowed.
+        The first condition after the practice. If given, no condition follows itself, including at
+        the end of the practice. If None, immediate repeats are allowed.
 
     Raises
     ------

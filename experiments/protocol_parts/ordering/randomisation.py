@@ -80,14 +80,14 @@ class Stream:
         return order
 
     def choice(self, items: Sequence[Item]) -> Item:
-        """Return a random item; all are equally likely."""
+        """Return a random item; all items are equally likely."""
         return items[self.below(len(items))]
 
 
 def with_catch_steps(
     amplitudes: Sequence[float], catch_steps: int, stream: Stream
 ) -> list[tuple[float, float]]:
-    """Return the steps of a descending series as (before, after), with catch steps shuffled in.
+    """Return the (before, after) steps of a descending series, with catch steps at random places.
 
     In a catch step, the amplitude does not change. Catch steps may occur anywhere, including first
     and last, and all placements are equally likely.

@@ -15,16 +15,16 @@ from slipscale.experiments.protocol_parts.ordering.randomisation import Stream
 
 
 def williams_square(size: int) -> list[list[int]]:
-    """Return orders of ``size`` conditions balanced for first-order carry-over.
+    """Return orders of ``size`` conditions that are balanced for first-order carry-over.
 
     Every condition follows every other condition equally often, and occurs in every position
-    equally often. The square has ``size`` rows for an even size, twice as many for an odd one
+    equally often. The square has ``size`` rows if the size is even, and twice as many if it is odd
     (Williams 1949, doi:10.1071/CH9490149).
 
     Returns
     -------
     list of list of int
-        Rows of 0 ... size - 1.
+        Rows with the numbers 0 to ``size - 1``.
     """
     # 0, 1, n-1, 2, n-2, ...: neighbours differ by every amount once.
     first = [0, *((step + 1) // 2 if step % 2 else size - step // 2 for step in range(1, size))]
@@ -43,7 +43,7 @@ class Place:
     visit : int
         Index of the run among the participant's runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next position; otherwise all visits have the same one.
+        Whether each visit takes the next position; otherwise all visits take the same position.
     """
 
     row: int
