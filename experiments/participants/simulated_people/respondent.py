@@ -204,7 +204,7 @@ class Respondent:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of the sensations; a difference of two has the noise ``_threshold``."""
+        """The noisy strengths of the sensations; a difference of two has the noise `_threshold`."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
