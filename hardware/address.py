@@ -116,7 +116,8 @@ def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
 def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = False) -> Plate:
     """Determine the plate from the options ``plate`` and ``calibration``.
 
-    A simulated plate accepts the plate file of any backend, so that a study can be rehearsed.
+    A simulated plate accepts the plate file of any backend, so that a dry run can use the study's
+    plate file.
 
     Raises
     ------
@@ -177,7 +178,7 @@ def implausible_alone(calibration: Calibration) -> str:
 
 
 def plate_file_of(spec: str) -> PlateFile | None:
-    """Read the plate file that a SPEC names, if any. Raises UserError if this fails."""
+    """Read the plate file that a SPEC names, if any. Raises UserError if the file is invalid."""
     from slipscale.hardware.plate_file import path_of, read_plate  # noqa: PLC0415 - pydantic
 
     named = _plates_in(spec)
@@ -222,7 +223,7 @@ def with_plate_file(spec: str, wanted: str) -> str:
 def without_session_watchdog(spec: str) -> str:
     """Disable the session watchdog, which silences a plate that the session does not check.
 
-    Use it for scripts and for calibration, during which a person reads an instrument.
+    Disable the watchdog for scripts, and for calibrations in which a person reads an instrument.
 
     >>> without_session_watchdog("serial:COM3")
     'serial:COM3,attention=0'

@@ -61,9 +61,10 @@ class PlateDriver(GuardedOutput):
     why_not_modulated : str
         Reason why the backend cannot modulate.
     amplifier_gain : float
-        Volts at the plate per volt of the backend; 1 if the backend's volts are at the plate.
+        Volts at the plate per volt of the backend; 1 if the backend's voltage is applied to the
+        plate directly.
     follow_lag_s : float or None
-        Delay from `follow` to the plate; None if the backend cannot follow a finger.
+        Delay between `follow` and the plate's response; None if the backend cannot follow a finger.
     tracks : bool
         Whether the plate is driven at the calibrated frequency, so that the resonance can be
         tracked (`slipscale.hardware.resonance_tracking`). Other backends follow the resonance
@@ -73,7 +74,7 @@ class PlateDriver(GuardedOutput):
     second_level : float
         Level of a second actuator during the next surfaces (`slipscale.hardware.backends.pair`).
     simulated : bool
-        Whether the plate is simulated. A calibration of another plate then only causes a note.
+        Whether the plate is simulated, so that another plate's calibration only causes a note.
     """
 
     name: ClassVar[str]
@@ -131,8 +132,8 @@ class PlateDriver(GuardedOutput):
         """Return the loop that presents a texture, or None for a plain surface.
 
         If a sensor measures the finger's position, a backend with a `follow_lag_s` can follow the
-        finger and requires no `modulator`. Transients require both, and some textures require a
-        sensor.
+        finger and requires no `modulator`. Transients require a `follow_lag_s` and a `modulator`,
+        and some textures require a sensor.
 
         Raises
         ------
@@ -195,7 +196,7 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If the amplitude or the duty is outside the limits. The plate is not changed.
+            If the amplitude or the duty cycle is outside the limits. The plate is not changed.
         UserError
             If the backend cannot play the texture, see `check_supported`. The plate is not changed.
         NotReached
@@ -250,8 +251,8 @@ class PlateDriver(GuardedOutput):
     def follow(self, level: float) -> None:
         """Change to another amplitude without waiting, for a texture that follows the finger.
 
-        The plate must be vibrating and have a `follow_lag_s`. Following does not count as a new
-        command, so the limit on unattended vibration time continues to apply. Readbacks are
+        The plate must be vibrating and have a `follow_lag_s`. A call of `follow` does not count as
+        a new command, so the limit on unattended vibration time continues to apply. Readbacks are
         momentary until `present` settles again.
 
         Raises
@@ -277,7 +278,7 @@ class PlateDriver(GuardedOutput):
         """Play a change of amplitude that the finger has triggered.
 
         The plate repeats the change unless another amplitude is commanded (`follow`) before the
-        end. If the computer is late, this command or the next `check` raises `Late`.
+        change ends. If the computer is late, this command or the next `check` raises `Late`.
 
         Raises
         ------
@@ -327,7 +328,7 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If frequency, voltage or duty is outside the limits. The plate is not changed.
+            If frequency, voltage or duty cycle is outside the limits. The plate is not changed.
         PlateRefused
             If the backend does not support frequencies and voltages.
         """
@@ -352,7 +353,7 @@ class PlateDriver(GuardedOutput):
 
     @property
     def unfelt(self) -> bool:
-        """Whether a finger would feel nothing because plate or board are simulated."""
+        """Whether a finger would feel nothing because the plate or the board is simulated."""
         return self.simulated or (self.identity is not None and self.identity.emulated)
 
     def describe(self) -> dict[str, Any]:
@@ -421,7 +422,7 @@ class PlateDriver(GuardedOutput):
         raise NotImplementedError
 
     def _change(self, change: Loop) -> None:
-        """Play a change immediately; by default, in the same way as a texture."""
+        """Play a change immediately; the default implementation plays it like a texture."""
         self._play(change)
 
     def _follow(self, level: float) -> None:

@@ -51,7 +51,7 @@ class WrongDevice(PlateFault):
 
 
 class PlateBusy(PlateFault):
-    """Raised if another program uses the device, or if it does not accept commands."""
+    """Raised if another program uses the device, or if the device accepts no commands."""
 
     code = "busy"
     remedy = "Close the other program that uses the plate, then try again."

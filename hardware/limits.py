@@ -35,15 +35,15 @@ class PlateLimits:
     frequency_min_hz, frequency_max_hz : float
         Allowed frequency band.
     duty : float
-        Largest fraction of the last `duty_window_s` seconds during which the plate may vibrate.
+        Largest duty cycle: the fraction of the last `duty_window_s` seconds with vibration.
     duty_window_s : float
-        Duration of the window for `duty`.
+        Duration of the window for the duty cycle.
     on_time_s : float
-        Longest vibration after one command. It limits the vibration if a session hangs.
+        Longest vibration after one command, in case a session hangs.
     tolerance : float
         Allowed deviation of a *measured* level from the commanded level, as a fraction.
     deviation_level : float
-        Allowed deviation as a level. The larger of both deviations applies.
+        Allowed deviation as a level. The larger of the two allowed deviations applies.
     voltage_band : float
         Allowed factor between the reported drive voltage and the calibration's prediction, in
         either direction. A finger that reduces Q from 60 to 50 requires 1.2.
@@ -141,7 +141,7 @@ def _check(what: str, value: float, lowest: float, highest: float, unit: str) ->
 
 
 class OnTime:
-    """Record when the plate vibrated, to compute time since the last command and duty.
+    """Record of when the plate vibrated, for its duty cycle and its time since the last command.
 
     >>> on_time = OnTime(window_s=100)
     >>> on_time.command(10, vibrates=True)

@@ -58,10 +58,10 @@ class GuardedOutput(ABC):
         self._vibration_known = False  # whether a plate that cannot be stopped was reported
 
     def silence(self) -> None:
-        """Stop the vibration. May be called at any time, in any state and repeatedly.
+        """Stop the vibration; safe to call at any time, in any state and repeatedly.
 
-        Raises `PlateFault` if the plate did not confirm that it is off, unless a fault was
-        already raised since `connect`. `StillVibrating` is raised once in any case.
+        Raises `PlateFault` if the plate did not confirm that it is off, unless a fault was already
+        raised since `connect`. `StillVibrating` is always raised, but only once.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:

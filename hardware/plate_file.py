@@ -79,7 +79,7 @@ class LimitsTable(FrozenTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the default limits, by name.
 
-        ``duty_window_s`` is not compared, because the default duty of 1 does not restrict the
+        ``duty_window_s`` is not compared, because the default duty cycle of 1 does not restrict the
         plate.
         """
         shipped = LimitsTable()
@@ -101,7 +101,7 @@ ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgeme
 
 
 class Expected(FrozenTable):
-    """Bounds within which a calibration of the plate is plausible; if None, `BOUNDS` apply."""
+    """Bounds within which a calibration of the plate is plausible; None means `BOUNDS`."""
 
     resonance_hz: Range | None = None
     quality_factor: Range | None = None
@@ -137,7 +137,7 @@ class Acknowledgement(FrozenTable):
     sha256: str = ""
 
     def checksum(self) -> str:
-        """Return the SHA-256 of name, date and limits, which only ``--by`` writes."""
+        """Return the SHA-256 of name, date and limits, which only the option ``--by`` writes."""
         content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
@@ -173,7 +173,8 @@ class PlateFile(FrozenTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the default limits, by their keys.
 
-        Only the default quantity has a default level; for all others, any level is wider.
+        Only the default quantity has a default level; for all other quantities, any level is
+        considered wider.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.in_um_pp:
@@ -365,7 +366,8 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     Raises
     ------
     UserError
-        If the file cannot be read or written, or if such limits are not acknowledged.
+        If the file cannot be read or written, or if limits beyond the defaults are not
+        acknowledged.
     """
     import tomlkit  # noqa: PLC0415
 

@@ -86,12 +86,12 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
-    """Find the current resonance, and use it for later drives. The plate is silent afterwards.
+    """Find the current resonance, use it for later drives, and silence the plate.
 
     Parameters
     ----------
     plate : PlateDriver
-        Connected and calibrated driver. Its limits also apply to the measurements.
+        Connected and calibrated driver, whose limits also apply to the measurements.
     measure_um_pp : callable
         Function that returns the settled amplitude measured by an instrument, in µm peak to peak.
 

@@ -43,7 +43,7 @@ class EndedBySignal(KeyboardInterrupt):
 
 
 class _Noted:
-    """Signal that ended the current block; empty before."""
+    """Signal that ended the current block, if any."""
 
     name = ""
 
@@ -71,8 +71,8 @@ def signals_raise() -> Iterator[Callable[[], None]]:
     Yields
     ------
     callable
-        Function to call before leaving the block. The exception for the first signal afterwards is
-        raised at the end of the block, and for a second signal immediately.
+        Function to call before leaving the block. After this call, a first signal raises the
+        exception at the end of the block, and a second signal immediately.
     """
     first_s, leaving = -math.inf, False
 

@@ -1,8 +1,8 @@
 """Emulate a data acquisition device in memory, with the interface of ``nidaqmx``.
 
-The input reads what the output generates. Like a real device, the emulated one rejects voltages
-outside its range and a second task on a channel, and its output keeps the last voltage after a task
-ends.
+The emulated input reads the voltage of the emulated output. Like a real device, the emulated device
+rejects voltages outside its range and a second task on a channel, and its output keeps the last
+voltage after a task ends.
 """
 
 from __future__ import annotations

@@ -1,7 +1,8 @@
 """Drive an actuator with a sine wave from a National Instruments analogue output.
 
-Use this backend for an electrovibration screen behind an amplifier (volts) or for a vibrotactile
-actuator (acceleration or displacement, below 1 kHz). SPEC: ``daq:Dev1/ao0,plate=desk,...`` with
+Use this backend for an electrovibration screen behind an amplifier (level in volts) or for a
+vibrotactile actuator below 1 kHz (level as acceleration or displacement). SPEC:
+``daq:Dev1/ao0,plate=desk,...`` with
 
 ==============  ==================================================================
 ``plate``       the plate file: quantity and limits; required

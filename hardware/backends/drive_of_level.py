@@ -4,8 +4,8 @@ A plate in µm requires a calibration. For a plate file in another quantity, the
 
 =============  ====================================================================
 ``frequency``  sine frequency, Hz
-``per_volt``   the level per V peak at the plate: the user's own measurement at that
-               frequency. For a plate in volts it follows from the convention.
+``per_volt``   level per V peak at the plate, measured by the user at that frequency;
+               for a plate in volts, defined by the voltage convention
 =============  ====================================================================
 """
 

@@ -1,4 +1,4 @@
-"""Inject faults at chosen commands, for tests and rehearsals.
+"""Inject faults at chosen commands, for tests and dry runs.
 
 A fault is written as ``NAME@PHASE/N`` (at the N-th command of a phase), ``NAME@N`` (at the N-th
 command of all phases), ``NAME@PHASE`` or ``NAME`` (at the first command). Several faults are joined
@@ -70,7 +70,7 @@ class Schedule:
         self._counts: Counter[str] = Counter()
 
     def add(self, injection: Injection) -> None:
-        """Add an injection, whose commands are counted from now on."""
+        """Add an injection that counts commands from now on."""
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 
@@ -81,7 +81,7 @@ class Schedule:
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
         """Count a command of a phase, and return the faults that are due.
 
-        If ``everywhere``, the command also counts as a command of all phases.
+        If ``everywhere`` is True, injections for all phases also count the command.
         """
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)

@@ -77,13 +77,13 @@ class FunctionGenerator(PlateDriver):
     plate_file : PlateFile
         Plate file, which is stored with the data and may define the gain.
     amplifier_gain : float
-        Volts at the plate per volt of the generator; by default, as in the calibration.
+        Volts at the plate per volt of the generator; by default, the gain in the calibration.
     channel : int
         The generator's channel, 1 or 2.
     dialect : Dialect
         Commands of the generator's make; by default, the make is identified with ``*IDN?``.
     drive : DriveOfLevel
-        Drive of a plate in a quantity other than µm; by default, as in the calibration.
+        Drive of a plate in a quantity other than µm; by default, the drive in the calibration.
 
     Raises
     ------
@@ -139,7 +139,7 @@ class FunctionGenerator(PlateDriver):
             self._check_range(self._level_drive.voltage_v_peak(level))
 
     def _check_range(self, voltage_v: float) -> None:
-        """Raise `OverLimit` if the generator cannot produce the voltage; 0 switches it off."""
+        """Raise `OverLimit` if the generator cannot produce the voltage; 0 V is always allowed."""
         made, vpp = self._output.range, voltage_v * self._vpp_per_v
         if made is None or voltage_v == 0 or made.smallest_vpp <= vpp <= made.largest_vpp:
             return
@@ -175,7 +175,7 @@ class FunctionGenerator(PlateDriver):
         return self._read_back()
 
     def _ramp(self, voltage_v: float, *, frequency_hz: float) -> None:
-        """Ramp to a voltage in small steps. For 0 V, the output is then switched off.
+        """Ramp to a voltage in small steps; a ramp to 0 V ends by switching the output off.
 
         Ramps start and end at the generator's smallest voltage. Each step is read back, so that
         slow generators do not receive the next command too early.

@@ -23,7 +23,7 @@ def agreed_gain(
     calibration : Calibration
         Calibration, which contains the gain with which it was made.
     unknown : str
-        Error message if the gain is unknown. It starts with the name of the backend and a colon.
+        Error message if the gain is unknown, which starts with the name of the backend and a colon.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 A dialect defines how to write a setting, how to query it, and how to find its value in the answer.
 The order of commands is the same for all makes and is defined in
-`slipscale.hardware.backends.generator_output`. To support another make, add a dialect.
+`slipscale.hardware.backends.generator_output`. To support another make of generator, add a dialect.
 
 Each dialect gives the source of its values. Sources marked "not verified" are manuals cited from
 memory. Dialects are tested with simulated instruments (`slipscale.hardware.emulator.generators`);
@@ -33,7 +33,7 @@ class Item:
         Commands. ``{source}`` and ``{channel}`` are replaced by the prefix and suffix of the
         channel, and ``{value}`` by the value.
     value : str
-        Regular expression for the answer. Its first group is the value.
+        Regular expression for the answer; its first group is the value.
     """
 
     write: str
@@ -89,7 +89,7 @@ class Dialect:
         Voltage ranges of the models. The first range with a matching pattern applies.
     attenuator : FixedSetting or None
         Setting that holds the attenuator in the position for the largest voltage, because its
-        relays would interrupt a ramp. None if the make has no such setting.
+        relays would interrupt a ramp; None if the generator has no attenuator setting.
     on, off : str
         Values of `output`.
     error : str or None
@@ -115,42 +115,42 @@ class Dialect:
 
 
 def is_sine(text: str) -> bool:
-    """Return whether an answer means a sine."""
+    """Return whether a reply means a sine."""
     return text.upper().startswith("SIN")
 
 
 def is_infinite(text: str) -> bool:
-    """Return whether an answer means an infinite load, as a word or as SCPI's infinity."""
+    """Return whether a reply means an infinite load, as a word or as SCPI's infinity."""
     return text.upper().startswith(("INF", "HZ")) or number(text) >= INFINITE_OHM
 
 
 def is_peak_to_peak(text: str) -> bool:
-    """Return whether an answer means volts peak to peak."""
+    """Return whether a reply means volts peak to peak."""
     return text.upper() == "VPP"
 
 
 def is_zero(text: str) -> bool:
-    """Return whether an answer means zero, with or without a sign."""
+    """Return whether a reply means zero, with or without a sign."""
     return abs(number(text)) < HIGHEST_ZERO_V
 
 
 def is_on(text: str) -> bool | None:
-    """Return whether an answer means that an output is on, in digits or words."""
+    """Return whether a reply means that an output is on, in digits or words."""
     return {"1": True, "ON": True, "0": False, "OFF": False}.get(text.upper().lstrip("+"))
 
 
 def is_off(text: str) -> bool:
-    """Return whether an answer means that a function is off."""
+    """Return whether a reply means that a function is off."""
     return is_on(text) is False
 
 
 def is_continuous(text: str) -> bool:
-    """Return whether an answer means a single frequency without a sweep."""
+    """Return whether a reply means a single frequency without a sweep."""
     return text.upper().startswith(("CW", "FIX"))
 
 
 def number(text: str) -> float:
-    """Parse a number with or without a unit (``30500HZ``, ``1.5V``); return NaN if this fails."""
+    """Parse a number with or without a unit (``30500HZ``, ``1.5V``); return NaN for other text."""
     found = re.match(r"[+-]?(\d+\.?\d*|\.\d+)(E[+-]?\d+)?(?=[A-Z]*$)", text, re.IGNORECASE)
     return float(found[0]) if found else math.nan
 
@@ -352,7 +352,7 @@ def dialect_of(manufacturer: str, model: str) -> Dialect | None:
 
 
 def channel_number(text: str) -> int:
-    """Parse the number of a channel. Raises ValueError with the expected numbers."""
+    """Parse the number of a channel. Raises ValueError unless the number is 1 or 2."""
     if text not in {"1", "2"}:
         raise ValueError("expected 1 or 2")
     return int(text)

@@ -40,13 +40,13 @@ REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # attempts to switch the output off afte
 
 
 class GeneratorOutput:
-    """Output channel of a generator, in V peak to peak at the generator.
+    """Output channel of a generator, with voltages in V peak to peak at the generator.
 
     Parameters
     ----------
     line : GeneratorLine
     channel : int
-        1 or 2.
+        Output channel, 1 or 2.
     chosen : Dialect or None
         Commands of the generator's make. If None, the make is identified with ``*IDN?``.
     """
@@ -66,8 +66,7 @@ class GeneratorOutput:
         Parameters
         ----------
         largest_vpp : float
-            Largest voltage that will be set. The attenuator is held in the position for this
-            voltage.
+            Largest voltage that will be set, which determines the position of the attenuator.
 
         Raises
         ------

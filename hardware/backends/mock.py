@@ -73,7 +73,7 @@ class MockPlate(PlateDriver):
     Parameters
     ----------
     clock : Clock
-        Clock that ramps and settling advance. A virtual clock does not wait.
+        Clock that times ramps and settling. A virtual clock does not wait.
     twin : Twin
         Simulated dynamics of the plate.
     limits : PlateLimits
@@ -113,13 +113,13 @@ class MockPlate(PlateDriver):
         self._lost = False  # The connection is lost, and the board has silenced the plate.
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
-        """Inject a fault at the ``n``-th command from now of a phase ("": all but check)."""
+        """Inject a fault at the ``n``-th future command of a phase ("": all phases but check)."""
         if fault not in FAULTS or phase not in ("", *PHASES):
             raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
-        """Use the study's quantity and largest level, if the plate's quantity is another one."""
+        """Use the study's quantity and largest level if the plate has a different quantity."""
         if quantity.makes != self.limits.quantity.makes:
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(

@@ -1,7 +1,7 @@
 """Drive two actuators on one plate, such as ultrasonic vibration and electrovibration.
 
-SPEC: ``pair:FIRST+SECOND``, the SPECs of two backends. For sessions, the first actuator is the
-plate: surfaces, readback and limits refer to it. The second actuator holds
+The SPEC is ``pair:FIRST+SECOND``, with the SPECs of two backends. In a session, the first actuator
+is the plate, to which surfaces, readback and limits refer. The second actuator holds
 `PlateDriver.second_level` during every surface, in its own quantity and within its own limits. Two
 rules apply:
 
@@ -58,7 +58,7 @@ class PlatePair(PlateDriver):
         return super().check_supported(surface, sensors=sensors)
 
     def confirm(self, commanded_level: float, readback: Readback) -> None:
-        """Raise `NotReached` or `OffCalibration` as for the first actuator."""
+        """Raise `NotReached` or `OffCalibration` unless the first actuator reached its level."""
         self.first.confirm(commanded_level, readback)
 
     def vibration_level(self) -> float:

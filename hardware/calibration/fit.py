@@ -49,7 +49,8 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     Raises
     ------
     UserError
-        If there are too few points, or no voltage, no resonance or no peak within the sweep.
+        If the points are too few, if a point has a voltage of 0, or if there is no resonance or no
+        peak within the sweep.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")
@@ -167,7 +168,7 @@ def _weights(
     Returns
     -------
     ndarray
-        1/variance, scaled to a maximum of 1.
+        Reciprocal variances, scaled to a maximum of 1.
     """
     terms = np.column_stack([np.ones_like(fitted), fitted**2]) * before[:, None]
     (constant, proportional), _ = optimize.nnls(terms, left**2 * before)

@@ -1,8 +1,8 @@
 """Ask questions at the terminal while keeping a vibrating plate alive.
 
 A board silences the plate if it receives nothing for its watchdog time. `typed` therefore calls a
-function repeatedly while it waits for an answer. It waits in short steps, so that signals are
-handled without delay.
+function repeatedly while it waits for an answer. The wait is divided into short steps, so that
+signals are handled without delay.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     EOFError
         If standard input has ended.
     Exception
-        Exceptions from ``alive``, immediately.
+        Any exception that ``alive`` raises, without delay.
     """
     print(question, end="", flush=True)
     try:

@@ -83,9 +83,9 @@ def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float
 def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
-    Files from different makes differ in their headers and first columns. In all of them, each line
-    with a sample ends with time and voltage. All lines before the first such line are treated as
-    the header.
+    Files from different makes of oscilloscope differ in their headers and first columns. In all
+    files, each line with a sample ends with time and voltage. Lines before the first sample are
+    treated as the header.
 
     Raises
     ------
@@ -120,7 +120,7 @@ def _sample(line: str) -> tuple[float, float] | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Reading:
-    """Cell of a file, with the information for converting it to an amplitude."""
+    """Value in a file, with the information for converting this value to an amplitude."""
 
     text: str
     frequency_hz: float

@@ -73,7 +73,7 @@ class DriveChain(FrozenTable):
 
     @property
     def v_peak_per_volt(self) -> float:
-        """V peak per volt in the convention of the file."""
+        """Factor from a voltage in the file's convention to V peak."""
         return PEAK_OF[self.voltage_convention]
 
 

@@ -283,7 +283,7 @@ def _plate_serial(plate: PlateDriver, given: str) -> str:
 
 
 def _device(plate: PlateDriver, arguments: Namespace) -> Device:
-    """Return the device on which the readings in a file were taken."""
+    """Return the device that drove the plate for the readings in a file."""
     from slipscale.hardware.calibration.record import Device  # noqa: PLC0415
 
     if not arguments.serial and not plate.simulated:
@@ -351,7 +351,7 @@ def prompted(plate: PlateDriver, drive: str) -> float | None:
     UserError
         If standard input has ended.
     PlateFault
-        If the plate fails meanwhile, for example because it was silenced.
+        If the plate fails during the wait, for example because it was silenced.
     """
 
     def alive() -> None:

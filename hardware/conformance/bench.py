@@ -24,11 +24,11 @@ SHOWN = 60  # characters of an unexpected answer
 
 
 class Departure(Exception):
-    """Reports a violation of the protocol, with the expected and the received answer."""
+    """Raised if a device violates a rule, with the expected and the received answer."""
 
 
 class NotApplicable(Exception):
-    """Reports that a rule concerns a feature that the board does not have."""
+    """Raised if a rule concerns a feature that the device does not have."""
 
 
 class Bench:
@@ -122,7 +122,7 @@ class Bench:
         return reply
 
     def run(self, body: str) -> wire.BoardReply:
-        """Send a command, and return the answer with any code."""
+        """Send a command, and return the answer, whatever its code."""
         frame = self.frame(body)
         reply = self.reply_to(frame, f"'{body}'")
         if reply.sequence != self._sequence:
@@ -166,7 +166,7 @@ class Bench:
             self._clock.sleep(min(ALIVE_S, max(end_s - self._clock.now(), 0.0)))
 
     def settle(self, level: float) -> wire.BoardStatus:
-        """Command an amplitude; return the first status with the state HOLD (for 0: OFF)."""
+        """Command an amplitude; return the first status with the state HOLD (or OFF for 0)."""
         self.ask(f"AMPL {level:.4f}")
         return self.wait_for("HOLD" if level else "OFF")
 
@@ -183,7 +183,7 @@ class Bench:
 
     @property
     def some_level(self) -> float:
-        """Amplitude for checks: 40 % of the limit, such as 1 µm peak to peak of 2.5."""
+        """Amplitude for checks: 40 % of the limit, such as 1 µm if the limit is 2.5 µm."""
         return round(0.4 * self.limits.level, 4)
 
     def lists(self) -> wire.ListLimits:

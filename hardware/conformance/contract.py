@@ -1,8 +1,8 @@
 """Test whether a backend fulfils the contract in `slipscale.hardware.driver`.
 
 Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
-tests. If the readback is only "commanded" or "none", it cannot reveal a wrong amplitude, and the
-report shows the rule about this as not applicable.
+tests. A readback that is only "commanded" or "none" cannot reveal a wrong amplitude, and the report
+marks this rule as not applicable.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Rig:
         self.clock = clock
 
     def surface(self, share: float) -> VirtualSurface:
-        """Return a surface with this fraction of the largest amplitude."""
+        """Return a surface with a given fraction of the largest amplitude."""
         return VirtualSurface(level=round(share * self.plate.limits.level, 4))
 
 

@@ -152,7 +152,7 @@ def _open_loop_is_true(bench: Bench) -> None:
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
-    """Check the largest amplitude of a short list, and of one that is too long for one command."""
+    """Check that a short list, and one too long for one command, reach their largest amplitude."""
     for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
         held = bench.settle(bench.some_level)
         play(bench, shares)
@@ -164,7 +164,7 @@ def _list_reaches_its_largest(bench: Bench) -> None:
 
 
 def _list_keeps_time(bench: Bench) -> None:
-    """Check that a list that is ended within a point had reached this point's amplitude."""
+    """End a list during one of its points; check that it had reached the point's amplitude."""
     for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
         held = bench.settle(bench.some_level)
         due_level = share * bench.some_level
@@ -208,7 +208,7 @@ def _open_loop(bench: Bench) -> None:
 def play(
     bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
 ) -> None:
-    """Settle at a list's mean and play it; ``shares`` are fractions of the test amplitude."""
+    """Settle at a list's mean and play the list; ``shares`` are fractions of the test amplitude."""
     lists = bench.lists()
     mean_level = bench.some_level * sum(shares) / len(shares)
     points = [f"{share * bench.some_level:.4f}" for share in shares]

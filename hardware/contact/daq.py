@@ -130,7 +130,7 @@ class DaqForces(ContactSource):
             task.close()
 
     def describe(self) -> dict[str, object]:
-        """Return the name, channels and scales."""
+        """Return the source's name, channels and scales."""
         return {"name": self.name, **self._options, "rate": self._rate_hz}
 
 

@@ -2,9 +2,9 @@
 
     python -m slipscale.hardware.contact.emulated_line [--rate 100]
 
-prints the name of a pseudo-terminal, and sends the position and forces of a finger that strokes
-back and forth: ``x,y,normal,lateral`` in mm and N. The same port can be used for ``--position
-lasers:PORT`` and for ``--force load_cells:PORT,normal=3,lateral=4``.
+This command prints the name of a pseudo-terminal, and sends the position and forces of a finger
+that strokes back and forth: ``x,y,normal,lateral`` in mm and N. The same port can be used for
+``--position lasers:PORT`` and for ``--force load_cells:PORT,normal=3,lateral=4``.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ class Follower(Protocol):
         """Process new samples of the sensor."""
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command or the change to play now, or None."""
+        """Return the amplitude to command or the change to play; None if neither is due."""
 
 
 class Track:

@@ -35,7 +35,7 @@ class Movement:
     strokes : int
         Number of movements of at least 5 mm in one direction along x.
     forward_share : float or None
-        Proportion of the path along x with increasing x; None without movement along x.
+        Fraction of the path along x towards larger x; None without movement along x.
     """
 
     speed_mm_s: float | None
@@ -93,8 +93,8 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
     forces : sequence of Sample
         Normal and lateral force, N.
     places : sequence of Sample
-        Positions of the finger, if known. Only forces during movement along x are then used;
-        otherwise, all forces during contact are used.
+        Positions of the finger, if known. With positions, only forces during movement along x are
+        used; without positions, all forces during contact are used.
     """
     pressed = [each for each in forces if each.values[0] >= PRESSES_N]
     slid = [each for each in pressed if _moves(places, each.time_s)] if places else pressed
@@ -119,8 +119,7 @@ def slips(ratios: Sequence[float]) -> list[float]:
 
     In stick-slip motion, friction rises while the skin sticks and falls when the skin slips (Derler
     and Rotaru 2013, Wear 301, 324-329). We define a slip as a decrease by more than `SLIP_SHARE`
-    from a maximum to the next minimum. A minimum ends when the ratio has risen by the same
-    fraction.
+    from a maximum to the next minimum. A minimum ends when the ratio has risen by `SLIP_SHARE`.
 
     >>> slips([0.5, 1.0, 0.6, 0.8, 0.78, 0.4, 0.41])
     [0.4, 0.5]

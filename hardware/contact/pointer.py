@@ -8,7 +8,7 @@ SPEC: ``mouse:mm_per_pixel=0.25`` with
 ``angle``         direction of the stroke on the screen, degrees (0: to the right)
 ================  ===============================================================
 
-The pointer is a mouse, or a touch panel that acts as a mouse. It provides one sample per frame.
+The pointer is a mouse, or a touch panel that acts as a mouse, and provides one sample per frame.
 Position 0 is the middle of the window.
 """
 
@@ -72,7 +72,7 @@ class WindowPointer(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return the name and scale."""
+        """Return the source's name and scale."""
         return {
             "name": self.name,
             "mm_per_pixel": self._mm_per_pixel,

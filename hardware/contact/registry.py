@@ -1,6 +1,6 @@
 """Find installed sources of position and force, which are registered as entry points.
 
-SPEC: ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
+The SPEC is ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ class ScriptedPosition(ContactSource):
         self._begun_s, self._next, self._told_s = self._clock.now(), 0, -math.inf
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; after the script, the last position."""
+        """Return the samples since the last call; after the script, repeat its last position."""
         now_s = self._clock.now()
         due = []
         while self._next < len(self._way):
@@ -69,7 +69,7 @@ class ScriptedPosition(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return the name and file."""
+        """Return the source's name and its script file."""
         return {"name": self.name, "file": self._file, "rows": len(self._way)}
 
 

@@ -13,8 +13,8 @@ contains one reading: numbers separated by commas, semicolons, tabs or spaces.
 ``baud``                           baud rate of the port (115200)
 =================================  ============================================================
 
-Any microcontroller that prints the values of its converters is suitable. Both quantities must be on
-the same line. Numbers may have decimal commas if another character separates them. Lines that are
+Any microcontroller that prints the values of its converters is suitable. Each line must contain
+both quantities. Numbers may have decimal commas if another character separates them. Lines that are
 invalid or have a different number of fields are skipped and counted in the journal. Half a second
 without a reading is a fault.
 """
@@ -128,7 +128,7 @@ class SerialColumns(ContactSource):
         self._fields = 0  # known after the first line
 
     def connect(self) -> None:
-        """Open the port, wait for the first reading and, once, measure the tare if one is set."""
+        """Open the port, wait for the first reading and, the first time, measure any tare."""
         self.close()
         self._fault = None
         self._samples.clear()
@@ -164,7 +164,7 @@ class SerialColumns(ContactSource):
         self._line = self._thread = None
 
     def describe(self) -> dict[str, object]:
-        """Return the name, the port and the conversions."""
+        """Return the source's name, port and conversions."""
         return {
             "name": self.kind,
             "port": self.port,
@@ -215,7 +215,7 @@ class SerialColumns(ContactSource):
                     self._heard_s = max(now_s, self._heard_s)
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
-        """Return the quantities in a line; count invalid lines and return None for them."""
+        """Return the quantities in a line; count the line and return None if it is invalid."""
         text = line.decode("ascii", "replace").strip()
         try:
             numbers = numbers_of(text)

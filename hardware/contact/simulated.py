@@ -91,7 +91,7 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def begin(self) -> None:
-        """Restart the time grid now."""
+        """Restart the time grid of the samples now."""
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:
@@ -128,7 +128,7 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return the name, rate and noise."""
+        """Return the source's name, sampling rate and noise."""
         return {"name": self.name, "rate_hz": self._rate_hz, "noise": self._noise}
 
 
@@ -142,7 +142,7 @@ class SimulatedPosition(_Simulated):
 
 
 class SimulatedForce(_Simulated):
-    """The friction left by the film; see the module for its options.
+    """Simulated forces of the finger; for options, see the module's documentation.
 
     The film is computed for the amplitude at the time of the query, so forces must be queried often
     while the amplitude changes.
@@ -180,7 +180,7 @@ class SimulatedForce(_Simulated):
         return touch.normal_n, math.copysign(lateral, moved) if moved else 0.0
 
     def describe(self) -> dict[str, object]:
-        """Return the name, rate, noise and assumptions about the film."""
+        """Return the source's name, sampling rate, noise and assumptions about the film."""
         return {
             **super().describe(),
             "friction_at_rest": self._friction,

@@ -24,7 +24,7 @@ QUANTITIES: dict[Kind, Quantities] = {"position": POSITION, "force": FORCE}
 
 
 class SensorFault(PlateFault):
-    """Reports that a source is disconnected or sends no valid data."""
+    """Raised if a source is disconnected or sends no valid data."""
 
     code = "sensor"
     remedy = "Check the sensor's cable and its SPEC; slipscale check shows its readings."
@@ -57,8 +57,8 @@ class Finger(Protocol):
     def at(self, time_s: float) -> Touch | None:
         """Return the finger's state at a session time; None if it does not touch the plate.
 
-        For a window, only the current position is known. For a simulated finger, any time since the
-        beginning of the exploration is possible.
+        For a window's pointer, only the current position is known. For a simulated finger, all
+        positions since the beginning of the exploration are known.
         """
 
 
@@ -119,7 +119,7 @@ class ContactSource(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Release the device. May be called at any time."""
+        """Release the device; safe to call at any time."""
 
     def describe(self) -> dict[str, object]:
         """Return the description for the session's record, as JSON data."""

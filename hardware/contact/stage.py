@@ -10,7 +10,7 @@ textures and transients follow. The following rules apply:
 - `close` stops the stage.
 
 Packages add stages as entry points of ``slipscale.positions`` that return a `Stage`. SPEC of the
-emulated one: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
+emulated stage: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
 
 ================  ================================================================
 ``travel``        length of the travel between the end stops, mm (100)
@@ -127,7 +127,7 @@ class Stage(ContactSource):
         return samples
 
     def stop(self) -> None:
-        """Stop as fast as possible. May be called at any time."""
+        """Stop the stage as fast as possible; safe to call at any time."""
         self._strokes = None
         self._halt()
 
@@ -136,7 +136,7 @@ class Stage(ContactSource):
         self.stop()
 
     def describe(self) -> dict[str, object]:
-        """Return the name and limits."""
+        """Return the stage's name and limits."""
         limits = {"travel_mm": self.travel_mm, "fastest_mm_s": self.fastest_mm_s}
         return {"name": self.name, **limits, "presses": self.presses}
 
@@ -184,9 +184,9 @@ class Stage(ContactSource):
 class EmulatedStage(Stage):
     """Emulated stage with limited acceleration and end stops.
 
-    For options, see the module's documentation. The stage is also the finger
-    (`slipscale.hardware.contact.source.Finger`) for simulated forces, with the position of the
-    stage and the normal force of the simulated participant.
+    For options, see the module's documentation. For simulated forces, the stage is also the finger
+    (`slipscale.hardware.contact.source.Finger`), with the stage's position and the simulated
+    participant's normal force.
     """
 
     name = EMULATED

@@ -10,7 +10,7 @@ NUMBER = re.compile(r"[+-]?\d{1,7}(\.\d{1,6})?")
 
 
 class Refusal(Exception):
-    """Reports that the board answers a command with an error code."""
+    """Raised if the board answers a command with an error code."""
 
     def __init__(self, code: int) -> None:
         super().__init__(wire.MEANINGS[code])

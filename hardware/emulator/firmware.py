@@ -1,8 +1,8 @@
 """Implement the driver board's firmware in Python, for `slipscale plate emulate`.
 
 The code has no side effects: inputs are bytes and the time, outputs are bytes, and the plate is
-simulated. The reference firmware (hardware/firmware) implements the same behaviour in C++. Both are
-tested against docs/reference/board-transcript.txt.
+simulated. The reference firmware (hardware/firmware) implements the same behaviour in C++. Both
+implementations are tested against docs/reference/board-transcript.txt.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ class Board:
     Parameters
     ----------
     twin : Twin
-        The plate.
+        Simulated plate.
     boot : int
-        Boot number; differs between starts.
+        Boot number, which differs between starts.
     limits : BoardLimits
         Limits that the board enforces, in addition to the host's limits.
     identity : str
@@ -320,7 +320,7 @@ class Board:
         self.state = self._settled(measured_level, was_limited=was_limited)
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
-        """Return HOLD after several means within the tolerance, otherwise SAT or RAMP."""
+        """Return HOLD after several mean readings within the tolerance, otherwise SAT or RAMP."""
         short_by = self.target_level - measured_level
         if abs(short_by) > max(BAND * self.target_level, BAND_OF_LARGEST * self.limits.level):
             self._means_inside = 0
@@ -329,7 +329,7 @@ class Board:
         return "HOLD" if self._means_inside >= MEANS_SETTLED else "RAMP"
 
     def _play(self, played: Loop, now_s: float) -> None:
-        """Correct the voltage after each complete period except the first, based on its mean."""
+        """Correct the voltage after each period except the first, based on the period's mean."""
         periods = int((now_s - self._commanded_s + ROUNDING_S) / played.period_s)
         if periods > max(self._periods, 1):
             largest_level = max(played.levels)

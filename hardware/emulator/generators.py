@@ -188,7 +188,7 @@ class _Scpi(SimulatedGenerator):
 
 
 class Keysight(_Scpi):
-    """Keysight 33500 series: numbers with sign and 15 decimals, short words, outputs 1 and 0."""
+    """Keysight 33500 series, which answers with signed numbers of 15 decimals and short words."""
 
     identity = "Agilent Technologies,33522B,MY57800001,4.00-1.19-2.00-52-00"
     no_error = '+0,"No error"'
@@ -220,7 +220,7 @@ class Keysight(_Scpi):
 
 
 class Agilent33220(Keysight):
-    """Agilent 33220A: one channel, no suffix, at least 20 mVpp."""
+    """Agilent 33220A, which has one channel without a suffix and supplies at least 20 mVpp."""
 
     identity = "Agilent Technologies,33220A,MY44000001,2.02-2.02-22-2"
     smallest_vpp = 0.02
@@ -235,7 +235,7 @@ class Agilent33220(Keysight):
 
 
 class Rigol(_Scpi):
-    """Rigol DG1000Z: seven digits without sign, outputs ON and OFF, values clipped silently."""
+    """Rigol DG1000Z, which answers with seven digits without sign and clips values silently."""
 
     identity = "Rigol Technologies,DG1022Z,DG1ZA000000001,03.01.12"
     words: ClassVar[dict[bool, str]] = {True: "ON", False: "OFF"}
@@ -258,7 +258,7 @@ class Rigol(_Scpi):
 
 
 class Tektronix(_Scpi):
-    """Tektronix AFG3000: outputs 1 and 0, impedance under IMP, shape under FUNC:SHAP."""
+    """Tektronix AFG3000, with the impedance under IMP and the shape under FUNC:SHAP."""
 
     identity = "TEKTRONIX,AFG3102C,C010001,SCPI:99.0 FV:1.0.4"
     smallest_vpp = 0.04
@@ -280,7 +280,7 @@ class Tektronix(_Scpi):
 
 
 class Siglent(SimulatedGenerator):
-    """Siglent SDG2000X: one query each for basic wave and output, unknown commands ignored."""
+    """Siglent SDG2000X, with one query for all settings of a wave; ignores unknown commands."""
 
     identity = "Siglent Technologies,SDG2042X,SDG2XCAD000001,2.01.01.35R3"
     smallest_vpp = 0.004

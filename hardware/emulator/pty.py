@@ -54,7 +54,7 @@ class EmulatedBoard(Protocol):
 
     @property
     def target_level(self) -> float:
-        """Commanded amplitude; the mean, for a list."""
+        """Commanded amplitude or, for a list, the mean amplitude."""
 
     @property
     def vibrates(self) -> bool:
@@ -83,12 +83,14 @@ class Emulator:
     injections : iterable of Injection
         Faults to inject; phases are those of `slipscale.hardware.emulator.response_faults`.
     twin : Twin
-        The plate behind the board.
+        Simulated plate that the board drives.
     back_s : float
-        Time after which an unplugged, busy, deaf or hot board recovers; 0 means never.
+        Time after which an unplugged, busy, unresponsive or overheated board recovers; 0 means
+        never.
     dtr : bool
-        Whether the line signals that the host closed the port. The board then silences the plate
-        and restarts, like a board with automatic reset. Otherwise, only the watchdog acts.
+        Whether the line signals that the host closed the port. At this signal, the board silences
+        the plate and restarts, like a board with automatic reset. Without the signal, only the
+        watchdog acts.
     watchdog_ms : float
         The board silences itself if it receives nothing for this time.
     log : TextIO
@@ -146,7 +148,7 @@ class Emulator:
         self._plug()
 
     def state(self) -> dict[str, object]:
-        """Return the state of board and plate, as reported to standard output.
+        """Return the state of board and plate, as printed to standard output.
 
         ``amplitude_um_pp`` is the true simulated amplitude. ``presented_levels`` contains the
         commanded amplitudes and ``played`` the played lists; repeated commands are listed once.
@@ -165,7 +167,7 @@ class Emulator:
         }
 
     def order(self, text: str) -> None:
-        """Inject faults as on the command line, counted from now. Raises ValueError if invalid."""
+        """Inject faults, written as for ``--fault``. Raises ValueError if the text is invalid."""
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 
@@ -247,8 +249,8 @@ class Emulator:
     def _plug(self) -> None:
         """Create a pseudo-terminal, and let the link point to it.
 
-        This process closes the host's side immediately, so that the line reports when the host
-        closes it.
+        This process closes its own copy of the host's side, so that the line reports when the host
+        closes the port.
         """
         self._master, slave = os.openpty()
         tty.setraw(slave)
@@ -313,7 +315,7 @@ class Emulator:
             self._played.append(list(self._list))
 
     def _now(self) -> float:
-        """Log the plate's amplitude until now, and return the time."""
+        """Log the plate's amplitude up to the present time, and return this time."""
         now_s = self._clock.now()
         while self._log and self._logged_ms + 1 <= now_s * 1000:
             self._logged_ms += 1

@@ -1,4 +1,4 @@
-"""Define faults of an emulated board, each of which replaces an answer.
+"""Define the faults that replace an answer of an emulated board.
 
 The replacement is a list of pieces: bytes to send, seconds to wait, or actions on the board. The
 emulator executes the list. This module depends neither on a port nor on a clock.
@@ -30,7 +30,7 @@ Piece = bytes | float | BoardAction
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The correct answer, and the previous answer."""
+    """Correct answer to a command, with the answer to the previous command."""
 
     reply: bytes
     previous: bytes

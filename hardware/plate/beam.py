@@ -42,7 +42,7 @@ class BeamSection:
     resonator_density_kg_m3 : float
         Density of the resonator, kg/m³.
     ceramic_shear_pa, resonator_shear_pa : float
-        Shear moduli xz in Pa, which only Timoshenko's beam uses.
+        Shear moduli in the xz plane in Pa, which only Timoshenko's beam uses.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i, mm.
     """
@@ -76,7 +76,7 @@ class BeamSection:
         ceramic_thickness_mm: float = 1.0,
         resonator_thickness_mm: float = 2.0,
     ) -> Self:
-        """Return the section of the paper, with Young's modulus and Table II."""
+        """Return the section of the paper, with Young's modulus and the constants in Table II."""
         return cls(
             ceramic=ceramic,
             resonator_modulus_pa=resonator.young_pa,
@@ -126,7 +126,7 @@ class BeamSection:
 
     @property
     def neutral_ratio(self) -> float:
-        """Neutral line f0 = z0/h_p, equation (42), from ∫ T dz = 0 (printed: ∫ S·T dz).
+        """Neutral line f0 = z0/h_p, equation (42), from ∫ T dz = 0 (paper: ∫ S·T dz).
 
         >>> round(BeamSection.printed().neutral_ratio, 4)
         1.6755
@@ -247,7 +247,7 @@ class BeamSection:
         return self.rigidity_n_m**2 / (total * hp**5)
 
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
-        """Return the resonance of a half wave in Hz, with shear and rotary inertia.
+        """Return the resonance in Hz for a half-wave length, with shear and rotary inertia.
 
         This model is not in the paper. The resonance is the lower root of Timoshenko's dispersion
         relation at q = π/(λ/2), which approaches `frequency_hz` for long waves. The small coupling
@@ -265,7 +265,8 @@ class BeamSection:
     def timoshenko_half_wave_mm(self, frequency_hz: float) -> float:
         """Return the half wave in mm at which Timoshenko's beam resonates at a frequency.
 
-        The solution is closed, because the dispersion relation is quadratic in q² for a given ω.
+        The solution has a closed form, because the dispersion relation is quadratic in q² for a
+        given ω.
         """
         omega = 2 * np.pi * float(positive("frequency_hz", frequency_hz, "Hz"))
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m

@@ -134,7 +134,7 @@ class Conditions:
         Returns
         -------
         complex
-            The envelope in µm peak to peak.
+            Envelope in µm peak to peak.
         """
         steady = self.response_um_pp_per_v(frequency_hz) * voltage_v
         rate = self._rate_per_s(frequency_hz)
@@ -154,7 +154,8 @@ class Conditions:
         """Return the envelope at ``until_s`` during an edge of the drive.
 
         The drive changes from one voltage to another along a half cosine of duration ``edge_s``.
-        Times are measured from the beginning of the edge; the given envelope is at ``since_s``.
+        Times are measured from the beginning of the edge; ``envelope_um_pp`` is the envelope at
+        ``since_s``.
         """
         rate, turn = self._rate_per_s(frequency_hz), math.pi / edge_s
         response = self.response_um_pp_per_v(frequency_hz)

@@ -156,7 +156,7 @@ class _Bricks:
     polarity : ndarray of int, shape (bricks,)
         Polarity of the ceramic; 0 in the resonator.
     rule : ndarray of int, shape (bricks,)
-        Index into ``points`` and ``weights``. Rule 0 is for full bricks.
+        Index into ``points`` and ``weights``; index 0 is the integration rule for full bricks.
     points : ndarray, shape (rules, 3, points)
         Integration points in the unit cube.
     weights : ndarray, shape (rules, points)
@@ -228,10 +228,10 @@ def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
 def _cut(
     region: Region, x: Array, y: Array, rule: npt.NDArray[np.int_], chords: list[Array]
 ) -> npt.NDArray[np.bool_]:
-    """Set the rule of each cell that a region fills or cuts; return a mask of these cells.
+    """Set the integration rule of each cell that a region fills or cuts; return their mask.
 
-    Each new rule is appended to ``chords`` as the ends of the region along y in the unit square,
-    shape (2, points along x).
+    For each cell that the region cuts, the ends of the region along y are appended to ``chords``,
+    in the unit square and with shape (2, points along x).
     """
     x_mm = (x[:-1, None] + np.diff(x)[:, None] * _ACROSS) / MILLI
     ends = np.stack(region.chord_mm(x_mm), axis=1)[:, None] * MILLI
@@ -248,7 +248,7 @@ def _cut(
 def _integrals(bricks: _Bricks, chosen: npt.NDArray[np.intp]) -> tuple[Array, Array]:
     """Return ∫ ∂_k N_i ∂_l N_j and ∫ N_i N_j of the chosen bricks.
 
-    Shapes (bricks, nodes, nodes, 9) and (bricks, nodes, nodes, 1), in m and m³.
+    The shapes are (bricks, nodes, nodes, 9) and (bricks, nodes, nodes, 1), and the units m and m³.
     """
     used, which = np.unique(bricks.rule[chosen], return_inverse=True)
     points, weights = bricks.points[used], bricks.weights[used]

@@ -1,7 +1,7 @@
 """Define the geometry of a plate: a resonator with ceramics under it.
 
 The ceramics are rows of equal rectangles, as in the paper, or rectangles and discs at any
-positions. Both kinds are converted to patches, so all models use patches only.
+positions. All models use patches, to which rows are converted.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Region:
         return np.asarray(within[0] & within[1])
 
     def rim_mm(self) -> Array:
-        """Return points on the edge that decide whether another region contains this one."""
+        """Return points on the edge, to test whether another region contains this region."""
         angle = np.arange(360) * np.pi / 180 if self.disc else np.pi / 4 * np.array([1, 3, 5, 7])
         reach = 0.5 if self.disc else math.sqrt(0.5)
         turned = np.stack([np.cos(angle), np.sin(angle)]) * reach
@@ -165,14 +165,14 @@ class Layout:
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length of one ceramic along x; of the shortest one if the ceramics are drawn."""
+        """Length of a ceramic along x; the shortest length if the ceramics are drawn."""
         if self.drawn:
             return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width of one ceramic along y; of the narrowest one if the ceramics are drawn."""
+        """Width of a ceramic along y; the smallest width if the ceramics are drawn."""
         if self.drawn:
             return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
@@ -206,9 +206,9 @@ class Density:
     Parameters
     ----------
     along_ceramic, across_ceramic : int
-        Bricks along x and y per ceramic. A gap has one brick.
+        Bricks along x and y per ceramic; there is one brick across a gap.
     ceramic_layers, resonator_layers : int
-        Bricks through the thickness of each layer.
+        Number of bricks through the thickness of each layer.
     """
 
     along_ceramic: int = 6
@@ -247,7 +247,7 @@ def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Arr
     """Return the mesh lines along one direction, in m.
 
     There is a line at each edge of the plate and of the ceramics' bounding boxes. Between edges,
-    bricks are equal and no longer than ``brick_mm``. ``half`` returns only the part from 0, the
+    bricks are equal and no longer than ``brick_mm``. If ``half`` is True, the lines begin at 0, the
     plane of symmetry.
     """
     regions = [layout.outline, *(each.region for each in layout.patches)]
@@ -287,7 +287,7 @@ def _rows(layout: Layout) -> tuple[Patch, ...]:
 
 
 def _parity(patches: tuple[Patch, ...], signs: tuple[int, int]) -> int:
-    """Return 1 if mirrored patches have the same polarity, -1 if opposite, otherwise 0."""
+    """Return 1 if all mirrored patches have the same polarity, -1 if opposite, otherwise 0."""
 
     def key(region: Region, signs: tuple[int, int]) -> tuple[object, ...]:
         x, y = (sign * round(at, 6) + 0.0 for sign, at in zip(signs, region.at_mm, strict=True))

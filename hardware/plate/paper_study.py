@@ -36,11 +36,11 @@ def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
 
 
 def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
-    """Compute the bending resonance of a half-wave section in Hz (a square in Fig. 9).
+    """Compute the bending resonance of a half-wave section in Hz (squares in Fig. 9).
 
-    The mode is identified by its shape, cos(πx/l), which is uniform across the width. Its frequency
-    is not the lowest at 9 and 10 mm, where a width-stretching mode (36.7 kHz for 49 mm) is lower.
-    Near 11 mm, both modes mix.
+    The mode is identified by its shape, cos(πx/l), which is uniform across the width. At 9 and 10
+    mm, a width-stretching mode (36.7 kHz for 49 mm) has a lower frequency. Near 11 mm, these modes
+    mix.
     """
     found = half_wave_modes(layout, density)
     top = found.parts.at(z=found.parts.thickness_m)
@@ -146,8 +146,8 @@ def harmonic(
     voltage_v : float
         Drive, V peak.
     loss_factor : array_like, optional
-        1/Q for all modes, or per mode (``found.loss_from_ceramic()``). The default is the
-        value of the plate's ceramic, 1/60 in Table II.
+        Loss factor 1/Q for all modes, or per mode (``found.loss_from_ceramic()``). The default is
+        the value of the plate's ceramic, 1/60 in Table II.
     where_mm : tuple of 2 floats, optional
         Position of the point. The default is the edge antinode nearest to the centre (x = 0 for an
         odd number of ceramics, y = width/2), at which the amplitude of the paper's plate is 1.5

@@ -60,9 +60,9 @@ class Supported:
 def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     """Apply symmetry, supports and electrodes to an assembly.
 
-    The upper faces of the ceramics are grounded. Their outer faces have the same voltage with the
-    sign of their polarity. If the electrodes are shorted, the voltage is prescribed; if they are
-    open, there is no charge and the voltage floats.
+    The upper faces of the ceramics are grounded. The outer faces have the same voltage, with the
+    sign of each ceramic's polarity. If the electrodes are shorted, the voltage is prescribed; if
+    they are open, there is no charge and the voltage floats.
     """
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)
@@ -137,7 +137,7 @@ class Modes:
 
     @property
     def driven(self) -> int:
-        """Index of the most strongly driven mode in the band, with the largest (force/ω)²."""
+        """Index of the most strongly driven mode in the band, which has the largest (force/ω)²."""
         low_hz = max(self.band_hz[0], _RIGID_BELOW * self.frequency_hz[-1])
         inside = (self.frequency_hz > low_hz) & (self.frequency_hz <= self.band_hz[1])
         return int(np.argmax(np.abs(self.force) / np.where(inside, self.frequency_hz, np.inf)))
@@ -236,9 +236,10 @@ def response_um(
     voltage_v : float
         Drive voltage, V peak.
     loss_factor : array_like
-        1/Q for all modes, or per mode.
+        Loss factor 1/Q for all modes, or per mode.
     where_mm : tuple of 2 floats
-        x and y of the point, relative to the centre of the plate. The nearest node is used.
+        x and y of the point, relative to the centre of the plate. The node nearest to the point is
+        used.
     """
     here = found.shape[:, 2, nearest_node(found.parts, where_mm)]
     return _superposed_um(found, frequency_hz, voltage_v, loss_factor, here)

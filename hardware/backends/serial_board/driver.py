@@ -79,11 +79,11 @@ class SerialBoard(PlateDriver):
     clock : Clock
         Clock for the times of readbacks. Time-outs use the computer's clock.
     limits : PlateLimits
-        Limits of the plate. `connect` narrows them to the board's own limits.
+        Limits of the plate, which `connect` narrows to those of the board.
     calibration : Calibration
         Calibration, which narrows the limits. The board controls the amplitude with its own sensor.
     plate_file : PlateFile
-        Stored with the data.
+        Plate file, which is stored with the data.
     attention_s : float
         Time without a command or `check` after which the heartbeat stops; 0 means never.
     """
@@ -276,7 +276,7 @@ class SerialBoard(PlateDriver):
         )
 
     def _check_unit(self, link: BoardLink) -> None:
-        """Raise `WrongDevice` if the board uses another unit than the plate."""
+        """Raise `WrongDevice` if the board and the plate use different units."""
         quantity = self.limits.quantity
         try:
             unit = link.ask("UNIT?")
@@ -314,7 +314,7 @@ class SerialBoard(PlateDriver):
         )
 
     def _narrow_limits(self, board: wire.BoardLimits) -> None:
-        """Narrow the limits to the board's own."""
+        """Narrow the plate's limits to those of the board."""
         ours = self.limits
         if not (
             board.frequency_min_hz < ours.frequency_max_hz

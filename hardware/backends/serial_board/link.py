@@ -31,7 +31,7 @@ FOREIGN_LINES = 3  # number of invalid lines after which the device is not a boa
 
 
 class NotKnown(PlateRefused):
-    """Reports that the board's firmware does not support a command."""
+    """Raised if the board's firmware does not support a command."""
 
 
 REFUSALS: dict[int, type[PlateFault]] = {
@@ -53,7 +53,7 @@ class Line(Protocol):
         """Release the line."""
 
     def read(self) -> bytes:
-        """Return the available bytes, waiting briefly for the first one."""
+        """Return the available bytes, or wait briefly for a byte."""
 
 
 class BoardLink:

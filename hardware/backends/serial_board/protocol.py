@@ -44,7 +44,7 @@ REPLY = re.compile(rb"<([1-9]\d{0,4}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A
 
 
 class ImpossibleValue(ValueError):
-    """Reports a value that a board must not have."""
+    """Raised if a board reports a value that is not allowed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +64,8 @@ class BoardStatus:
     ``state`` is OFF, RAMP (ramping or not settled), HOLD (settled), LIST (playing a list; target
     and amplitude are means over its period, and the voltage is the maximum), SAT (insufficient
     voltage), OPEN (open loop), or the reason why the plate was silenced: WDOG, HOT or LONG.
-    ``level`` and ``temperature_c`` are None if the board has no sensor. Levels are in the board's
-    unit, see ``UNIT?``.
+    ``level`` and ``temperature_c`` are None if the board has no sensor. Levels are in the unit that
+    ``UNIT?`` reports.
     """
 
     state: str
@@ -183,7 +183,7 @@ def parse_limits(value: str) -> BoardLimits:
     Raises
     ------
     ImpossibleValue
-        If the limits are such that no board may have them.
+        If a limit is outside the range allowed for boards.
     ValueError
         If the value is not a reply to ``LIM?``.
     """
@@ -221,7 +221,7 @@ def parse_list_limits(value: str) -> ListLimits:
     Raises
     ------
     ImpossibleValue
-        If the limits are such that no board may have them.
+        If a limit is outside the range allowed for boards.
     ValueError
         If the value is not a reply to ``LIST:LIM?``.
     """

@@ -1,7 +1,7 @@
 """Read and write a serial port; all failures raise a `PlateFault`.
 
 The port is opened exclusively and read without blocking. pyserial reports an unplugged device by
-several exceptions, some of which are not OSErrors. This module converts all of them to
+several exceptions, some of which are not OSErrors. This module converts all these exceptions to
 `ConnectionLost`.
 """
 
@@ -73,7 +73,7 @@ class SerialLine:
         self._do(lambda: self._serial.write(data))
 
     def read(self) -> bytes:
-        """Return the available bytes; wait `SLICE_S` for the first one. Raises `ConnectionLost`."""
+        """Return the available bytes, or wait `SLICE_S` for a byte. Raises `ConnectionLost`."""
         data: bytes = self._do(lambda: self._serial.read(self._serial.in_waiting or 1))
         return data
 

@@ -41,7 +41,7 @@ FOLLOWS = "FOLLOWS"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """Presentation that the heartbeat checks, with a new object for each presentation."""
+    """Presentation that the heartbeat checks; every presentation creates a new object."""
 
     level: float  # mean, for a texture
     state: str = "HOLD"

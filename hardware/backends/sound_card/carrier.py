@@ -19,7 +19,7 @@ class Carrier:
     Attributes
     ----------
     frequency_hz : float
-        Frequency of the sine. It may be changed at any time without a phase jump.
+        Frequency of the sine, which may change at any time without a phase jump.
     target : float
         Target amplitude, 0 to 1 (full scale).
     level : float
@@ -39,7 +39,7 @@ class Carrier:
         Returns
         -------
         ndarray, shape (count,)
-            Between -1 and 1.
+            Samples between -1 and 1.
         """
         target, step = self.target, 1 / (RAMP_S * self.rate_hz)
         far = np.arange(1, count + 1) * step

@@ -86,23 +86,23 @@ class SoundCard(PlateDriver):
     device : str
         Number or name of the device; "" is the system's default device.
     clock : Clock
-        Provides the times of readbacks; waits use the computer's clock.
+        Clock for the times of readbacks. Waiting times use the computer's clock.
     limits : PlateLimits
         Limits at the plate. The sampling rate further limits the frequencies.
     calibration : Calibration
-        Required to present surfaces, but not for `excite`.
+        Calibration of the plate; required for surfaces, but not for `excite`.
     plate_file : PlateFile
-        Plate file, which is stored with the data. Its ``amplifier_gain`` is the full scale.
+        Plate file, which is stored with the data; its ``amplifier_gain`` is the full scale.
     full_scale_v : float
-        V peak at the plate of a full-scale sine; by default, as in the calibration.
+        Voltage of a full-scale sine at the plate in V peak; by default, from the calibration.
     rate_hz : float
         Samples per second.
     channel : int
-        1 or 2.
+        Output channel, 1 or 2.
     attention_s : float
         Time without a command or `check` after which the carrier stops; 0 means never.
     drive : DriveOfLevel
-        The drive for a plate in a quantity other than µm; default: the calibration's.
+        Drive of a plate in a quantity other than µm; by default, the drive in the calibration.
 
     Raises
     ------

@@ -66,7 +66,7 @@ def frequency_figure(
     floor_hz : float
         Lowest frequency allowed by the squeeze number.
     least_mm : float, optional
-        Shortest half wave allowed by the amplitude. If given, the admissible range is shaded.
+        Shortest half wave allowed by the amplitude; if given, the admissible range is shaded.
     measured : tuple of 2 floats, optional
         Half wave in mm and frequency in kHz of a measured plate.
     harmonic_peak : tuple of 2 floats, optional
@@ -176,7 +176,7 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
     Parameters
     ----------
     found : Modes
-        Modes of a plate, which are superposed.
+        Modes of a plate, whose responses are added.
     voltage_v : float
         Drive voltage in V peak.
     """

@@ -43,12 +43,12 @@ class Candidate:
         without borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal lines. The
         paper divides by n + 1.
     frequency_hz : float
-        Resonance of Timoshenko's beam in plane strain at that half wave.
+        Resonance of Timoshenko's beam in plane strain at this half wave.
     amplitude_um_peak : float
         Deflection at resonance from equation (37). The finite-element model gives two thirds of
-        this value at the edge and less than half in the middle of the plate, see `verdict`.
+        this deflection at the edge and less than half in the middle of the plate, see `verdict`.
     squeeze_number : float
-        Squeeze number at this frequency, in the worst case of the brief.
+        Squeeze number at `frequency_hz`, in the worst case that the brief allows.
     beam_admissible : bool
         Whether the half wave is within the bounds from the beam model.
     """
@@ -72,7 +72,7 @@ class Design:
     Parameters
     ----------
     frequency_min_hz : float
-        Lowest frequency: from the squeeze number, or the required one if higher.
+        Lowest frequency, from the squeeze number or the requirements, whichever is higher.
     half_wave_min_mm : float
         Shortest half wave that reaches the amplitude.
     half_wave_max_mm : float
@@ -189,7 +189,7 @@ def design(brief: Brief) -> Design:
 
 
 def sections(brief: Brief) -> tuple[BeamSection, BeamSection]:
-    """Return the beam sections for a brief: as in the paper, and in plane strain."""
+    """Return two beam sections for a brief: one as in the paper, and one in plane strain."""
     resonator, ceramic = resonator_of(brief), ceramic_of(brief)
     thickness = {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
@@ -271,5 +271,5 @@ def _layers(brief: Brief) -> dict[str, Any]:
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:
-    """Return the number of pieces with gaps that cover a span."""
+    """Return the number of pieces, separated by gaps, that cover a span."""
     return max(1, math.ceil((span_mm + gap_mm) / (piece_mm + gap_mm) - 1e-9))

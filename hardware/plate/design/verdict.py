@@ -147,7 +147,7 @@ def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]
 
 
 def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged:
-    """Check whether a candidate meets the brief, unless the beam model excludes it."""
+    """Check whether a candidate meets the brief; solve it only if the beam model admits it."""
     if not candidate.beam_admissible:
         return Judged(
             solution=None,
@@ -164,7 +164,7 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
 
 
 def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Judged:
-    """Check whether a drawn plate meets the brief. Raises UserError if it cannot be solved."""
+    """Check whether a drawn plate meets the brief. Raises UserError if solving fails."""
     layout = placed(brief, plate)
     solution = converged(layout, lambda density: solve_drawn(brief, plate, density))
     verdict = judged(brief, solution, frequency_min_hz, place="finger")
