@@ -84,7 +84,7 @@ class PlateDriver(GuardedOutput):
     tracks: ClassVar[bool] = False
     tracked_hz: float | None = None
     simulated: ClassVar[bool] = False
-    why_not_modulated: str = "it can only hold a constant amplitude"
+    why_not_modulated: str = "this backend can only hold a constant amplitude"
 
     def __init__(
         self,

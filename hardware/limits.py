@@ -69,7 +69,9 @@ class PlateLimits:
         if self.frequency_min_hz >= self.frequency_max_hz:
             raise UserError("plate limits: frequency_min_hz must be below frequency_max_hz")
         if self.duty > 1:
-            raise UserError(f"plate limits: duty is {self.duty}, expected a fraction up to 1")
+            raise UserError(
+                f"plate limits: duty is {self.duty}, expected a duty cycle of at most 1"
+            )
         if self.voltage_band <= 1:
             raise UserError(
                 f"plate limits: voltage_band is {self.voltage_band}, expected a factor above 1"
@@ -119,7 +121,7 @@ class PlateLimits:
         if not abs(reported_level - commanded_level) <= allowed:
             raise NotReached(
                 f"{q.short(commanded_level)} was commanded, but {reported_level:.3f} "
-                f"{q.unit_in_short} is {how} (tolerance {allowed:.3f})"
+                f"{q.unit_in_short} was {how} (tolerance {allowed:.3f})"
             )
 
     def check_predicted(

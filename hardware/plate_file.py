@@ -167,7 +167,9 @@ class PlateFile(FrozenTable):
         left_out = LEVELS - limits.model_fields_set
         if left_out and not quantity.in_um_pp:
             names = " and ".join(sorted(quantity.named(each) for each in left_out))
-            raise ValueError(f"[limits]: expected {names}, because the plate makes {quantity.name}")
+            raise ValueError(
+                f"[limits]: expected {names}, because the plate produces {quantity.name}"
+            )
         return self
 
     def beyond_shipped(self) -> dict[str, float]:
@@ -212,7 +214,7 @@ class PlateFile(FrozenTable):
             ("device", calibration.device.serial, self.identity.device_serial),
         ]
         found = [
-            f"it was made on {what} '{made_on}', but the plate file has '{own}'"
+            f"the calibration was made on {what} '{made_on}', but the plate file has '{own}'"
             for what, made_on, own in stated
             if own and made_on != own
         ]
@@ -297,7 +299,7 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
         )
     if signed.sha256 != checksum(plate):
         raise UserError(
-            f"{path}: was changed after it was signed; check it, then run slipscale plate "
+            f"{path} was changed after it was signed; check the file, then run slipscale plate "
             f"sign {path}"
         )
     if plate.calibration is None:
@@ -338,7 +340,7 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
 
 
 NARROW_EXPECTED = (
-    "Narrow these limits to your plate: mistaking peak for peak to peak is a factor of 2.",
+    "Narrow these limits to your plate: mistaking peak for peak to peak causes a factor of 2.",
 )
 EXAMPLES = {
     "geometry": ("length_mm = 83.0", "width_mm = 49.0", "columns = 7", "rows = 5"),

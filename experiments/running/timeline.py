@@ -267,7 +267,7 @@ def lines(found: Timeline) -> list[str]:
         f"plate's limit: {found.on_time_limit_s:g} s)"
     )
     shown.append(
-        f"largest duty: {duty.p50:.0%}, at p95 {duty.p95:.0%} (the plate's limit: "
+        f"largest duty cycle: {duty.p50:.0%}, at p95 {duty.p95:.0%} (the plate's limit: "
         f"{found.duty_limit:.0%})"
     )
     if found.longest_on_s.p95 > found.on_time_limit_s or found.duty.p95 > found.duty_limit:

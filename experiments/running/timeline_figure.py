@@ -32,7 +32,8 @@ def timeline_figure(found: Timeline) -> Figure:
     limits = [
         (f"longest vibration\n(limit {found.on_time_limit_s:g} s)", found.longest_on_s,
          found.on_time_limit_s),
-        (f"largest duty\n(limit {100 * found.duty_limit:.0f} %)", found.duty, found.duty_limit),
+        (f"largest duty cycle\n(limit {100 * found.duty_limit:.0f} %)", found.duty,
+         found.duty_limit),
     ]  # fmt: skip
     shares = [(name, _scaled(spread, 100 / limit)) for name, spread, limit in limits]
     _bars(panels[1], shares, digits=0, least=110.0)

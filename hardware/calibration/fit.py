@@ -57,7 +57,7 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     frequency_hz = np.array([each.frequency_hz for each in points])
     voltage_v = np.array([each.voltage_v for each in points])
     if np.any(voltage_v == 0):
-        raise UserError("frequency sweep: a point has no voltage")
+        raise UserError("frequency sweep: the voltage of a point is 0")
     per_volt = np.array([each.amplitude_um_pp for each in points]) / voltage_v
     if np.ptp(per_volt) == 0:
         raise UserError(NO_RESONANCE)

@@ -55,16 +55,18 @@ class Trace:
         step_s = float(np.mean(steps_s))
         if not (step_s > 0 and np.all(np.abs(steps_s - step_s) < UNEVEN * step_s + 1e-15)):
             raise ValueError(
-                "its times are not evenly spaced; expected evenly spaced times in seconds"
+                "the times are not evenly spaced; expected evenly spaced times in seconds"
             )
         if frequency_hz * step_s * SAMPLES_PER_PERIOD_MIN > 1:
             raise ValueError(
-                f"its samples are {step_s:.3g} s apart; expected at least "
+                f"the samples are {step_s:.3g} s apart; expected at least "
                 f"{SAMPLES_PER_PERIOD_MIN:g} samples per period of {frequency_hz:g} Hz, "
                 "with times in seconds"
             )
         if frequency_hz * step_s * self.times_s.size < PERIODS_MIN:
-            raise ValueError(f"it is shorter than {PERIODS_MIN:g} periods of {frequency_hz:g} Hz")
+            raise ValueError(
+                f"the trace is shorter than {PERIODS_MIN:g} periods of {frequency_hz:g} Hz"
+            )
         phase = 2 * np.pi * frequency_hz * (self.times_s - self.times_s[0])
         terms = np.column_stack([np.cos(phase), np.sin(phase), np.ones_like(phase)])
         (cosine, sine, _), *_ = np.linalg.lstsq(terms, self.volts_v, rcond=None)
@@ -99,11 +101,11 @@ def read_trace(path: Path) -> Trace:
     numbered = [(number, _sample(line)) for number, line in enumerate(lines, start=1) if line]
     samples = list(dropwhile(lambda each: each[1] is None, numbered))
     if not samples:
-        raise ValueError("it has no lines that end in a time and a voltage")
+        raise ValueError("no line ends in a time and a voltage")
     pairs = []
     for number, pair in samples:
         if pair is None:
-            raise ValueError(f"its line {number} does not end in a time and a voltage")
+            raise ValueError(f"line {number} does not end in a time and a voltage")
         pairs.append(pair)
     times_s, volts_v = np.array(pairs).T
     return Trace(times_s=times_s, volts_v=volts_v)

@@ -33,14 +33,14 @@ BOUNDS: Mapping[str, tuple[float, float]] = {
     "quality_factor": (5.0, 2_000.0),
     "um_pp_per_v_peak": (0.005, 2.0),
 }
-# Ratios of a wrong gain to the correct gain that result from mistaken units.
+# Ratios of a wrong gain to the correct gain that result from wrong units.
 MISTAKES: tuple[tuple[float, str], ...] = (
-    (1000.0, "nanometres taken for micrometres, or millivolts for volts"),
-    (0.001, "micrometres per second taken for millimetres per second"),
-    (2.0, "peak to peak taken for peak"),
-    (0.5, "peak taken for peak to peak"),
-    (math.sqrt(2), "peak taken for RMS"),
-    (1 / math.sqrt(2), "RMS taken for peak"),
+    (1000.0, "nanometres mistaken for micrometres, or µm/s for mm/s"),
+    (0.001, "millivolts mistaken for volts, or m/s for mm/s"),
+    (2.0, "peak-to-peak values mistaken for peak values"),
+    (0.5, "peak values mistaken for peak-to-peak values"),
+    (math.sqrt(2), "peak values mistaken for RMS values"),
+    (1 / math.sqrt(2), "RMS values mistaken for peak values"),
 )
 MISTAKEN = 0.08  # relative tolerance of these ratios
 CHANGED = 0.2  # relative change of the gain between two calibrations of one plate
@@ -77,7 +77,7 @@ def _saturates(sweep: Sweep) -> Iterator[str]:
     if below > 0 and above < (1 - 2 * CURVED) * below:
         yield (
             f"the plate saturates: its gain is {above:.4g} µm p-p per volt above {middle:g} "
-            f"V, but {below:.4g} below; sweep to a lower voltage"
+            f"V, but {below:.4g} below {middle:g} V; limit the sweep to lower voltages"
         )
 
 
@@ -155,8 +155,8 @@ def implausible(
     for name, value in calibration.characteristics().items():
         bounds = expected.get(name) or BOUNDS[name]
         if not bounds[0] <= value <= bounds[1]:
-            whose = "the plate file expects" if expected.get(name) else "expected"
-            found.append(f"{name} is {value:g}, {whose} {bounds[0]:g} to {bounds[1]:g}")
+            whose = "the plate file expects" if expected.get(name) else "plausible values are"
+            found.append(f"{name} is {value:g}, but {whose} {bounds[0]:g} to {bounds[1]:g}")
     return found
 
 
@@ -164,11 +164,11 @@ def mistake(ratio: float, amplifier_gain: float) -> str:
     """Return the mistake in units that explains a ratio of two gains, or "".
 
     >>> mistake(0.5, 1.0)
-    'peak taken for peak to peak'
+    'peak values mistaken for peak-to-peak values'
     >>> mistake(20.5, 20.0)
-    'volts before the amplifier taken for volts at the plate'
+    'volts before the amplifier mistaken for volts at the plate'
     """
-    gains = ((amplifier_gain, "volts before the amplifier taken for volts at the plate"),)
+    gains = ((amplifier_gain, "volts before the amplifier mistaken for volts at the plate"),)
     for factor, what in (*MISTAKES, *(gains if amplifier_gain != 1 else ())):
         if abs(ratio / factor - 1) < MISTAKEN:
             return str(what)

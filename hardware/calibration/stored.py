@@ -31,9 +31,9 @@ def read_calibration(path: Path) -> Calibration:
     calibration = Calibration.model_validate(signed.model_dump(exclude={CHECKSUM}))
     if signed.sha256 != record.checksum(calibration):
         raise UserError(
-            f"calibration '{path}': its {CHECKSUM} is missing or does not match its content, "
-            "so it was changed after it was written; fit its readings again with slipscale "
-            "plate calibrate --csv"
+            f"calibration '{path}' was changed after it was written: its {CHECKSUM} is missing or "
+            "does not match its content; fit the readings again with slipscale plate calibrate "
+            "--csv"
         )
     _require_refit(calibration, path)
     return calibration

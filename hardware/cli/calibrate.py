@@ -70,7 +70,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--point", default="", help="point on the plate at which amplitude was measured"
     )
     parser.add_argument(
-        "--finger", action="store_true", help="state that a finger rested on the plate"
+        "--finger", action="store_true", help="record that a finger rested on the plate"
     )
     parser.add_argument(
         "--centre",

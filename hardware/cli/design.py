@@ -152,12 +152,12 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)"
         ),
         (
-            f"relative friction at that amplitude on {wanted['roughness_um']:g} µm of "
-            f"roughness: {result['relative_friction']:.2f} by the Reynolds equation,"
+            f"relative friction at this amplitude and a roughness of {wanted['roughness_um']:g} "
+            f"µm: {result['relative_friction']:.2f} by the Reynolds equation,"
         ),
         (
             f"          {result['relative_friction_closed_form']:.2f} by the paper's closed form"
-            + ("" if result["closed_form_holds"] else " (squeeze number below 10: out of range)")
+            + ("" if result["closed_form_holds"] else " (not valid: squeeze number below 10)")
             + ","
         ),
         (
@@ -200,12 +200,12 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
     every = [*result["candidates"], *result["drawn_plates"]]
     solved = [each["finite_elements"] for each in every if each["finite_elements"]]
     if apart := [each["uncertainty"] for each in solved if each["uncertainty"] is not None]:
-        lines += ["", f"Finite elements: the last two meshes agree within {max(apart):.1%}."]
+        lines += ["", f"Amplitudes of the last two meshes agree within {max(apart):.1%}."]
     admissible = [each for each in every if each["admissible"]]
     if not admissible:
         lines += ["", f"No plate meets the requirements: {_why_none(result)}."]
     for needed in sorted({each for c in admissible for each in c["beyond_shipped_limits"]}):
-        lines += ["", f"Exceeds the limits that apply without a plate file: {needed}."]
+        lines += ["", f"This value exceeds the limits that apply without a plate file: {needed}."]
     if "finite_elements" in result:
         fe = result["finite_elements"]
         solution = fe["finite_elements"]

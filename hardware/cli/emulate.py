@@ -99,7 +99,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--no-dtr",
         action="store_true",
-        help=("do not signal when the host closes the line, so that only the watchdog detects it"),
+        help=("do not signal when the host closes the line; then only the watchdog acts"),
     )
     parser.add_argument(
         "--log",

@@ -26,7 +26,7 @@ def add_new(parser: ArgumentParser) -> None:
         help=("serial number of the board or generator, as printed by slipscale check"),
     )
     parser.add_argument(
-        "--amplifier-gain", type=float, metavar="G", help="gain of the amplifier, for scpi"
+        "--amplifier-gain", type=float, metavar="G", help="gain of the amplifier (only for scpi)"
     )
 
 
@@ -65,7 +65,7 @@ def add_sign(parser: ArgumentParser) -> None:
         help="acknowledge limits that are wider than the shipped ones",
     )
     parser.add_argument(
-        "--by", default="", metavar="NAME", help=("who is responsible for the wider limits")
+        "--by", default="", metavar="NAME", help=("person responsible for the wider limits")
     )
 
 
@@ -74,7 +74,7 @@ def sign(arguments: Namespace) -> int:
     from slipscale.hardware import plate_file  # noqa: PLC0415 - pydantic
 
     if arguments.beyond_shipped_limits != bool(arguments.by):
-        raise UserError("expected --beyond-shipped-limits and --by NAME together, or neither")
+        raise UserError("--beyond-shipped-limits and --by NAME must be given together")
     today = datetime.now(tz=UTC).date()
     beyond = plate_file.sign(arguments.file, beyond_by=arguments.by, today=today)
     remarks = "".join(

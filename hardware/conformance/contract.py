@@ -78,7 +78,7 @@ def _readback_proves(rig: Rig) -> None:
         readback = plate.present(rig.surface(0.5)).readback
         if readback.kind not in PROVING or readback.level is None:
             raise NotApplicable(
-                f"its readback is of kind '{readback.kind}', which cannot reveal a wrong "
+                f"the readback is of kind '{readback.kind}', which cannot reveal a wrong "
                 "amplitude; measure with a vibrometer"
             )
 
@@ -189,15 +189,15 @@ def _expect_off(readback: Readback, after: str) -> None:
 
 
 RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
-    ("it connects with its output off", _connects_off),
+    ("the output is off after connecting", _connects_off),
     ("an amplitude settles and remains constant", _presents),
-    ("its readback can reveal a wrong amplitude", _readback_proves),
+    ("the readback can reveal a wrong amplitude", _readback_proves),
     ("a level of 0 switches the output off", _zero_is_off),
-    ("a command outside the limits leaves the plate as it was", _limits_leave_it),
+    ("a command outside the limits does not change the plate", _limits_leave_it),
     ("silence can be called at any time, and more than once", _silence_repeats),
     ("after an exception raised by the caller, the plate is off", _exception_ends_off),
     ("a plate that is not connected raises a PlateFault", _closed_is_told),
-    ("it can be closed and connected again", _reconnects),
+    ("a closed plate can be connected again", _reconnects),
     ("check() is cheap", _check_is_cheap),
     ("follow reaches the amplitude", _follows),
 )

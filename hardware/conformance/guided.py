@@ -59,8 +59,8 @@ class Terminal:
         """Ask for the vibrometer's smallest and largest amplitude."""
         watch = f"a texture plays; watch the vibrometer's envelope for {duration_s:g} s"
         return (
-            self._number(f"{watch}. Its smallest amplitude in {self._bench.unit}: "),
-            self._number(f"its largest amplitude in {self._bench.unit}: "),
+            self._number(f"{watch}. The smallest amplitude in {self._bench.unit}: "),
+            self._number(f"the largest amplitude in {self._bench.unit}: "),
         )
 
     def volts_peak(self) -> float:

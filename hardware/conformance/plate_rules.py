@@ -203,8 +203,8 @@ def _list_command(bench: Bench) -> str:
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("AMPL settles within 2 s, and HOLD is correct", _settles),
     ("a new amplitude begins with a ramp", _begins_with_a_ramp),
-    ("a refused command leaves the plate as it was", _refused_changes_nothing),
-    ("AMPL 0 ends with the output off", _zero_ends_off),
+    ("a refused command does not change the plate", _refused_changes_nothing),
+    ("AMPL 0 switches the output off", _zero_ends_off),
     ("OUTP OFF and *RST switch off at once", _off_at_once),
     ("the watchdog silences the plate when no correct frame arrives", _watchdog),
     ("repeated frames reset the watchdog", _watchdog_and_repetitions),
@@ -212,8 +212,8 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("DRIV applies the commanded frequency and voltage", _open_loop),
     ("lists can store 64 amplitudes", _list_limits),
     ("a list can only be filled in order and within limits", _list_is_filled),
-    ("only a settled plate plays a list, and only a complete one", _list_waits_for_hold),
-    ("times outside their limits are rejected for a list", _list_times),
+    ("only a settled plate plays a list, which must be complete", _list_waits_for_hold),
+    ("lists with times outside the limits are rejected", _list_times),
     ("a list is played, and its mean is reported", _list_plays),
     ("! ends a list", _stop_ends_a_list),
 )

@@ -179,7 +179,7 @@ def _list_keeps_time(bench: Bench) -> None:
 def _on_time(bench: Bench) -> None:
     if not bench.long:
         raise NotApplicable(
-            f"it takes {bench.limits.on_time_s:g} s; run it with slipscale plate conform "
+            f"this check takes {bench.limits.on_time_s:g} s; run it with slipscale plate conform "
             "SPEC --long"
         )
     bench.settle(bench.some_level)

@@ -72,8 +72,8 @@ def _answer(emulator: Emulator, line: str) -> str:
             return json.dumps(
                 {
                     "error": (
-                        f"unknown control line '{line}': expected fault NAME, quit, "
-                        f"{', '.join(ACTS)}"
+                        f"unknown control line '{line}' (expected one of: fault NAME, quit, "
+                        f"{', '.join(ACTS)})"
                     )
                 }
             )

@@ -144,7 +144,7 @@ class Layout:
                 f"{self.length_mm} x {self.width_mm} mm"
             )
         if self.disc and self.ends != "free":
-            raise UserError("plate layout: a disc cannot be supported at its ends, expected free")
+            raise UserError("plate layout: the ends of a disc must be free")
         _check_places(self.outline, self.patches)
 
     @classmethod
@@ -309,7 +309,7 @@ def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
         if not np.all(outline.holds(*region.rim_mm())):
             raise UserError(
                 f"plate layout: patch {number}, with its middle at {region.at_mm[0]:g}, "
-                f"{region.at_mm[1]:g} mm, reaches beyond the plate; expected it on the plate"
+                f"{region.at_mm[1]:g} mm, must be on the plate, but reaches beyond the plate"
             )
         for other, neighbour in enumerate(patches[: number - 1], start=1):
             if all(

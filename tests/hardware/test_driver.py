@@ -225,7 +225,7 @@ def test_a_connect_that_fails_lets_go_of_the_device():
 def test_a_measured_amplitude_other_than_commanded_is_a_fault_and_ends_silent(plate):
     plate.measures = lambda commanded: 0.9 * commanded
     with pytest.raises(
-        NotReached, match=r"2\.3 µm p-p was commanded, but 2\.070 µm p-p is measured"
+        NotReached, match=r"2\.3 µm p-p was commanded, but 2\.070 µm p-p was measured"
     ):
         plate.present(surface(2.3))
     assert plate.amplitude_um_pp == 0
@@ -400,7 +400,7 @@ def test_an_applied_amplitude_is_held_to_one_per_cent(commanded, applied):
     plate = Applied()
     plate.measures = lambda _: applied
     plate.connect()
-    with pytest.raises(NotReached, match="is applied"):
+    with pytest.raises(NotReached, match="was applied"):
         plate.present(surface(commanded))
     assert state_of(plate) is Output.OFF
 
@@ -408,7 +408,7 @@ def test_an_applied_amplitude_is_held_to_one_per_cent(commanded, applied):
 def test_an_applied_amplitude_is_accepted_within_one_per_cent_and_rounding():
     limits = PlateLimits(level=0.5)
     limits.check_reached(0.0, 3.9e-7 * 0.5, applied=True)
-    with pytest.raises(NotReached, match="is applied"):
+    with pytest.raises(NotReached, match="was applied"):
         limits.check_reached(0.0, 4.1e-7 * 0.5, applied=True)
 
 

@@ -281,7 +281,7 @@ def test_a_calibration_whose_name_no_file_can_have_is_refused(file):
     [
         ({"plate": "P-8"}, "", "made on plate 'P-8', but the plate file has 'P-7'"),
         ({"backend": "scpi"}, "", "made on backend 'scpi'"),
-        ({}, "quality_factor = [100, 200]", "quality_factor is 60, the plate file expects 100"),
+        ({}, "quality_factor = [100, 200]", "quality_factor is 60, but the plate file expects 100"),
         ({}, "resonance_hz = [31000, 32000]", "resonance_hz is 30"),
         ({}, "um_pp_per_v_peak = [0.01, 0.02]", "um_pp_per_v_peak is 0.153333"),
     ],

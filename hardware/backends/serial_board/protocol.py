@@ -189,17 +189,17 @@ def parse_limits(value: str) -> BoardLimits:
     """
     amplitude, voltage, lowest, highest, watchdog, on_time = map(_finite, value.split(","))
     shortest_ms, longest_ms = WATCHDOG_MS
-    _require(amplitude > 0, f"largest amplitude {amplitude:g}, expected more than 0")
-    _require(voltage > 0, f"largest voltage {voltage:g} V, expected more than 0")
+    _require(amplitude > 0, f"the largest amplitude is {amplitude:g}, but must be above 0")
+    _require(voltage > 0, f"the largest voltage is {voltage:g} V, but must be above 0")
     _require(
         0 < lowest < highest,
-        f"band {lowest:g} to {highest:g} Hz, expected two frequencies above 0, the lower first",
+        f"the band is {lowest:g} to {highest:g} Hz, but must be two rising frequencies above 0",
     )
     _require(
         shortest_ms <= watchdog <= longest_ms,
-        f"watchdog {watchdog:g} ms, expected {shortest_ms} to {longest_ms}",
+        f"the watchdog time is {watchdog:g} ms, but must be {shortest_ms} to {longest_ms} ms",
     )
-    _require(on_time >= 1, f"longest on-time {on_time:g} s, expected 1 or more")
+    _require(on_time >= 1, f"the longest on-time is {on_time:g} s, but must be at least 1 s")
     return BoardLimits(
         level=amplitude,
         voltage_v=voltage,
@@ -227,14 +227,12 @@ def parse_list_limits(value: str) -> ListLimits:
     """
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
-    _require(
-        limits.points > 1, f"lists of {limits.points} amplitudes, expected lists of at least 2"
-    )
+    _require(limits.points > 1, f"lists hold {limits.points} amplitudes, but must hold at least 2")
     _require(
         limits.step_ms > 0,
-        f"shortest time per amplitude {limits.step_ms:g} ms, expected more than 0",
+        f"the shortest time per amplitude is {limits.step_ms:g} ms, but must be above 0",
     )
-    _require(limits.edge_ms > 0, f"shortest edge {limits.edge_ms:g} ms, expected more than 0")
+    _require(limits.edge_ms > 0, f"the shortest edge is {limits.edge_ms:g} ms, but must be above 0")
     return limits
 
 

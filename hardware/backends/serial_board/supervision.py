@@ -65,11 +65,13 @@ def check_status(
     if status.state == "SAT":
         unit = limits.quantity.unit_in_short
         reached = "less" if measured_level is None else f"{measured_level:.3f} {unit}"
-        raise NotReached(f"{what} was commanded, but {status.voltage_v:.1f} V reach only {reached}")
+        raise NotReached(
+            f"{what} was commanded, but the plate reaches {reached} at {status.voltage_v:.1f} V"
+        )
     if active.state == FOLLOWS:
         return
     if status.state == "RAMP":
-        raise NotReached(f"{what} was commanded, but the plate does not settle there")
+        raise NotReached(f"{what} was commanded, but the plate does not settle at this level")
     if status.state != active.state:
         raise PlateRefused(f"{port}: the board reports {status.state}, not {active.state}")
     if measured_level is not None:

@@ -112,7 +112,7 @@ class SoundCard(PlateDriver):
 
     name = "sound"
     tracks = True
-    why_not_modulated = "it can only hold a constant amplitude"
+    why_not_modulated = "sound cards can only hold a constant amplitude"
 
     def __init__(
         self,

@@ -44,7 +44,7 @@ class Requirements(FrozenTable):
     def _voltage_is_safe(cls, voltage_v: float) -> float:
         limit = LIMITS.voltage_v
         if voltage_v > limit:
-            raise ValueError(f"is beyond the safe limit, expected above 0 and at most {limit:g} V")
+            raise ValueError(f"must be above 0 and at most {limit:g} V, the safe limit")
         return voltage_v
 
 
@@ -127,7 +127,7 @@ class DrawnPlate(_Outline):
     @classmethod
     def _band_rises(cls, band_hz: tuple[float, float]) -> tuple[float, float]:
         if band_hz[0] >= band_hz[1]:
-            raise ValueError(f"is {list(band_hz)}, expected the lower frequency first")
+            raise ValueError(f"must have the lower frequency first, but is {list(band_hz)}")
         return band_hz
 
 
@@ -145,7 +145,7 @@ class Brief(FrozenTable):
     def _names_differ(cls, plates: tuple[DrawnPlate, ...]) -> tuple[DrawnPlate, ...]:
         names = [each.name for each in plates]
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"has {twice[0]!r} twice, expected a different name for each plate")
+            raise ValueError(f"must name each plate differently, but has {twice[0]!r} twice")
         return plates
 
 

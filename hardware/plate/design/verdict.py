@@ -151,7 +151,7 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
     if not candidate.beam_admissible:
         return Judged(
             solution=None,
-            why_not=("its half wave is outside the bounds",),
+            why_not=("the half wave is outside the bounds",),
             needs=(),
         )
     try:
@@ -171,7 +171,7 @@ def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Jud
     workspace = Region(size_mm=brief.requirements.workspace_mm)
     if np.all(layout.outline.holds(*workspace.rim_mm())):
         return verdict
-    return replace(verdict, why_not=("it does not cover the workspace", *verdict.why_not))
+    return replace(verdict, why_not=("the plate does not cover the workspace", *verdict.why_not))
 
 
 def placed(brief: Brief, plate: DrawnPlate) -> Layout:
@@ -195,16 +195,17 @@ def judged(
     why_not, needs = [], []
     if amplitude_um_peak < wanted.amplitude_um_peak:
         why_not.append(
-            f"{amplitude_um_peak:.2f} µm peak at the {place}, {wanted.amplitude_um_peak:g} required"
+            f"the amplitude at the {place} is {amplitude_um_peak:.2f} µm peak, but "
+            f"{wanted.amplitude_um_peak:g} is required"
         )
     if solution.uncertainty is not None and solution.uncertainty > CONVERGED:
         why_not.append(
-            f"its amplitude is uncertain by {solution.uncertainty:.0%}: the meshes "
-            "disagree; solve it with --fe and --fine"
+            f"the amplitude is uncertain by {solution.uncertainty:.0%}, because the meshes "
+            "disagree; solve the plate with --fe and --fine"
         )
     if solution.resonance_hz < frequency_min_hz:
         why_not.append(
-            f"it resonates at {solution.resonance_hz / 1000.0:.2f} kHz, but at least "
+            f"the plate resonates at {solution.resonance_hz / 1000.0:.2f} kHz, but at least "
             f"{frequency_min_hz / 1000.0:.3g} kHz is required"
         )
     if not limits.frequency_min_hz <= solution.resonance_hz <= limits.frequency_max_hz:

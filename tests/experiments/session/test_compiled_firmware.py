@@ -93,7 +93,7 @@ def test_a_finger_that_the_voltage_does_not_suffice_for_is_told(emulate):
     """At the paper's gain: 2.3 µm would need 18 V."""
     board = emulate("--firmware", "--finger", "--noise", "0")
     plate = open_plate(f"serial:{board.port}", clock=SystemClock())
-    said = r"2\.3 µm p-p was commanded, but 16\.5 V reach only (\d\.\d{3}) µm p-p"
+    said = r"2\.3 µm p-p was commanded, but the plate reaches (\d\.\d{3}) µm p-p at 16\.5 V"
     with plate, pytest.raises(NotReached, match=said) as refused:
         plate.present(VirtualSurface(level=2.3))
     told_level = float(re.search(said, str(refused.value))[1])

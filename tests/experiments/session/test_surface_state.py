@@ -43,7 +43,7 @@ def test_what_would_not_be_presented_is_not_taken_for_the_surface_later(level, s
     drift(plate, level + 0.9 * side * allowed)
     surface.confirm()
     drift(plate, level + 1.1 * side * allowed)
-    with pytest.raises(NotReached, match="is measured"):
+    with pytest.raises(NotReached, match="was measured"):
         surface.confirm()
 
 

@@ -88,7 +88,7 @@ def test_an_output_that_makes_less_is_noticed_and_silenced(screen, monkeypatch):
         plate.connect()
         measured = plate._measure
         monkeypatch.setattr(plate, "_measure", lambda: 0.5 * measured())
-        with pytest.raises(NotReached, match=r"100 V peak was commanded, but 50\.000 V peak is"):
+        with pytest.raises(NotReached, match=r"100 V peak was commanded, but 50\.000 V peak was"):
             plate.present(surface(100.0))
         assert plate.output is Output.OFF
         assert TERMINALS.output_v == [0.0]
@@ -115,7 +115,7 @@ def test_it_keeps_the_drivers_contract_and_proves_nothing_without_a_readback(scr
         plate = screen(more)
         told = {each.rule: each.outcome for each in examine_backend(Rig(plate, plate.clock))}
         assert told == {name: "conforms" for name, _ in RULES} | {
-            "its readback can reveal a wrong amplitude": proves,
+            "the readback can reveal a wrong amplitude": proves,
             "follow reaches the amplitude": "not applicable",
         }
 

@@ -109,7 +109,7 @@ def judged(voltages_v, lost):
 
 def test_a_slope_that_falls_by_more_than_16_percent_above_half_the_range_is_saturation():
     (fault,) = judged(range(1, 17), 0.17)
-    assert "saturates: its gain is 0.83 µm p-p per volt above 8 V, but 1 below" in fault
+    assert "saturates: its gain is 0.83 µm p-p per volt above 8 V, but 1 below 8 V" in fault
     assert judged(range(1, 17), 0.15) == []
 
 
@@ -215,10 +215,10 @@ def test_units_are_bounded_by_default(factor, plausible):
 @pytest.mark.parametrize(
     "ratio, gain, what",
     [
-        (0.5, 1, "peak taken for peak to peak"),
-        (1 / math.sqrt(2), 1, "RMS taken for peak"),
-        (1000, 1, "nanometres taken for micrometres"),
-        (0.001, 1, "micrometres per second"),
+        (0.5, 1, "peak values mistaken for peak-to-peak values"),
+        (1 / math.sqrt(2), 1, "RMS values mistaken for peak values"),
+        (1000, 1, "nanometres mistaken for micrometres"),
+        (0.001, 1, "millivolts mistaken for volts"),
         (20, 20, "volts before the amplifier"),
         (1.2, 20, ""),
     ],
@@ -231,8 +231,9 @@ def test_a_factor_names_the_mistake_that_brings_it(ratio, gain, what):
 def test_a_gain_unlike_the_plates_last_one_is_told_with_the_likely_mistake():
     before, halved = calibrated(), calibrated(lambda f, v: ideal(f, v) / 2)
     assert changed(before, before) == ""
-    assert "a possible cause of this factor of 0.5: peak taken for peak to peak" in changed(
-        halved, before
+    assert (
+        "a possible cause of this factor of 0.5: peak values mistaken for peak-to-peak values"
+        in changed(halved, before)
     )
 
 
@@ -250,7 +251,10 @@ def test_nanometres_are_refused_before_a_file_is_written(tmp_path, capsys):
     table, out = tmp_path / "readings.csv", tmp_path / "plate.toml"
     readings(table, 1000.0)
     assert commands.main([*WORDS, "--csv", str(table), "--out", str(out)]) == 2
-    assert "um_pp_per_v_peak is 153.333, expected 0.005 to 2" in capsys.readouterr().err
+    assert (
+        "um_pp_per_v_peak is 153.333, but plausible values are 0.005 to 2"
+        in capsys.readouterr().err
+    )
     assert not out.exists()
 
 
@@ -261,5 +265,5 @@ def test_a_peak_taken_for_peak_to_peak_is_found_by_the_plates_last_calibration(t
     readings(table, 0.5)
     again = [*WORDS, "--plate", f"mock:calibration={first}", "--csv", str(table), "--out", str(out)]
     assert commands.main(again) == 2
-    assert "peak taken for peak to peak" in capsys.readouterr().err
+    assert "peak values mistaken for peak-to-peak values" in capsys.readouterr().err
     assert commands.main([*again, "--changed-plate"]) == 0

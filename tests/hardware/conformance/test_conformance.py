@@ -281,8 +281,8 @@ class Forgetful(MockPlate):
         ("another error", "an amplitude settles and remains constant"),
         ("another commanded", "an amplitude settles and remains constant"),
         ("never silent", "silence can be called at any time, and more than once"),
-        ("no silence before connect", "it connects with its output off"),
-        ("nameless", "it connects with its output off"),
+        ("no silence before connect", "the output is off after connecting"),
+        ("nameless", "the output is off after connecting"),
     ],
 )
 def test_a_backend_that_breaks_the_contract_is_told_which_rule(wrong, rule):
@@ -294,7 +294,7 @@ def test_a_backend_that_breaks_the_contract_is_told_which_rule(wrong, rule):
 def test_a_backend_that_only_echoes_is_told_that_this_proves_nothing():
     plate = Forgetful("commanded only")
     told = {each.rule: each for each in examine_backend(Rig(plate, plate.clock))}
-    verdict = told["its readback can reveal a wrong amplitude"]
+    verdict = told["the readback can reveal a wrong amplitude"]
     assert verdict.outcome == "not applicable"
     assert "measure with a vibrometer" in verdict.detail
 

@@ -185,10 +185,13 @@ def test_rows_drawn_one_by_one_are_the_rows():
 @pytest.mark.parametrize(
     "change, said",
     [
-        ({"drawn": (disc(12.0, (20.0, 0.0)),)}, "patch 1, with its middle at 20, 0 mm, reaches"),
+        (
+            {"drawn": (disc(12.0, (20.0, 0.0)),)},
+            "patch 1, with its middle at 20, 0 mm, must be on the plate",
+        ),
         ({"drawn": (disc(12.0), disc(12.0, (5.0, 0.0)))}, "patches 1 and 2 overlap"),
         ({"drawn": (disc(12.0, polarity=2),)}, "polarity is 2, expected 1 or -1"),
-        ({"ends": "supported"}, "a disc cannot be supported"),
+        ({"ends": "supported"}, "the ends of a disc must be free"),
         ({"length_mm": 50.0}, "a disc of 50 x 40 mm"),
     ],
 )
@@ -248,10 +251,14 @@ def test_a_drawn_plate_is_judged_at_the_finger(design_of):
     "was, now, said",
     [
         ("diameter_mm = 25", "diameter_mm = 60", "plate 'buzzer': .* reaches beyond the plate"),
-        (BRIEF, BRIEF + BRIEF[BRIEF.index("[[plate]]") :], "plate: has 'buzzer' twice"),
+        (
+            BRIEF,
+            BRIEF + BRIEF[BRIEF.index("[[plate]]") :],
+            "plate: must name each plate differently, but has 'buzzer' twice",
+        ),
         ("diameter_mm = 25", "polarity = 1", "either size_mm .* or diameter_mm"),
         ("patch =", "finger_at_mm = [30, 0]\npatch =", "finger_at_mm is .*expected a place on"),
-        ("[30000, 60000]", "[40000, 25000]", "expected the lower frequency first"),
+        ("[30000, 60000]", "[40000, 25000]", "must have the lower frequency first"),
         ("[30000, 60000]", "[40000, 40001]", "no mode is within band_hz"),
     ],
 )

@@ -504,8 +504,12 @@ class ChatteringLine:
 @pytest.mark.parametrize(
     "limits, fault, told",
     [
-        (wire.BoardLimits(watchdog_ms=50), ProtocolViolation, "watchdog 50 ms, expected 400"),
-        (wire.BoardLimits(voltage_v=0), ProtocolViolation, "largest voltage 0 V"),
+        (
+            wire.BoardLimits(watchdog_ms=50),
+            ProtocolViolation,
+            "watchdog time is 50 ms, but must be 400",
+        ),
+        (wire.BoardLimits(voltage_v=0), ProtocolViolation, "largest voltage is 0 V"),
         (
             wire.BoardLimits(frequency_min_hz=50e3, frequency_max_hz=60e3),
             WrongDevice,
