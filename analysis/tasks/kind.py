@@ -199,7 +199,7 @@ class Analysis:
         Data quality of all participants, including excluded participants; see
         `slipscale.analysis.preprocessing.data_quality`.
     excluded : Mapping
-        Reasons for the exclusion of each excluded participant.
+        Reasons for exclusion, by participant.
     friction : MeasuredFriction or None
         Relation between ratings and friction; None if friction was not measured.
     kinds : tuple of TaskAnalysis

@@ -46,7 +46,7 @@ def _measured(
 def psychometric(
     found: PsychometricCurve | NotComputed, confidence: float, quantity: Quantity
 ) -> str:
-    """Return a sentence on the curve of "yes" against step size."""
+    """Return a sentence on the curve of "yes" answers against step size."""
     if isinstance(found, NotComputed):
         size = quantity.yes_no.size
         return f"No curve of “{quantity.yes}” against {size} was fitted: {found.reason}."
@@ -91,8 +91,8 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 def finding(found: Finding, quantity: Quantity) -> str:
     """Return a sentence that compares the answers with the paper's finding.
 
-    The code book covers only slipperiness, so for other properties, the sentence does not mention
-    verbal reports.
+    The code book covers only slipperiness. Sentences on other properties do not mention verbal
+    reports.
     """
     n, fell = found.n, f"when the {quantity.name} fell"
     coded = quantity.judged == PLATE_AMPLITUDE.judged
@@ -111,7 +111,7 @@ def finding(found: Finding, quantity: Quantity) -> str:
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the answer to the task's question; for plate amplitudes, it is the paper's finding."""
+    """Return the answer to the task's question; compare plate amplitudes with the paper."""
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding, quantity)] if found.finding.n else []

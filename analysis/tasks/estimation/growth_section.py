@@ -27,9 +27,9 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["growth"],
-            "Top: growth functions for all participants together. Bottom: the same on logarithmic "
-            f"axes, without {quantity.value(0)}; the slope is the exponent. Error bars: t-based "
-            "intervals across participants.",
+            "Top: growth functions for all participants together. Bottom: power function on "
+            f"logarithmic axes, without {quantity.value(0)}; the slope is the exponent. Error "
+            "bars: t-based intervals across participants.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",
         )
@@ -83,7 +83,7 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
         "Individual exponents before and after shrinkage. Rings: least-squares fits to each "
         f"participant's trials. Dots: the hierarchical Bayesian power function, with {level} "
         "credible intervals. Line and band: the group.",
-        "Chart of participants' exponents: from their own trials, and shrunk towards the group",
+        "Chart of individual exponents, before and after shrinkage towards the group",
     )
 
 

@@ -49,7 +49,7 @@ def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
 
 
 def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
-    """Return a sentence on one reference."""
+    """Return a sentence on the matches to one reference."""
     written = measured(quantity)
     what = (
         f"{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "

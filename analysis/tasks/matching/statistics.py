@@ -68,7 +68,7 @@ class MatchedReference:
     direction_um_pp : MeanOverParticipants or NotComputed
         Mean of match from above minus match from below, tested against 0.
     catch_trials : int
-        Number of trials that started at the reference; they do not count as matches.
+        Number of trials that started at the reference and do not count as matches.
     catch_error_um_pp : float or None
         Mean absolute difference from the reference in catch trials; None without catch trials.
     felt_again : float or None

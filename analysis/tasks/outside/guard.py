@@ -93,7 +93,7 @@ class _Guard:
         return self.point.dist.version if self.point.dist else "unknown"
 
     def call(self, part: str, action: Callable[[], T], otherwise: Callable[[str], T]) -> T:
-        """Call outside code; return the value of ``otherwise`` for the error message on failure."""
+        """Call outside code, or return ``otherwise(message)`` if the code fails."""
         subject = f"{self.named}: its {part}" if part else self.named
         try:
             return called(self.point, action, subject)
@@ -197,7 +197,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """A check of the value that one function of a kind of task returns."""
+    """A check of the value returned by one function of a kind of task."""
 
     empty: list[str] | dict[str, object]
     expected: str

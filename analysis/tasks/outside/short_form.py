@@ -1,4 +1,4 @@
-"""Create the declaration of an outside kind of task from a single function.
+"""Declare another package's kind of task, given a single analysis function.
 
 `own_analysis` returns the `TaskAnalysis` for an entry point. All values are checked when they are
 created, so that errors name the package that caused them.

@@ -109,7 +109,7 @@ class FeedbackPointing:
     ----------
     feedback : str
     movements, left_out : int
-        Counts of movements and of omitted cells.
+        Counts of movements and of omitted distance-width cells.
     throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
     intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
         Regression of movement time on the index of difficulty.

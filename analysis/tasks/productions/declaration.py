@@ -78,12 +78,12 @@ def _both(found: BothExponents, confidence: float) -> str:
         else "opposite to the regression bias in magnitude production"
     )
     return (
-        f"For the {found.n} participants who did both, the exponent of production was "
+        f"For the {found.n} participants who did both tasks, the exponent of production was "
         f"{number(found.production)} and the exponent of {found.counterpart} was "
         f"{number(found.estimation)} (geometric means). The ratio was {number(found.ratio)}, "
-        f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. Their geometric "
-        f"mean, the usual remedy (Stevens & Greenbaum, 1966), is {number(found.combined)}, CI "
-        f"{bracketed(found.combined_interval)}."
+        f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. The usual remedy "
+        "(Stevens & Greenbaum, 1966) is the geometric mean of both exponents, "
+        f"{number(found.combined)}, CI {bracketed(found.combined_interval)}."
     )
 
 

@@ -255,7 +255,7 @@ def _inverse(
 
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return the difference in log amplitude after high and low starting levels."""
+    """Return the difference in log amplitude between trials with high and low starts."""
     logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])

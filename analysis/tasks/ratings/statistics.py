@@ -122,7 +122,7 @@ class RatedPair:
         Number of participants who rated both surfaces.
     p_wilcoxon, p_wilcoxon_holm : float
         Two-sided signed-rank test, uncorrected and Holm-corrected across all pairs in the task. NaN
-        if no rating differs or fewer than three people rated both surfaces.
+        if no ratings differ, or if fewer than three people rated both surfaces.
     """
 
     from_surface: str
@@ -157,8 +157,8 @@ class TaskRatings:
         One-sided test of an increase with amplitude; textures are excluded.
     pairs : tuple of RatedPair
     start_effect : MeanOverParticipants or NotComputed
-        Mean of participants' slopes of ratings on the starting position of the mark, within
-        surfaces.
+        Mean slope of ratings on the mark's starting position, fitted to each participant's ratings
+        within surfaces.
     """
 
     task: str

@@ -43,7 +43,7 @@ class FrictionThreshold:
     lower : bool
         Whether changes are reductions in friction.
     averaged : bool
-        Whether changes are means per participant and plate level, instead of single trials.
+        Whether changes are means per participant and plate level, not values of single trials.
     change : Estimate
         Change in the coefficient at the threshold or, for a comparison, at the point of subjective
         equality.

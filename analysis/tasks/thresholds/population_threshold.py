@@ -51,7 +51,7 @@ def weber_fraction(fitted: PsychometricFunction, standard_um_pp: float) -> Estim
     if not (np.isfinite(standard_um_pp) and standard_um_pp > 0):
         raise UserError(f"standard_um_pp is {standard_um_pp:g}, expected above 0")
     if fitted.method == "yes_no":
-        raise UserError("a Weber fraction needs a standard; yes_no has none")
+        raise UserError("a Weber fraction requires a standard, but yes_no trials have no standard")
     if fitted.method != "comparison":
         return over(fitted.threshold_um_pp, standard_um_pp)
     if isinstance(fitted.slope, NotComputed):
@@ -79,7 +79,7 @@ class Contrast:
     change : Estimate
         Second threshold divided by the first; for a curve on a linear axis, second minus first.
     p, p_holm : float
-        Test against no change, uncorrected and Holm-corrected across all pairs of the factor.
+        Uncorrected p-value against no change, and p-value Holm-corrected across the factor's pairs.
     """
 
     first: str
@@ -188,7 +188,7 @@ def population_threshold(
         return NotComputed("answers do not increase with the levels presented")
     slope: Estimate | NotComputed = NotComputed("the answers jump between two levels")
     compared = model.guess == "equal to lapse"
-    half: Estimate | NotComputed = NotComputed("a curve of the level's logarithm has none")
+    half: Estimate | NotComputed = NotComputed("a curve of the level's logarithm has no half-width")
     if not fit.jumps:
         three = fit.interval(fit.slope, df, confidence)
         ends = np.exp([fit.best.theta[fit.slope], three.low, three.high]) / fit.scale

@@ -97,7 +97,7 @@ class TaskThresholds:
     reversals : Reversals or NotComputed
         Means of the last reversals, if requested in the study file.
     friction : FrictionThreshold or NotComputed
-        Population threshold in measured friction, if the study requests it.
+        Population threshold in measured friction, if requested in the study file.
     """
 
     task: str

@@ -154,7 +154,7 @@ def test_each_task_is_in_every_output(analysis, tmp_path):
         "ratios and exponents are not meaningful",
         "Ratio judgements against 1 µm (ratios), 9 judgements by 3 participants",
         "Magnitude production (made), 12 productions by 3 participants",
-        "For the 3 participants who did both, the exponent of production",
+        "For the 3 participants who did both tasks, the exponent of production",
     ):
         assert said in page.replace("\N{NO-BREAK SPACE}", " ")
 

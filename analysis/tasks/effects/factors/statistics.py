@@ -213,7 +213,7 @@ def _changes(
 def mixed_changes(prepared: Prepared, factor: str) -> Mapping[tuple[str, str], FixedEffect]:
     """Return the mixed model's changes from the factor's first level, keyed by level and term.
 
-    Empty if the model cannot be fitted.
+    The mapping is empty if the model cannot be fitted.
     """
     conditions = prepared.trials[f"{FACTOR}{factor}"].astype(str)
     labels = sorted(conditions.unique(), key=numbers_first)

@@ -60,10 +60,10 @@ def exponents(found: BayesianGrowth) -> Figure:
             markersize=5,
             elinewidth=1.2,
             zorder=4,
-            label="shrunk towards the group, with interval" if row == 0 else None,
+            label="shrunk towards the group, with credible intervals" if row == 0 else None,
         )[0].set_gid(
             tip(
-                f"{one.participant}: {one.least_squares:.2f} from the participant's own trials, "
+                f"{one.participant}: {one.least_squares:.2f} from the participant's trials alone, "
                 f"{one.exponent:.2f} after shrinkage"
             )
         )

@@ -46,7 +46,7 @@ def growth(
     Parameters
     ----------
     logs : DataFrame, shape (participants, amplitudes)
-        Mean natural logarithms of normalised estimates; 0 µm is omitted.
+        Mean natural logarithms of normalised estimates; estimates at 0 µm are omitted.
     found : Growth or NotComputed
         Result of `slipscale.analysis.tasks.estimation.growth.statistics.growth`.
     unit : str

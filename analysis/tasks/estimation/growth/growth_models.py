@@ -6,18 +6,18 @@ normalisation does not affect the result. The models are fitted to participants'
 amplitudes above 0, where all models are defined, so that their information criteria can be
 compared.
 
-============  ==================  ==================================================
+============  ==================  ============================================================
 model         f(x; θ)             source
-============  ==================  ==================================================
-power         x^β                 Stevens (1957), Psychol. Rev. 64, 153-181
-threshold     (x - x0)^β          Stevens (1975), Psychophysics, ch. 1
+============  ==================  ============================================================
+power         x^β                 Stevens (1957), Psychological Review 64, 153-181
+threshold     (x - x0)^β          Stevens (1975), Psychophysics, chapter 1
 linear        x + c               a line with an intercept
 fechner       log(x / x0)         Fechner (1860); sensation 0 at threshold x0
-ekman         1 + (x / x1)^β      Ekman (1959), J. Psychol. 47, 343-352; a constant
+ekman         1 + (x / x1)^β      Ekman (1959), Journal of Psychology 47, 343-352; a constant
                                   sensation, which the stimulus x1 doubles
-naka_rushton  x^β / (x^β + xs^β)  Naka and Rushton (1966), J. Physiol. 185, 587-599;
+naka_rushton  x^β / (x^β + xs^β)  Naka and Rushton (1966), Journal of Physiology 185, 587-599;
                                   half of the largest sensation at xs
-============  ==================  ==================================================
+============  ==================  ============================================================
 """
 
 from __future__ import annotations
@@ -210,7 +210,7 @@ class GrowthComparison:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """The models, besides the best one, that the data do not rule out; see `UNDECIDED`."""
+        """Models that the data do not rule out, except the best model; see `UNDECIDED`."""
         return tuple(
             name
             for name, model in self.models.items()

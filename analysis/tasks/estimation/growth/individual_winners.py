@@ -46,7 +46,7 @@ def individual_winners(trials: pd.DataFrame) -> dict[str, str | None]:
 
     Returns
     -------
-    dict
+    winners : dict
         Best model by participant. None if there are too few trials, or if the AICc of the two best
         models differs by less than `UNDECIDED`.
     """

@@ -85,7 +85,7 @@ class IndividualGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Growth functions of amplitude, of predicted friction, and for each participant.
+    """Growth functions for amplitude, for predicted friction and for individual participants.
 
     ``friction`` is None if the stimuli are not plate amplitudes, because no squeeze film then
     exists.
@@ -101,7 +101,7 @@ class Growth:
 
 
 def growth(data: Prepared) -> Growth | NotComputed:
-    """Compare growth functions of amplitude, of predicted friction, and for each participant."""
+    """Compare growth functions for amplitude, predicted friction and individual participants."""
     if data.refused:
         return NotComputed(data.zero_sentence)
     found = compare(data.logs, data.quantity)

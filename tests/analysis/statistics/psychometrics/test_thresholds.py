@@ -396,5 +396,5 @@ def test_a_comparisons_weber_fraction_is_half_the_distance_between_its_quartiles
 def test_what_has_no_weber_fraction_says_so():
     with pytest.raises(UserError, match="standard_um_pp is 0, expected above 0"):
         weber_fraction(fitted("weibull"), 0.0)
-    with pytest.raises(UserError, match="yes_no has none"):
+    with pytest.raises(UserError, match="yes_no trials have no standard"):
         weber_fraction(fit_threshold(EXAMPLE, method="yes_no"), 1.0)
