@@ -64,7 +64,7 @@ class TaskAnalysis:
     name : str
         Name of the folder that contains the kind.
     trials : TaskTrials, optional
-        Description of the tables that contain the trials. Studies can choose the task label.
+        Description of the tables that contain the trials.
     statistics : tuple of Statistic
         Statistics, in the order of computation and of ``inference.json``.
     questions : callable

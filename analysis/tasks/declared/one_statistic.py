@@ -56,13 +56,13 @@ def of_one_statistic(
     Parameters
     ----------
     tasks : callable
-        Function that splits the statistic's result into one result per task. The default is for
-        results that are tuples with one item per task.
+        Function that splits the statistic's result into one result per task; by default, a tuple
+        with one item per task.
     question, what, title : str
         Question in the summary, noun for the trials, and heading of the results sentences.
     answers, sentences, doubts : callable
-        Return texts, given the result and the confidence level. By default, ``sentences`` is the
-        same function as ``answers``.
+        Return texts, given the result and the confidence level; ``sentences`` defaults to
+        ``answers``.
     heading : str
         Heading of the section. The default is ``title``.
     blocks : callable

@@ -1,4 +1,4 @@
-"""Define the comparison of exponent and Weber fraction and the corresponding report section."""
+"""Define the comparison of exponent and Weber fraction in the report."""
 
 from __future__ import annotations
 

@@ -6,9 +6,8 @@ be identified without error.
 
 Few trials lead to overestimated information. The first-order Miller-Madow correction (Miller 1955,
 in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each entropy.
-A corrected value does not exceed the information in the presented surfaces. Individual values
-require many trials, so the report contains a note if participants have fewer than five trials per
-cell of the confusion matrix on average.
+A corrected value does not exceed the information in the presented surfaces. The report contains a
+note if participants have fewer than five trials per cell of the confusion matrix on average.
 """
 
 from __future__ import annotations

@@ -2,10 +2,10 @@
 
 A package declares a `TaskAnalysis` with an entry point in the group ``slipscale.analyses``. If code
 of the package raises an exception or returns a wrong type, the report names the package and the
-part in a sentence, and the rest of the report is still written. Texts, tables and figures are
-computed before any file is written, so that the report can list failures. Only sections are
-computed later, because they need the figures. Keys and files are called ``own_NAME`` or
-``own_NAME_...``, so that they cannot clash with Slipscale's names.
+part, and the rest of the report is still written. Texts, tables and figures are computed before any
+file is written, so that the report can list failures. Only sections are computed later, because
+they need the figures. Keys and files are called ``own_NAME`` or ``own_NAME_...``, so that they
+cannot clash with Slipscale's names.
 """
 
 from __future__ import annotations

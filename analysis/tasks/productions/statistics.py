@@ -127,8 +127,7 @@ class TaskProductions:
     catch_um_pp : float or None
         Geometric mean amplitude in catch trials, which show the number of the standard.
     at_bounds : int
-        Number of productions that ended within one notch of the plate's limits. These productions
-        are included; if people wanted to exceed the limits, the slope is too small.
+        Number of included productions that ended within one notch of the plate's limits.
     numbers : tuple of ProducedNumber
         Results for each number, in ascending order.
     slope : MeanOverParticipants or NotComputed

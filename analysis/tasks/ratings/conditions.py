@@ -1,7 +1,7 @@
 """Compare ratings between the levels of experimental factors.
 
-Ratings are made on a line or in categories. A participant's rating at a level of a factor is the
-mean across the other factors and across the surfaces that the participant rated at every level.
+A participant's rating at a level of a factor is the mean across the other factors and across the
+surfaces that the participant rated at every level.
 Levels are compared by Friedman's test and, in pairs, by signed-rank tests. Other results treat each
 condition as a separate task (`slipscale.analysis.reading.task_tables`). Ordered categories are not
 fitted by a cumulative model, because statsmodels supports no such model with random effects, and

@@ -7,7 +7,6 @@ difference is the probit of the probability of a choice.
 The likelihood is multiplied by the square root of the determinant of the information matrix (Firth
 1993, Biometrika 80, 27-38). All values are then finite, even if a surface was never chosen
 (Kosmidis and Firth 2021, Biometrika 108, 71-82), and small-sample bias is removed to first order.
-No package on PyPI fits these scales with this correction.
 """
 
 from __future__ import annotations

@@ -9,8 +9,7 @@ The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). 
 of scikit-learn starts from the classical solution and from random maps; the solution with the
 lowest stress-1 is rotated to its principal axes. A participant's weights are the non-negative
 weights of squared distances along the axes that best fit the participant's squared dissimilarities
-(the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319). Unlike in INDSCAL, the axes
-are not estimated together with the weights.
+(the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319).
 """
 
 from __future__ import annotations

@@ -86,8 +86,7 @@ class TaskThresholds:
     curve : str
         A key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`.
     standard_um_pp : float or None
-        Level of the standard, µm peak to peak. None if standards differ, or for detection tasks, in
-        which the plate vibrates in one interval only.
+        Level of the standard, µm peak to peak. None for detection tasks, or if standards differ.
     participants : tuple of ParticipantThreshold
         Results of participants, in the order of their names.
     population : PopulationThreshold or NotComputed

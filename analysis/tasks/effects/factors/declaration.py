@@ -1,4 +1,4 @@
-"""Define the analysis and the report of factors that are crossed with the levels."""
+"""Define the analysis and the report of factors crossed with the levels."""
 
 from __future__ import annotations
 

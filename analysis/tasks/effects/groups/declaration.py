@@ -1,4 +1,4 @@
-"""Define the comparison of participant groups and the corresponding report section."""
+"""Define the analysis and the report of participant groups."""
 
 from __future__ import annotations
 

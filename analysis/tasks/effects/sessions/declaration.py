@@ -1,4 +1,4 @@
-"""Define the comparison of sessions and the corresponding report section."""
+"""Define the analysis and the report of differences between sessions."""
 
 from __future__ import annotations
 

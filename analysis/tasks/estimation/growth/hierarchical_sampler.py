@@ -98,8 +98,8 @@ def sums(trials: Trials) -> Sums:
 def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     """Define the model for NumPyro.
 
-    Given the other parameters, participants' lines are normally distributed, so they are integrated
-    out. The sampler draws six parameters, whatever the number of people and trials.
+    Given the other six parameters, participants' lines are normally distributed and are therefore
+    integrated out.
     """
     import numpyro  # noqa: PLC0415 - an extra
     from jax import numpy as jnp  # noqa: PLC0415

@@ -2,9 +2,9 @@
 
 The best function depends only on the sums of squares, so all participants are fitted in one batch,
 by the Levenberg-Marquardt method within bounds (Marquardt 1963, Journal of the Society for
-Industrial and Applied Mathematics 11, 431-441). Each row of the batch is one starting point of one
-participant. In 8 of about 2,160 random fits, the sum of squares differed from SciPy's by more than
-a millionth: 5 sums were smaller (by at most 0.3 %), and 3 were larger.
+Industrial and Applied Mathematics 11, 431-441). In 8 of about 2,160 random fits, the sum of squares
+differed from SciPy's by more than a millionth: 5 sums were smaller (by at most 0.3 %), and 3 were
+larger.
 """
 
 from __future__ import annotations

@@ -87,8 +87,7 @@ class IndividualGrowth:
 class Growth:
     """Growth functions for amplitude, for predicted friction and for individual participants.
 
-    ``friction`` is None if the stimuli are not plate amplitudes, because no squeeze film then
-    exists.
+    ``friction`` is None if the stimuli are not plate amplitudes.
     """
 
     amplitude: GrowthComparison
