@@ -38,7 +38,7 @@ def _compute(inputs: Inputs) -> DescendingDifference | NotComputed:
 
 DIFFERENCE: Statistic[DescendingDifference] = Statistic(
     key="difference",
-    meaning="descending difference: proportions of “yes”, d′, curves, verbal reports",
+    meaning="descending difference: proportions of “yes”, d′, curves and verbal reports",
     compute=_compute,
     families=(Family(name="slope of the curve of “{q.yes}”", read=_curves),),
     methods="Proportions of “{q.yes}” have Clopper–Pearson intervals; repeated answers are "

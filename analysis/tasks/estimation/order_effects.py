@@ -151,8 +151,7 @@ def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants 
     )
     if not left > IDENTIFIABLE * max(own, np.finfo(float).tiny):
         return NotComputed(
-            f"not identifiable: confounded with the {data.quantity.name} in every participant's "
-            "order"
+            f"not identifiable: order and {data.quantity.name} are confounded for every participant"
         )
 
     def solve(sums: Array) -> Array:

@@ -123,7 +123,7 @@ RM_ANOVA: Statistic[omnibus.RmAnova] = Statistic(
 PAIRWISE: Statistic[Pairs] = Statistic(
     key="pairwise",
     title="Pairwise comparisons",
-    meaning="each pair of {q.levels}: Wilcoxon's test, paired t, equivalence, Bayes factor",
+    meaning="each pair of {q.levels}: Wilcoxon, t and equivalence tests, and Bayes factor",
     compute=of_estimates(pairwise),
     families=(
         Family(

@@ -166,7 +166,7 @@ def _verdict(low: float, high: float) -> Verdict:
 
 EXPONENT_AND_WEBER: Statistic[tuple[ExponentAndWeber, ...]] = Statistic(
     key="exponent_and_weber",
-    meaning="whether exponent and Weber fraction agree (Ekman's law)",
+    meaning="agreement of exponent and Weber fraction (Ekman's law)",
     compute=lambda inputs: exponent_and_weber(
         inputs.prepared, inputs.found[THRESHOLDS], inputs.data.choices.confidence
     ),

@@ -154,7 +154,7 @@ def _person(who: str, own: dict[str, list[float]]) -> PersonLimits:
 
 LIMITS: Statistic[tuple[TaskLimits, ...]] = Statistic(
     key="limits",
-    meaning="method of limits: means of transitions, and the constant error of the direction",
+    meaning="method of limits: mean transitions, and constant error between directions",
     compute=limits,
     families=(
         Family(

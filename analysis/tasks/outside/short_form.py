@@ -157,7 +157,7 @@ class _Short:
         found = self.run(OwnInput(dataset=inputs.data, study=study_of(inputs.data)))
         if not isinstance(found, OwnResult | NotComputed):
             raise UserError(
-                f"returned {type(found).__name__}, expected an OwnResult, or NotComputed"
+                f"returned {type(found).__name__}, expected an OwnResult or NotComputed"
             )
         return found
 

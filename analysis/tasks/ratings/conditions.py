@@ -149,7 +149,7 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
 
 CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
     key="rating_conditions",
-    meaning="ratings compared between the levels of factors: Friedman's test, pairs",
+    meaning="ratings compared between the levels of factors: Friedman's and pairwise tests",
     compute=lambda inputs: rating_conditions(
         inputs.data.of(TRIALS), inputs.data.choices.confidence
     ),

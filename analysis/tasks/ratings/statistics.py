@@ -303,7 +303,7 @@ def _ps(tests: Iterable[Friedman | PageTrend | NotComputed]) -> list[float]:
 
 RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
     key="ratings",
-    meaning="ratings on a line: means, Friedman's test, ordered trend, pairs",
+    meaning="ratings on a line: means, Friedman's test, ordered trend and pairwise tests",
     compute=lambda inputs: ratings(
         inputs.data.of(TRIALS), inputs.data.choices.confidence, inputs.data.quantity
     ),

@@ -223,8 +223,8 @@ def _person(who: str, table: Array, coordinates: Array) -> Person:
 
 SIMILARITY: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
     key="similarity",
-    meaning="dissimilarity ratings and sorted groups: non-metric multidimensional scaling, "
-    "weights of participants",
+    meaning="dissimilarity ratings and sorted groups: non-metric multidimensional scaling "
+    "and participants' weights",
     compute=maps,
     methods="Dissimilarities, divided by each participant's root mean square and averaged, were "
     "scaled by non-metric multidimensional scaling [[kruskal1964]]. Participants' weights apply to "

@@ -91,7 +91,7 @@ def friction_threshold(
         Method and curve that were fitted against the plate's level.
     """
     if choices.threshold_friction is None:
-        return NotComputed("the study does not set threshold_friction")
+        return NotComputed("the study file does not set threshold_friction")
     change = rows[OTHER_FRICTION] - rows[TARGET_FRICTION]
     caught, known = rows["catch"], change.notna()
     if not (known & ~caught).any():

@@ -94,7 +94,7 @@ def reversals(
         Confidence level of the intervals.
     """
     if last is None:
-        return NotComputed("the study does not set threshold_reversals")
+        return NotComputed("the study file does not set threshold_reversals")
     if rule is None:
         return NotComputed("the data do not record the rule that determined the levels")
     before = rule.tracks[0]

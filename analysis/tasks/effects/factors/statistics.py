@@ -242,7 +242,7 @@ def _mixed(
         few("participants", n): n < FEWEST,
         f"there are {n} participants, but at most {AT_MOST} can be fitted": n > AT_MOST,
         few(f"{prepared.quantity.levels} above 0", levels, 2): levels < 2,  # noqa: PLR2004
-        "too few trials per participant to leave residuals": len(frame) <= 2 * len(labels) * n,
+        "there are too few trials per participant for residuals": len(frame) <= 2 * len(labels) * n,
     }
     if why := next((text for text, holds in reasons.items() if holds), ""):
         return NotComputed(why)
@@ -281,7 +281,7 @@ def _change_ps(found: tuple[FactorEffects, ...]) -> list[float]:
 FACTORS: Statistic[tuple[FactorEffects, ...]] = Statistic(
     key="factors",
     meaning="factors crossed with the levels: analysis of variance, changes between conditions, "
-    "mixed model",
+    "and mixed model",
     compute=factor_effects,
     title="Factors",
     families=(

@@ -190,8 +190,7 @@ def _change_ps(found: SessionEffects) -> list[float]:
 
 SESSIONS: Statistic[SessionEffects] = Statistic(
     key="sessions",
-    meaning="sessions: analysis of variance with session as a factor, changes, test-retest "
-    "agreement",
+    meaning="sessions: analysis of variance, changes between sessions, and test-retest agreement",
     compute=session_effects,
     title="Sessions",
     families=(

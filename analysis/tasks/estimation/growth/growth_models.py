@@ -310,7 +310,7 @@ def compare(
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
     scores = {name: found.aicc for name, found in fits.items() if found.aicc is not None}
     if not scores:
-        return NotComputed("too few points for the corrected Akaike criterion")
+        return NotComputed("there are too few points for the corrected Akaike criterion")
     least = min(scores.values())
     weights = {name: np.exp(-(score - least) / 2) for name, score in scores.items()}
     return GrowthComparison(

@@ -117,7 +117,9 @@ def growth(data: Prepared) -> Growth | NotComputed:
 
 def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
     if len(data.logs) > INDIVIDUALS_AT_MOST:
-        return NotComputed(f"listed only for studies with up to {INDIVIDUALS_AT_MOST} participants")
+        return NotComputed(
+            f"computed only for studies with up to {INDIVIDUALS_AT_MOST} participants"
+        )
     winners = individual_winners(data.trials)
     return IndividualGrowth(
         best={name: sum(w == name for w in winners.values()) for name in MODELS},
