@@ -1,4 +1,4 @@
-"""Provide the base class of tables in files, forms and messages."""
+"""Define the base class of tables in files, forms and messages."""
 
 from typing import Any
 
@@ -26,18 +26,18 @@ def setting(
     default
         The value if the key is omitted.
     description : str
-        What the key means, for the reference of study files.
+        Meaning of the key, printed in the reference of study files.
     unit : str
-        The key's unit; empty if its name states it, or if it has none.
+        Unit of the key; empty if the key's name contains the unit or the key has no unit.
     validate_default : bool
-        Whether the validators of the key also receive the default.
+        Whether the key's validators also check the default.
     **more
         Further properties of the key in the JSON schema.
 
     Returns
     -------
     FieldInfo
-        Typed like the result of pydantic's ``Field``, which fits a field of any type.
+        Field of a pydantic model. Its type hint fits a field of any type.
     """
     extra: dict[str, Any] = {"unit": unit, **more} if unit else dict(more)
     return Field(

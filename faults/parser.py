@@ -1,4 +1,4 @@
-"""Parse command lines, with errors as single sentences and options for all commands."""
+"""Parse command lines, report errors as single sentences, and add options to all commands."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ UNKNOWN = "unrecognized arguments: "
 class Parser(ArgumentParser):
     """Argument parser that reports errors as single sentences.
 
-    Parsers of subcommands have the same class. If ``loads`` is given (names of a module and of a
-    command in its ``COMMANDS``), the module is imported on first use.
+    Subcommands use the same parser class. If ``loads`` is given (a module's name, and a command's
+    name in the module's ``COMMANDS``), the module is imported on first use.
     """
 
     loads: tuple[str, str] | None = None
@@ -57,7 +57,7 @@ class Parser(ArgumentParser):
         return found
 
     def error(self, message: str) -> NoReturn:
-        """Raise `UserError` with the message from argparse as one sentence."""
+        """Raise `UserError` with argparse's message, converted to one sentence."""
         if message.startswith(REQUIRED):
             # If an option is missing, another option is probably misspelt.
             message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))
@@ -67,7 +67,7 @@ class Parser(ArgumentParser):
         raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
 
     def _misspelt(self) -> str:
-        """Return the error message for the first unknown option, or an empty text."""
+        """Return the error message for the first unknown option; empty if all options are known."""
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):

@@ -1,7 +1,7 @@
 """Find plug-ins that other packages provide as entry points.
 
 Names must be unique, because otherwise the order of installation would determine which plug-in is
-used. Errors in a plug-in are reported in one sentence with the name of the package.
+used. Errors in a plug-in are reported in one sentence that names the package.
 """
 
 from __future__ import annotations
@@ -41,9 +41,8 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
                 sorted(f"{each.value} ({package_of(each)})" for each in (known, point))
             )
             raise UserError(
-                f"plug-ins: '{point.name}' of the group {group} is provided by both "
-                f"{sources}; uninstall one of the packages, or give its entry point another "
-                "name"
+                f"plug-ins: both {sources} provide '{point.name}' in the group {group}; uninstall "
+                "one of the packages, or rename an entry point"
             )
     return MappingProxyType(dict(sorted(found.items())))
 
@@ -58,13 +57,13 @@ def package_of(point: EntryPoint) -> str:
 
 
 def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
-    """Call a plug-in, and report its exceptions in one sentence.
+    """Call a plug-in, and report an exception in one sentence.
 
     Parameters
     ----------
     point : EntryPoint
     action : callable
-        Function that calls the plug-in.
+        Function without arguments that calls the plug-in.
     what : str
         Subject of the sentence, such as "analysis 'grip' of the package ourlab".
 
@@ -72,7 +71,7 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     ------
     UserError
         If the plug-in raises an exception other than a UserError or a RigError. The message
-        contains the line in the plug-in's code.
+        contains the line number in the plug-in's code.
     """
     try:
         return action()

@@ -24,7 +24,7 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
     """Return " (did you mean 'pilot'?)", or an empty text if no known word is similar.
 
-    ``start`` is put before the suggested word, for example the name of a command.
+    ``start`` precedes the suggested word and is, for example, the name of a command.
 
     >>> did_you_mean("pilto", ["run", "pilot"])
     " (did you mean 'pilot'?)"
@@ -34,7 +34,7 @@ def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
 
 
 def expected_one_of(word: object, known: Iterable[str]) -> str:
-    """List the expected words, and suggest the most similar one.
+    """List the expected words, and suggest the word that is most similar to the given word.
 
     >>> expected_one_of("alice", ["bob", "alicia"])
     "expected one of bob, alicia (did you mean 'alicia'?)"

@@ -25,7 +25,7 @@ CAUSES = {
     "Invalid statement": "expected key = value, or [table]",
     "Expected newline or end of document": "expected nothing more after the value",
     "Cannot overwrite a value": "the key is given twice",
-    "Unclosed array": "a list is not closed; expected ] after its last item",
+    "Unclosed array": "a list is not closed; expected ] after the last item",
     "Cannot declare": "the table is given twice",
     "Expected ']' at the end of a table declaration": "expected ] after the table's name",
 }
@@ -52,14 +52,14 @@ def read_toml(
     model : type
         Pydantic model of the whole file.
     names : callable, optional
-        Function that returns the names of keys, given the content of the file. By default, keys are
-        the names of fields.
+        Function that returns the names of keys, given the content of the file. By default, each key
+        has the name of its field.
 
     Raises
     ------
     UserError
         If the file cannot be read, is not TOML, or does not fit the model. The message has one line
-        per error, with the position, the value found and the expected value.
+        per error, which contains the position, the invalid value and the expected value.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -79,7 +79,7 @@ def parse_toml(
     parse_float: Callable[[str], object] = float,
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
-    """Parse a TOML text as in `read_toml`; ``source`` is its name in messages."""
+    """Parse a TOML text as `read_toml` does; error messages name the text ``source``."""
     from pydantic import ValidationError  # noqa: PLC0415 - already loaded with the model
 
     table = toml_table(text, source, parse_float=parse_float)
@@ -94,7 +94,7 @@ def parse_toml(
 def toml_table(
     text: str, source: str, *, parse_float: Callable[[str], object] = float
 ) -> dict[str, object]:
-    """Parse a TOML text without a complete model.
+    """Parse a TOML text into a table that is not yet validated.
 
     Raises
     ------
@@ -120,12 +120,12 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
         # Python does not read integers with thousands of digits.
         number = max(re.finditer(r"\d[\d_]*", text), key=lambda found: len(found[0]))
         line = text.count("\n", 0, number.start()) + 1
-        message = f"line {line}: expected numbers of at most {MOST_DIGITS} digits"
+        message = f"line {line}: a number can have at most {MOST_DIGITS} digits"
         raise UserError(f"{source}: {message}") from None
 
 
 def not_toml(text: str, said: str) -> str:
-    """Return the error message for a text that is not TOML, with the line.
+    """Return the error message for a text that is not TOML, with the line number.
 
     >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
     'line 1 is not TOML: a quotation mark is not closed; expected words in two quotation marks'
@@ -167,7 +167,7 @@ def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int,
 
 
 def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:
-    """Yield errors for values that are nested too deeply or too large for computations."""
+    """Yield errors for values that are nested too deeply or are too large."""
     todo: list[tuple[Place, object]] = [((), table)]
     while todo:
         place, value = todo.pop()

@@ -1,7 +1,7 @@
-"""Find the line number of each key, table and list item in a TOML text.
+"""Find the line numbers of keys, tables and list items in a TOML text.
 
-`tomllib` does not report the lines of valid input. Because the text has been parsed already and is
-valid, keys can be found from words and brackets alone.
+`tomllib` does not report the lines of valid input. Because the text is known to be valid, words and
+brackets are enough to find the keys.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Lines:
                 self._below.setdefault(place[:length], line)
 
     def of(self, place: Place) -> int:
-        """Return the line of a position, of its table, or of its content; 0 if unknown."""
+        """Return the line of a position, of the table around it or of its content; 0 if unknown."""
         for length in range(len(place), 0, -1):
             if place[:length] in self._exact:
                 return self._exact[place[:length]]
@@ -59,7 +59,7 @@ class _Value:
 
 @dataclass(slots=True)
 class _Reader:
-    """Reader of tokens that tracks the current table, open brackets, keys and values."""
+    """Reader that processes tokens and tracks the current table, open brackets, keys and values."""
 
     table: Place = ()
     last_item: dict[Place, int] = field(default_factory=dict)  # for each array of tables
@@ -87,7 +87,7 @@ class _Reader:
         return found
 
     def _key(self, kind: str, text: str, line: int) -> Place:
-        """Process a token of a key; return the position of a completed key."""
+        """Process a token of a key; return the key's position when the key is complete."""
         if kind == "word":
             self.key_line = line
             self.key.append(_unquoted(text))
@@ -126,7 +126,7 @@ class _Reader:
         return place
 
     def _next(self) -> None:
-        """Continue after a comma with the next list item, or the next key of an inline table."""
+        """After a comma, continue with the next list item or the next key of an inline table."""
         top = self.opened[-1]
         if top.item is None:
             self.in_value = False
@@ -138,7 +138,7 @@ class _Reader:
         self.in_value = True
 
     def _taken(self) -> list[str]:
-        """Return the parts of the current key, and start a new key."""
+        """Return the parts of the current key, and begin a new key."""
         words, self.key = self.key, []
         return words
 

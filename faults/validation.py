@@ -1,4 +1,4 @@
-"""Describe errors in the content of a file, with their positions.
+"""Describe errors in the content of a file, and where they occur.
 
 This module handles pydantic's errors without importing pydantic, which is slow.
 """
@@ -59,7 +59,7 @@ LONGEST_VALUE = 200
 
 
 class Names(Protocol):
-    """Interface for models whose field names differ from the keys in the file."""
+    """Interface for names of fields that differ from the keys in the file."""
 
     def in_file(self, place: Place) -> Place:
         """Convert a position in the model to a position in the file."""
@@ -69,7 +69,7 @@ class Names(Protocol):
 
 
 class Faults(ValueError):
-    """Several errors with separate positions, which a pydantic validator raises at once."""
+    """Several errors in different positions, which a pydantic validator raises at once."""
 
     def __init__(self, faults: list[Fault], *, within: bool = False) -> None:
         super().__init__("; ".join(fault["msg"] for _, fault in faults))
@@ -86,20 +86,20 @@ def in_words(error: ValidationError) -> str:
 
 
 def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
-    """Raise all errors at once; if ``within``, positions are inside the validated table."""
+    """Raise all errors at once; if ``within``, positions are relative to the validated table."""
     if found := list(faults):
         raise Faults(found, within=within)
 
 
 def faults_in(error: ValidationError, model: Any = None, names: Names | None = None) -> list[Fault]:
-    """Convert pydantic's errors to faults; errors with several positions become several faults.
+    """Convert pydantic's errors to faults; an error in several positions becomes several faults.
 
     Parameters
     ----------
     error : ValidationError
     model : type, optional
-        Violated pydantic model, whose keys are suggested for misspelt keys. A key that is missing
-        because it was misspelt is not reported separately.
+        Pydantic model of the data; its keys are suggested for misspelt keys. If a misspelt key is
+        reported, the key that was meant is not reported as missing.
     names : Names, optional
         Names of keys in the file, if they differ from the model's fields.
     """
@@ -140,7 +140,7 @@ def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
 
 
 def _keys(model: Any, place: Place) -> list[str]:
-    """Return the keys of the table at a position in a model; empty if they are not defined."""
+    """Return the keys of the table at a position in a model; empty if the keys are not defined."""
     for key in place:
         if model is not None and isinstance(key, str):
             field = getattr(model, "model_fields", {}).get(key)
@@ -149,14 +149,14 @@ def _keys(model: Any, place: Place) -> list[str]:
 
 
 def _model_in(annotation: object) -> object:
-    """Return the model in an annotation such as ``tuple[Model, ...] | None``, or None."""
+    """Return the model in an annotation such as ``tuple[Model, ...] | None``, if any."""
     if hasattr(annotation, "model_fields"):
         return annotation
     return next(filter(None, map(_model_in, get_args(annotation))), None)
 
 
 def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[tuple[int, str]]:
-    """Return the line (0 if unknown) and message of each fault, sorted by line."""
+    """Return the line number (0 if unknown) and message of each fault, sorted by line."""
     found = []
     for place, fault in faults:
         line = line_of(place)
@@ -172,7 +172,7 @@ def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
     source : str
         Name of the file.
     told : iterable of (int, str)
-        Faults, as returned by `sentences`.
+        Line and message of each fault, as returned by `sentences`.
     """
     lines = sorted(set(told))
     if len(lines) == 1:
@@ -183,7 +183,7 @@ def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
 
 
 class Told(NamedTuple):
-    """Fault parsed from a message: line (0 if unknown), position, sentence, whole text."""
+    """Fault parsed from a message: line (0 if unknown), position, sentence and whole text."""
 
     line: int
     place: str
@@ -206,7 +206,7 @@ def told_in(said: str, source: str) -> list[Told]:
 
 
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
-    """Format a fault as a sentence with line, key, expected and found value."""
+    """Format a fault as a sentence with its line, key, expected value and actual value."""
     kind = fault.get("type", "")
     if not kind:
         message = fault["msg"]  # message by Slipscale
@@ -229,7 +229,7 @@ def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
 
 
 def place_in_words(place: Place) -> str:
-    """Describe a position in words.
+    """Describe a position in a file in words.
 
     >>> place_in_words(("plate", "amplitude_um_pp")), place_in_words(("tasks", 0, "steps", 1))
     ('plate.amplitude_um_pp', 'item 2 of steps of item 1 of tasks')

@@ -1,4 +1,4 @@
-"""Define the style of all figures, and write them with identical bytes on every run.
+"""Define the style of all figures, and write identical files on every run.
 
 Matplotlib is imported only when a figure is plotted, because the import takes half a second.
 """
@@ -62,7 +62,7 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a plotting function to use this style, regardless of the user's settings.
+    """Decorate a plotting function so that it uses Slipscale's style, not the user's settings.
 
     Notebooks display the returned figure as SVG.
     """
@@ -126,7 +126,7 @@ def with_note(figure: Figure, text: str) -> Figure:
 
 
 def lay_out(figure: Figure) -> None:
-    """Compute the layout of a figure once, so that all formats show the same picture."""
+    """Compute the layout of a figure once, so that the figure looks the same in all formats."""
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
 
     if (engine := figure.get_layout_engine()) is not None:
@@ -161,16 +161,16 @@ def svg(figure: Figure, *, salt: str = "") -> str:
 
 
 def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Path]:
-    """Write a figure with identical bytes on every run; return the paths.
+    """Write a figure to files that are identical on every run; return the paths.
 
     Parameters
     ----------
     figure : Figure
-        Figure, whose layout is computed once for all formats.
+        Figure to write. Its layout is computed once for all formats.
     path : Path
-        Path of the file. The suffix defines the format, unless ``suffixes`` are given.
+        Path of the file. Its suffix defines the format, unless ``suffixes`` are given.
     suffixes : tuple of str
-        Keys of `FORMATS`. One file per suffix is written next to ``path``.
+        Keys of `FORMATS`. For each suffix, a file is written next to ``path``.
     """
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
     from matplotlib.backend_bases import get_registered_canvas_class  # noqa: PLC0415

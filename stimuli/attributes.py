@@ -1,7 +1,7 @@
 """Define the attributes of surfaces that participants judge, with words in each language.
 
-A study sets its ``attribute``, and texts contain placeholders for the words. If an attribute is not
-listed, the study defines the words in ``[attribute_words]``.
+A study sets its ``attribute``, and texts contain placeholders for the words. A study defines the
+words of an unlisted attribute in ``[attribute_words]``.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ class AttributeWords(NamedTuple):
     Parameters
     ----------
     adjective : str
-        Adjective, such as "slippery". In languages with genders, it agrees with "surface"
-        (feminine).
+        Adjective, such as "slippery". In languages with genders, the adjective agrees with
+        "surface" (feminine in French).
     noun : str
         Noun, such as "slipperiness".
     masculine, plural : str
         Other forms of the adjective, if the language has them.
     more, less : str
-        Words before the adjective for a surface with a higher or a lower level.
+        Words before the adjective, for a surface with a higher or lower level.
     """
 
     adjective: str

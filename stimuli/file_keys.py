@@ -1,4 +1,4 @@
-"""Convert between the keys of a file in any quantity and the fields in the code."""
+"""Convert between the keys in a file, whose names depend on the quantity, and field names."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def renamed(data: Any, name: Callable[[str], str]) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class FileNames:
-    """Conversion of keys for files in one quantity.
+    """Converter between the keys of files in one quantity and field names.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ class FileNames:
     tables : frozenset of str
         Tables in which keys are converted, in addition to the top level.
     other : Mapping
-        Tables with levels in another quantity -> quantity.
+        Quantity of each table whose levels are in another quantity.
     """
 
     quantity: Quantity
@@ -66,7 +66,7 @@ class FileNames:
         return self._renamed(table, naming)
 
     def to_file(self, table: dict[str, object]) -> dict[str, object]:
-        """Convert content with field names to the keys of the file."""
+        """Convert field names in a content to the keys of the file."""
         return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
     def _renamed(

@@ -101,7 +101,7 @@ class FrictionMap(Parametric):
         try:
             _unpacked(self.pixels, self.columns)
         except (ValueError, binascii.Error, zlib.error) as error:
-            raise UserError(f"{self.where}: its image cannot be read ({error})") from None
+            raise UserError(f"{self.where}: the image cannot be read ({error})") from None
 
     @property
     def _rows(self) -> Greys:
@@ -133,7 +133,7 @@ class FrictionMap(Parametric):
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles, the mean of the map."""
+        """Level at which the plate settles: the mean level of the map."""
         greys = b"".join(self._rows)
         return self._level(sum(greys) / len(greys))
 
@@ -148,7 +148,7 @@ class FrictionMap(Parametric):
 
     @property
     def summary(self) -> str:
-        """Description of amplitudes, image and size."""
+        """Description of the amplitudes, the image and its size."""
         return (
             f"{self.black_level:g} (black) to {self.white_level:g} (white), {self.image}, "
             f"{self._width_mm:g} x {len(self._rows) * self.pixel_mm:g} mm"
@@ -175,7 +175,7 @@ class FrictionMap(Parametric):
         self,
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - on any plate
     ) -> Loop | None:
-        """Return None: nothing is triggered."""
+        """Return None, because nothing is triggered."""
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
@@ -184,7 +184,7 @@ class FrictionMap(Parametric):
         Raises
         ------
         UserError
-            If the plate or the line is too slow for the profile.
+            If the plate or its serial line is too slow for the profile.
         """
         if not self._changes or self.needs_sensor:
             return None
@@ -192,7 +192,7 @@ class FrictionMap(Parametric):
         steps = min(math.floor(stroke_s / modulator.shortest_step_s + 1e-9), STEPS_MAX)
         if steps < 2:  # noqa: PLR2004 - fewer are no change
             raise UserError(
-                f"{self.where}: a finger at {self.finger_speed_mm_s:g} mm/s crosses it in "
+                f"{self.where}: a finger at {self.finger_speed_mm_s:g} mm/s crosses the image in "
                 f"{1000 * stroke_s:.3g} ms, but the plate and its connection need "
                 f"{2000 * modulator.shortest_step_s:g} ms for two amplitudes"
             )
@@ -206,7 +206,7 @@ class FrictionMap(Parametric):
         )
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the map at the assumed speed."""
+        """Return how well the plate and friction follow the map at the assumed speed."""
         if not self._changes:
             return None
         return Followed(

@@ -1,7 +1,7 @@
 """Generate sounds that test whether headphones are worn and play in both ears.
 
 One of three tones is quieter, and one of the two loud tones has opposite phase in the two ears.
-With headphones, the phase makes little difference. With loudspeakers, the two channels cancel in
+With headphones, the phase hardly affects loudness. With loudspeakers, the two channels cancel in
 the air, so the tone in antiphase seems the quietest. Source: Woods, Siegel, Traer and McDermott
 (2017), Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
 Psychophysics 79, 2064-2072, doi:10.3758/s13414-017-1361-2, "Method".
@@ -37,7 +37,7 @@ class Tones:
     quiet, antiphase : int
         Number (1, 2 or 3) of the quieter tone and of the loud tone in antiphase.
     level_db : float
-        Level of the loud tones, re a full-scale sine.
+        Level of the loud tones relative to a full-scale sine.
     """
 
     quiet: int

@@ -31,7 +31,7 @@ def pink_noise(
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine, as in AES17; must be below 0.
+        Root mean square in dB relative to a full-scale sine, as in AES17; must be below 0.
     seed : int
         Random seed; the same seed gives the same noise.
     duration_s : float
@@ -53,7 +53,7 @@ def pink_noise(
         never clipped, because clipping would change its spectrum.
     """
     if not math.isfinite(level_db):
-        raise UserError(f"masking noise: level_db is {level_db}, expected a finite number of dB")
+        raise UserError(f"masking noise: level_db must be a finite number of dB, but is {level_db}")
     samples = round(duration_s * sample_rate_hz)
     frequency_hz = np.fft.rfftfreq(samples, 1 / sample_rate_hz)
     band = (frequency_hz >= low_hz) & (frequency_hz <= high_hz)
@@ -73,8 +73,8 @@ def pink_noise(
     if peak > 1:
         highest_db = math.floor(10 * (level_db - 20 * math.log10(peak))) / 10
         raise UserError(
-            f"masking noise: level_db is {level_db:g}, expected {highest_db:.1f} or less: "
-            "above it, the noise's peaks exceed full scale"
+            f"masking noise: level_db must be at most {highest_db:.1f}, but is {level_db:g}: "
+            "the noise's peaks would exceed full scale"
         )
     return noise.astype(np.float32)
 
@@ -89,12 +89,13 @@ def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray
     samples : int
         Number of gains.
     fade_samples : int
-        Number of samples for a fade from 0 to 1; 0 changes the gain immediately.
+        Number of samples of a fade from 0 to 1; if 0, the gain changes immediately.
 
     Returns
     -------
     ndarray, shape (samples,)
-        Gains. The first is one step after ``gain``; the next ramp starts at the last.
+        Gains. The first value is one step after ``gain``; the last value is where the next ramp
+        starts.
     """
     step = math.copysign(1 / max(fade_samples, 1), target - gain)
     path = gain + step * np.arange(1, samples + 1, dtype=float)

@@ -1,12 +1,12 @@
-"""Compute how fast the amplitude of a plate, and friction, can follow commands.
+"""Compute how fast the amplitude of a plate and the friction can follow commands.
 
 The amplitude of a plate at resonance follows a command as a first-order lag with the time constant
-τ = Q/(π f0), so the plate passes modulation up to f0/(2Q) (-3 dB). For Q = 60 at 30.5 kHz, these
-are 0.63 ms and 254 Hz. The line that transmits the commands is usually slower. Steps of the drive
-would cause clicks, so the drive changes between amplitudes along an edge of several time constants.
+τ = Q/(π f0), so the plate passes modulation up to f0/(2Q) (-3 dB). For Q = 60 and f0 = 30.5 kHz, τ
+is 0.63 ms and f0/(2Q) is 254 Hz. The serial line that transmits the commands is usually slower.
+Abrupt changes of the drive would cause clicks, so each change takes several time constants.
 
 Friction follows more slowly than the amplitude, because gas needs milliseconds to enter and leave
-the film (`slipscale.stimuli.film.reynolds.time_constant_s`). Film and plate are two lags in series.
+the film (`slipscale.stimuli.film.reynolds.time_constant_s`).
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class AmplitudeStep(NamedTuple):
 class Followed(NamedTuple):
     """Prediction of how well a plate and the friction follow a change in amplitude.
 
-    ``change`` describes the change, ``plate`` and ``friction`` are the remaining fractions of the
-    ``whole``, and ``remedy`` describes how to increase them. ``rise_s`` is the time from 10 to 90 %
-    of a single change in friction.
+    ``change`` describes the change, ``plate`` and ``friction`` are the fractions of the ``whole``
+    that remain, and ``remedy`` describes how to increase these fractions. ``rise_s`` is the time
+    from 10 to 90 % of a single change in friction.
     """
 
     change: str
@@ -64,7 +64,7 @@ class Followed(NamedTuple):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Loop:
-    """Period of commands that is played repeatedly.
+    """Sequence of commands that is played repeatedly.
 
     Parameters
     ----------
@@ -73,8 +73,7 @@ class Loop:
     step_s : float
         Duration of each step.
     edge_s : float
-        Duration of the edge at the beginning of each step, in which the drive changes along a half
-        cosine.
+        Duration of the half cosine along which the drive changes at the beginning of each step.
     mean_level : float
         Amplitude at which the plate settles before the loop is played.
 
@@ -91,14 +90,14 @@ class Loop:
 
     def __post_init__(self) -> None:
         if len(self.levels) < 2:  # noqa: PLR2004 - one amplitude is no modulation
-            raise UserError(f"loop: {len(self.levels)} level, expected two or more")
+            raise UserError(f"loop: expected at least two levels, but found {len(self.levels)}")
         for each in (*self.levels, self.mean_level):
             if not (math.isfinite(each) and each >= 0):
-                raise UserError(f"loop: a level is {each}, expected 0 or more")
+                raise UserError(f"loop: each level must be 0 or more, but one is {each}")
         if not (math.isfinite(self.step_s) and 0 < self.edge_s <= self.step_s):
             raise UserError(
-                f"loop: step_s is {self.step_s} and edge_s {self.edge_s}, expected an edge above "
-                "0 s and no longer than a step"
+                f"loop: edge_s must be above 0 and at most step_s ({self.step_s} s), "
+                f"but is {self.edge_s} s"
             )
 
     @property
@@ -115,7 +114,7 @@ class Loop:
         return self.levels[step % len(self.levels)]
 
     def before_level(self, step: int) -> float:
-        """Return the amplitude before a step; for step 0, the settled mean."""
+        """Return the amplitude before a step; before step 0, the plate has settled at the mean."""
         return self.level(step - 1) if step else self.mean_level
 
     def at_level(self, time_s: float) -> float:
@@ -128,16 +127,17 @@ class Loop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Modulator:
-    """Modulation limits of a plate and its line.
+    """Modulation limits of a plate and its serial line.
 
     Parameters
     ----------
     resonance_hz : float
         Resonance f0 of the plate.
     quality_factor : float
-        Q of the plate, preferably with a finger on it. The default is the value of the ceramic.
+        Quality factor Q of the plate, preferably with a finger on it. The default is the value of
+        the ceramic.
     command_interval_s : float
-        Shortest time between two commands on the line.
+        Shortest time between two commands on the serial line.
     shortest_edge_s : float
         Shortest edge between two amplitudes that the drive supports.
     film_time_constant_s : float
@@ -154,7 +154,7 @@ class Modulator:
         for name in self.__slots__:
             value = getattr(self, name)
             if not (math.isfinite(value) and value > 0):
-                raise UserError(f"modulator: {name} is {value}, expected a positive number")
+                raise UserError(f"modulator: {name} must be a positive number, but is {value}")
 
     @property
     def time_constant_s(self) -> float:
@@ -168,7 +168,7 @@ class Modulator:
 
     @property
     def shortest_step_s(self) -> float:
-        """Shortest duration of one amplitude, including its edge."""
+        """Shortest duration of one amplitude, including the change to this amplitude."""
         return max(self.command_interval_s, self.edge_s)
 
     @property
@@ -183,18 +183,18 @@ class Modulator:
     def friction_passed(self, modulation_hz: float) -> float:
         """Return the fraction of the depth of a sinusoidal modulation that friction follows.
 
-        The result follows the squeeze-film model of 2007, in which the finger does not move. For
-        later measurements, see docs/explanation/squeeze-film.md.
+        The squeeze-film model of 2007 is used, in which the finger does not move. For later
+        measurements, see docs/explanation/squeeze-film.md.
         """
         film_hz = 1 / (2 * math.pi * self.film_time_constant_s)
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that the plate reaches in a duration; 1 if None."""
+        """Return the fraction of a change that the plate reaches in a given time; 1 for None."""
         return 1.0 if duration_s is None else -math.expm1(-duration_s / self.time_constant_s)
 
     def friction_reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that friction reaches in a duration; 1 if None.
+        """Return the fraction of a change that friction reaches in a given time; 1 for None.
 
         Plate and film are two first-order lags in series.
         """
@@ -207,7 +207,7 @@ class Modulator:
         return 1 - left / (film - plate)
 
     def friction_rise_s(self, transition_s: float) -> float:
-        """Return the approximate rise time of friction, from 10 to 90 % of a change.
+        """Return the approximate time that friction needs from 10 to 90 % of a change.
 
         The result is the root sum of squares of the rise times of transition, plate and film.
         """
@@ -222,15 +222,19 @@ class Modulator:
         return min(self.bandwidth_hz, 1 / (steps_per_period * self.shortest_step_s))
 
     def check(self, loop: Loop) -> None:
-        """Raise `UserError` unless plate and line can follow the loop."""
+        """Raise `UserError` unless the plate and its serial line can follow the loop."""
         for what, value_s, shortest_s in (
             ("step_s", loop.step_s, self.shortest_step_s),
             ("edge_s", loop.edge_s, self.edge_s),
         ):
             if value_s < shortest_s * (1 - ROUNDING):
-                raise UserError(f"loop: {what} is {value_s:.6g}, expected {shortest_s:.6g} or more")
+                raise UserError(
+                    f"loop: {what} must be at least {shortest_s:.6g}, but is {value_s:.6g}"
+                )
         if len(loop.levels) > STEPS_MAX:
-            raise UserError(f"loop: {len(loop.levels)} amplitudes, expected at most {STEPS_MAX}")
+            raise UserError(
+                f"loop: expected at most {STEPS_MAX} amplitudes, but found {len(loop.levels)}"
+            )
 
 
 DEFAULT_MODULATOR = Modulator()

@@ -24,15 +24,15 @@ class Parameter:
     Parameters
     ----------
     name : str
-        Noun, in which ``{q.name}`` is replaced by the plate's quantity.
+        Noun, in which the plate's quantity replaces ``{q.name}``.
     description : str
-        Description in the reference of study files.
+        Description, printed in the reference of study files.
     unit : str or None
         Unit; None for the plate's unit.
     above, least, most : float
         Range of values: greater than ``above``, at least ``least``, and at most ``most``.
     stated : bool
-        Whether studies must set the value, although there is a default.
+        Whether every study must set the value, even if the field has a default.
     """
 
     name: str
@@ -85,7 +85,7 @@ FINGER_SPEED = Parameter(
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """Declared parameter of a stimulus, with type and default of its field."""
+    """Declared parameter of a stimulus, with the type and default of the field."""
 
     parameter: Parameter
     kind: object

@@ -25,7 +25,7 @@ def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.
 
 
 def not_negative(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.inf) -> Array:
-    """Convert values to an array of floats, after checking that none is negative (`positive`)."""
+    """Convert values to an array of floats, after checking that no value is negative."""
     return _within(name, value, unit, (0.0, maximum), open_below=False)
 
 

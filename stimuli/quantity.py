@@ -30,8 +30,7 @@ IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 class Quantity:
     """Quantity in which the stimuli differ, with words for reports.
 
-    The analysis always uses the column name ``amplitude_um_pp`` internally; written files use
-    ``column``.
+    The analysis always uses the column name ``amplitude_um_pp`` internally; files use ``column``.
 
     Parameters
     ----------
@@ -40,21 +39,21 @@ class Quantity:
     unit : str
         Unit, such as "µPa"; may be empty.
     convention : str
-        Convention that the unit does not contain, such as "peak to peak"; may be empty.
+        Convention that complements the unit, such as "peak to peak"; may be empty.
     column : str
-        Name of the column in written files.
+        Name of the column in files.
     judged : str
         Judged property, such as "loudness".
     decimals : int or None
-        Number of decimals of levels; None for `DIGITS` significant digits.
+        Number of decimals of a level; if None, levels have `DIGITS` significant digits.
     stimulus, stimuli : str
-        Object that has the quantity, in singular and plural.
+        Word for an object with this quantity, in the singular and the plural.
     noun, nouns : str
         Words that replace ``amplitude`` and ``amplitudes`` in names in files.
     suffix : str
         Suffix that replaces ``um_pp`` in names in files; by default, the whole column name.
     yes : str
-        Word for "yes" in the data, such as "faster".
+        Word that means "yes" in the data, such as "faster".
     falls : bool
         Whether the judged property decreases with the level.
     """
@@ -75,12 +74,12 @@ class Quantity:
 
     @property
     def makes(self) -> tuple[str, str, str]:
-        """Name, unit and convention, by which quantities of plates are compared."""
+        """Name, unit and convention, which identify the quantity that a plate produces."""
         return self.name, self.unit, self.convention
 
     @property
     def of_plate(self) -> bool:
-        """Whether this is the plate's amplitude in µm, judged as in the paper."""
+        """Whether the quantity is the plate's amplitude in µm, judged for slipperiness."""
         return self == PLATE_AMPLITUDE
 
     @property
@@ -95,7 +94,7 @@ class Quantity:
 
     @property
     def stepped(self) -> bool:
-        """Whether a plate produces the quantity, so that a descending difference has steps."""
+        """Whether a plate produces the quantity; a descending difference then has steps."""
         return bool(self.suffix)
 
     @property
@@ -110,17 +109,17 @@ class Quantity:
 
     @property
     def in_full(self) -> str:
-        """Full name for the first use in a text."""
+        """Full name of the quantity, for its first use in a text."""
         return "vibration amplitude" if self.of_plate else self.name
 
     @property
     def in_full_title(self) -> str:
-        """Full name for the beginning of a description."""
+        """Full name of the quantity, capitalised for the beginning of a description."""
         return capitalised(self.in_full)
 
     @property
     def perceived(self) -> str:
-        """Judged property for the first use in a text."""
+        """Full name of the judged property, for its first use in a text."""
         return "perceived slipperiness" if self.of_plate else self.judged
 
     @property
@@ -130,9 +129,9 @@ class Quantity:
 
     @property
     def more(self) -> str:
-        """Answer in a comparison that selects the stimulus with the higher level: "more slippery".
+        """Answer that selects the stimulus with the higher level, such as "more slippery".
 
-        If the data have their own word for yes, or no judged property, this word is used.
+        If ``yes`` is not "yes", or no property is judged, ``yes`` is returned.
         """
         if self.yes != "yes" or self.judged == UNNAMED:
             return self.yes
@@ -155,12 +154,12 @@ class Quantity:
 
     @property
     def short_convention(self) -> str:
-        """Convention for the heading of a column."""
+        """Short convention for a column heading, such as "p-p"."""
         return SHORT.get(self.convention, "")
 
     @property
     def short_unit(self) -> str:
-        """Unit for the heading of a column."""
+        """Unit and short convention for a column heading."""
         return ", ".join(part for part in (self.unit, self.short_convention) if part)
 
     @property
@@ -176,7 +175,7 @@ class Quantity:
 
     @property
     def behind(self) -> str:
-        """Convention for the end of a description: ", peak to peak"."""
+        """Convention as the end of a description, such as ", peak to peak"."""
         return f", {self.convention}" if self.convention else ""
 
     @property
@@ -195,7 +194,7 @@ class Quantity:
 
     @property
     def change(self) -> str:
-        """Label of an axis of differences from a standard."""
+        """Label of an axis that shows differences from the standard."""
         return self.headed("Difference from the standard")
 
     def heading(self, text: str) -> str:
@@ -214,7 +213,7 @@ class Quantity:
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
 
     def key(self, name: str) -> str:
-        """Return the name of a field or column in files in this quantity.
+        """Return the name that a field or column has in files in this quantity.
 
         >>> loudness = Quantity(name="pressure", unit="Pa", column="pressure_Pa", judged="loudness")
         >>> loudness.key("from_um_pp"), loudness.key("amplitude"), PLATE_AMPLITUDE.key("amplitude")
@@ -230,7 +229,7 @@ class Quantity:
         return IN_NAME.sub(lambda found: words.get(found[0], self.suffix or self.column), name)
 
     def in_um(self, column: str) -> str:
-        """Convert the name of a column in this quantity to the name in files in µm.
+        """Convert the name of a column in this quantity to its name in files in µm.
 
         >>> voltage = made_by_plate("voltage", "V", "peak")
         >>> [voltage.in_um(name) for name in ("voltage_v_peak", "standard_v_peak", "trial")]
@@ -242,7 +241,7 @@ class Quantity:
         return re.sub(rf"^(interval\d+_)?{self.noun}(?=_|$)", r"\1amplitude", stem) + "_um_pp"
 
     def named(self, name: str) -> str:
-        """Convert a name in the code to the name in files in this quantity.
+        """Convert a name in the code to the name used in files in this quantity.
 
         >>> PLATE_AMPLITUDE.named("standard_level")
         'standard_um_pp'
@@ -254,7 +253,7 @@ class Quantity:
         return table.rename(columns=lambda name: self.key(str(name)))
 
     def with_convention(self, levels: str) -> str:
-        """Append unit and convention to levels: "0.5, 1.2 µm (peak to peak)"."""
+        """Append the unit and convention to levels, as in "0.5, 1.2 µm (peak to peak)"."""
         behind = f" ({self.convention})" if self.convention else ""
         return f"{self.value(levels)}{behind}"
 

@@ -1,8 +1,8 @@
-"""Define virtual surfaces, and convert amplitudes between peak and peak to peak.
+"""Define virtual surfaces, and convert between peak and peak-to-peak amplitudes.
 
-Amplitudes in experiments are peak to peak, whereas ``h_vib`` in the film models is peak (half of
-that). With this convention, the squeeze number is 15.9 at 30.5 kHz with h_r = 0.6 µm, as printed in
-Section IV-A of the paper.
+Amplitudes in experiments are peak to peak, whereas ``h_vib`` in the film models is a peak amplitude
+(half the peak-to-peak value). With this convention, the squeeze number is 15.9 at 30.5 kHz with h_r
+= 0.6 µm, as printed in Section IV-A of the paper.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ class Stimulus(Protocol):
 
     @property
     def level(self) -> float:
-        """Level in the quantity of the study."""
+        """Level in the study's quantity."""
 
     @property
     def settled_level(self) -> float:
@@ -77,11 +77,11 @@ class Surface(Stimulus, Protocol):
 
     @property
     def sensor(self) -> Sensor | None:
-        """Sensor that the surface follows, or None."""
+        """Sensor that can control the surface's amplitude, or None."""
 
     @property
     def needs_sensor(self) -> bool:
-        """Whether the surface cannot be presented without the sensor."""
+        """Whether the surface can be presented only with its sensor."""
 
     def shown(self, share: float) -> float:
         """Return the height at a point (0 to 1) in a picture of the surface."""
@@ -90,10 +90,10 @@ class Surface(Stimulus, Protocol):
         """Return the loop that a trigger starts; None without a trigger."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the loop to play if the finger is not measured, or None."""
+        """Return the loop to play if the finger is not measured; None if no loop is played."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the surface; None for constant amplitude."""
+        """Return how well the plate and friction follow the surface; None if nothing changes."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,7 +130,7 @@ class VirtualSurface:
 
     @property
     def sensor(self) -> Sensor | None:
-        """None, because the surface does not follow the finger."""
+        """None, because the amplitude does not depend on the finger."""
         return None
 
     @property
@@ -145,11 +145,11 @@ class VirtualSurface:
 
     @property
     def made(self) -> VirtualSurface:
-        """Surface that a plate presents, which is the surface itself."""
+        """The surface itself, which is what a plate presents."""
         return self
 
     def turned(self, level: float) -> VirtualSurface:
-        """Return a surface with another amplitude and a label that does not reveal this."""
+        """Return a surface with another amplitude, which the label does not reveal."""
         return VirtualSurface(level=level, label=UNLISTED)
 
     @property
@@ -165,7 +165,7 @@ class VirtualSurface:
         self,
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - the same on any plate
     ) -> Loop | None:
-        """Return None: there is nothing to play."""
+        """Return None, because a constant amplitude needs no loop."""
         return None
 
     change = loop
@@ -174,7 +174,7 @@ class VirtualSurface:
         self,
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - the same on any plate
     ) -> Followed | None:
-        """Return None: nothing changes."""
+        """Return None, because the amplitude does not change."""
         return None
 
     def predicted_relative_friction(
@@ -190,20 +190,21 @@ class VirtualSurface:
         Parameters
         ----------
         roughness_um : float
-            Average roughness h_r of the plate. The default is from Section IV-A.
+            Average roughness h_r of the plate. The default is from Section IV-A of the paper.
         frequency_hz : float
-            Vibration frequency. The default is the frequency of the paper's prototype.
+            Vibration frequency. The default is the frequency of the prototype in the paper.
         normal_force_n : float
-            Force of the finger. The default is from Section II-C.
+            Force of the finger. The default is from Section II-C of the paper.
         model : {"reynolds", "closed form"}
-            Full Reynolds equation (3) or closed form (13). At the paper's working point, the closed
-            form overestimates the film by a factor of 1.3 to 1.5
+            Full Reynolds equation (3), or closed form (13). At the paper's working point, the
+            closed form overestimates the film by a factor of 1.3 to 1.5
             (docs/explanation/squeeze-film.md).
 
         Returns
         -------
         float
-            µ'/µ of equation (15): 1 without an effect, negative if the finger levitates.
+            Relative friction µ'/µ of equation (15): 1 without an effect, negative if the finger
+            levitates.
 
         Examples
         --------

@@ -1,8 +1,8 @@
 """Define gratings: surfaces with ridges and grooves of friction.
 
-The paper's introduction and conclusion mention such textures: slipperiness that varies in space is
-perceived as relief. The amplitude of a grating is a function of position. For a finger with known
-speed, the function is converted to a sequence of commands that the plate and its line can follow.
+The paper's introduction and conclusion mention that slipperiness that varies in space is perceived
+as relief. The amplitude of a grating is a function of position. If the finger's speed is known, the
+grating is converted to a sequence of commands that the plate and its serial line can follow.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def _share(order: str) -> Parameter:
         unit="share",
         least=0,
         most=1,
-        description="Depth of this harmonic of a sine, as a fraction of the depth; default: none.",
+        description="Depth of this harmonic, as a fraction of the sine's depth; default: 0.",
     )
 
 
@@ -45,7 +45,7 @@ def _phase(what: str, description: str) -> Parameter:
 def _harmonic_phase(order: str) -> Parameter:
     return _phase(
         f"{order} harmonic phase",
-        "Point in the harmonic's own period at which it starts when the sine starts.",
+        "Phase of this harmonic at the beginning of the sine's period.",
     )
 
 
@@ -65,7 +65,7 @@ class Grating(Parametric):
     waveform : {"sine", "square", "triangle", "sawtooth"}
         Shape of the amplitude over a period.
     label : str
-        Code that does not reveal the texture.
+        Code from which the texture cannot be guessed.
     name : str
         Name of the texture in the study and in the data.
 
@@ -139,9 +139,7 @@ class Grating(Parametric):
             description="Fraction of a square wave's period with the larger amplitude.",
         ),
     ] = 0.5
-    phase_deg: Annotated[
-        float, _phase("phase", "Point in its period at which the wave begins.")
-    ] = 0.0
+    phase_deg: Annotated[float, _phase("phase", "Phase at which the wave begins.")] = 0.0
     second_harmonic_share: Annotated[float, _share("second")] = 0.0
     second_harmonic_phase_deg: Annotated[float, _harmonic_phase("second")] = 0.0
     third_harmonic_share: Annotated[float, _share("third")] = 0.0
@@ -160,33 +158,32 @@ class Grating(Parametric):
     def __post_init__(self) -> None:
         self.refuse_parameters()
         if (self.spatial_period_mm is None) == (self.modulation_hz is None):
-            raise UserError(f"{self.where}: expected spatial_period_mm or modulation_hz, not both")
+            raise UserError(f"{self.where}: expected either spatial_period_mm or modulation_hz")
         if self.waveform not in WAVES:
             known = ", ".join(get_args(Waveform))
             raise UserError(
-                f"{self.where}: waveform is '{self.waveform}', expected one of: {known}"
+                f"{self.where}: unknown waveform '{self.waveform}' (expected one of: {known})"
             )
         if self.duty_share != HALF and self.waveform != "square":
             raise UserError(
-                f"{self.where}: duty_share is {self.duty_share}, but waveform is "
-                f"'{self.waveform}'; expected a square wave"
+                f"{self.where}: duty_share is {self.duty_share}, which requires a square wave, but "
+                f"waveform is '{self.waveform}'"
             )
         for name in HARMONICS:
             share, phase = f"{name}_harmonic_share", f"{name}_harmonic_phase_deg"
             if getattr(self, phase) and not getattr(self, share):
                 raise UserError(
                     f"{self.where}: {phase} is {getattr(self, phase)}, but {share} is 0; "
-                    "expected a share above 0"
+                    f"expected {share} above 0"
                 )
         if self._harmonics and self.waveform != "sine":
             raise UserError(
-                f"{self.where}: it has harmonics, but waveform is '{self.waveform}'; "
-                "expected a sine"
+                f"{self.where}: only a sine can have harmonics, but waveform is '{self.waveform}'"
             )
         if self.depth_level > (most := self.mean_level / -self._ends[0]):
             of = "the mean, " if most == self.mean_level else ""
             raise UserError(
-                f"{self.where}: depth is {self.depth_level}, expected from 0 to {of}{most:.6g}"
+                f"{self.where}: depth must be at most {of}{most:.6g}, but is {self.depth_level}"
             )
 
     @property
@@ -224,7 +221,7 @@ class Grating(Parametric):
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles before it plays the wave, the mean of the wave."""
+        """Level at which the plate settles before the wave is played: the wave's mean."""
         return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
 
     @property
@@ -234,12 +231,12 @@ class Grating(Parametric):
 
     @property
     def sensor(self) -> Sensor | None:
-        """Sensor that the grating can follow; None for a wave in time."""
+        """Sensor that can control the amplitude; None for a wave in time."""
         return "position" if self.spatial_period_mm and self.depth_level else None
 
     @property
     def summary(self) -> str:
-        """Description of waveform, amplitudes, period and speed."""
+        """Description of the waveform, amplitudes, period and finger speed."""
         return (
             f"{self.waveform}, {self.lowest_level:.4g} to {self.level:.4g}, period {self.caption}, "
             f"for a finger at {self.finger_speed_mm_s:g} mm/s"
@@ -266,7 +263,7 @@ class Grating(Parametric):
 
     @property
     def caption(self) -> str:
-        """Period or, for a wave in time, frequency, with its unit."""
+        """Period with its unit; for a wave in time, frequency with its unit."""
         if self.spatial_period_mm is None:
             return f"{self.modulation_hz:g} Hz"
         return f"{self.spatial_period_mm:g} mm"
@@ -292,7 +289,7 @@ class Grating(Parametric):
 
     @property
     def _fewest_steps(self) -> int:
-        """Minimum number of equal steps per period that represent the wave."""
+        """Minimum number of equal steps per period that is needed to represent the wave."""
         edges = (self.phase_deg / 360, self.duty_share)
         fewest = WAVES[self.waveform].steps_min * self._highest_order
         if self.waveform != "square":
@@ -318,13 +315,13 @@ class Grating(Parametric):
         duration_s : float
             Duration of the stroke.
         modulator : Modulator
-            Limits of the plate's resonance and the line.
+            Limits of the plate's resonance and of the serial line.
 
         Returns
         -------
         tuple of AmplitudeStep
-            Commands in the order of time, from 0. Each amplitude is the value of the wave in the
-            middle of the step.
+            Commands in order of time, which starts at 0. Each amplitude is the value of the wave in
+            the middle of the step.
 
         Raises
         ------
@@ -412,7 +409,7 @@ def bar(
     off_level: float,
     period_mm: float,
 ) -> Grating:
-    """Return a grating with one level on a bar and another level elsewhere.
+    """Return a grating that has one level on a bar and another level elsewhere.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""List the kinds of texture that studies support.
+"""List the kinds of textures that studies support.
 
-Each kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) and the
-interface `slipscale.stimuli.surface.Surface`.
+Each kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) that
+implements the interface `slipscale.stimuli.surface.Surface`.
 """
 
 from __future__ import annotations
@@ -27,5 +27,5 @@ PARAMETERS: Mapping[str, Declared] = {
 
 
 def kind_in(record: Mapping[str, object]) -> type[Texture] | None:
-    """Return the kind of texture in a record, or None if it is not a texture."""
+    """Return the kind of texture that a record describes; None for other surfaces."""
     return next((kind for kind in KINDS.values() if kind.MARK in record), None)

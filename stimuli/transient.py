@@ -1,13 +1,13 @@
-"""Define transients: surfaces whose amplitude changes when the finger triggers the change.
+"""Define transients: surfaces whose amplitude changes when the finger triggers a change.
 
-A transient begins with one amplitude. When a position, a force or a time after contact is reached,
-the amplitude changes to another within a transition time. The amplitude changes back after a
-duration or, if none is given, when the trigger condition is no longer met. A position thus acts as
-an edge on the plate.
+At first, the amplitude of a transient is constant. When a position, a force or a time after contact
+is reached, the amplitude changes to another value within a transition time. The amplitude changes
+back after a duration or, if none is given, when the trigger condition is no longer met. A transient
+that a position triggers feels like an edge on the plate.
 
-The plate plays the change as a list of amplitudes with its own clock. The duration of the
-transition is therefore exact even if the computer rarely samples the finger; only the beginning
-depends on the next sample.
+The plate times the list of amplitudes with its own clock. The duration of the transition is
+therefore exact even if the computer rarely samples the finger; only its beginning depends on the
+sampling.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Transient(Parametric):
             unit="s",
             above=0,
             most=2,
-            description="Time from one amplitude to the other.",
+            description="Duration of the change between the two amplitudes.",
         ),
     ]
     duration_s: Annotated[
@@ -95,8 +95,8 @@ class Transient(Parametric):
             unit="s",
             above=0,
             most=10,
-            description="Time from the beginning of the change to the beginning of the change "
-            "back; default: until the trigger's condition ends.",
+            description="Time after which the amplitude begins to change back; default: when the "
+            "trigger condition is no longer met.",
         ),
     ] = None
     position_mm: Annotated[
@@ -106,9 +106,8 @@ class Transient(Parametric):
             unit="mm",
             least=0,
             most=500,
-            description="Position along the stroke, from the sensor's zero, at and beyond which "
-            "the "
-            "amplitude changes.",
+            description="Position along the stroke at which the amplitude changes, measured from "
+            "the sensor's zero.",
         ),
     ] = None
     force_n: Annotated[
@@ -118,7 +117,7 @@ class Transient(Parametric):
             unit="N",
             above=0,
             most=20,
-            description="Normal force at and above which the amplitude changes.",
+            description="Normal force at which the amplitude changes.",
         ),
     ] = None
     delay_s: Annotated[
@@ -128,7 +127,7 @@ class Transient(Parametric):
             unit="s",
             least=0,
             most=60,
-            description="Time after the finger touches the plate at which the amplitude changes.",
+            description="Time between the finger's contact and the change in amplitude.",
         ),
     ] = None
     shape: Shape = "cosine"
@@ -138,14 +137,16 @@ class Transient(Parametric):
     def __post_init__(self) -> None:
         self.refuse_parameters()
         if sum(getattr(self, each) is not None for each in TRIGGERS) != 1:
-            raise UserError(f"{self.where}: expected one of {', '.join(TRIGGERS)}")
+            raise UserError(f"{self.where}: expected exactly one of {', '.join(TRIGGERS)}")
         if self.shape not in get_args(Shape):
             known = ", ".join(get_args(Shape))
-            raise UserError(f"{self.where}: shape is '{self.shape}', expected one of: {known}")
+            raise UserError(
+                f"{self.where}: unknown shape '{self.shape}' (expected one of: {known})"
+            )
         if self.duration_s is not None and self.duration_s < self.transition_s:
             raise UserError(
-                f"{self.where}: duration_s is {self.duration_s:g}, expected at least "
-                f"transition_s, {self.transition_s:g}"
+                f"{self.where}: duration_s must be at least transition_s "
+                f"({self.transition_s:g}), but is {self.duration_s:g}"
             )
 
     @property
@@ -165,12 +166,12 @@ class Transient(Parametric):
 
     @property
     def level(self) -> float:
-        """Larger of both amplitudes."""
+        """Larger of the two amplitudes."""
         return max(self.from_level, self.to_level)
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles, the amplitude before the change."""
+        """Level at which the plate settles: the amplitude before the change."""
         return self.from_level
 
     @property
@@ -190,7 +191,7 @@ class Transient(Parametric):
 
     @property
     def summary(self) -> str:
-        """Description of amplitudes, trigger and times."""
+        """Description of the amplitudes, the trigger and the times."""
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
         return (
             f"{self.from_level:g} to {self.to_level:g} in {1000 * self.transition_s:g} ms{lasts}, "
@@ -198,7 +199,7 @@ class Transient(Parametric):
         )
 
     def level_after(self, time_s: float) -> float:
-        """Return the amplitude at a time after (or, if negative, before) the trigger."""
+        """Return the amplitude at a time relative to the trigger."""
         back_s = math.inf if self.duration_s is None else self.duration_s
         if time_s >= back_s:
             return self._along(self.to_level, self.from_level, time_s - back_s)
@@ -215,12 +216,12 @@ class Transient(Parametric):
         return self.level_after((1.5 * share - 0.25) * self.active_s)
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return None, because nothing is played before the trigger, after checking the change."""
+        """Check the change, and return None because nothing is played before the trigger."""
         self.change(modulator)
         return None
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the change; None without a change."""
+        """Return how well the plate and friction follow the change; None without a change."""
         if self.from_level == self.to_level:
             return None
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
@@ -242,7 +243,7 @@ class Transient(Parametric):
         Raises
         ------
         UserError
-            If the plate or the line is too slow for the change.
+            If the plate or its serial line is too slow for the change.
         """
         pieces, step_s = self._pieces(modulator)
         turns = pieces if self.duration_s is None else round(self.duration_s / step_s)
@@ -266,8 +267,8 @@ class Transient(Parametric):
     def _pieces(self, modulator: Modulator) -> tuple[int, float]:
         """Return the number of steps in a transition, and the duration of a step.
 
-        A half cosine is the edge of one step. A straight line needs several steps, whose duration
-        divides both times.
+        A half cosine is the edge of one step. A straight line needs several steps; the transition
+        time and the duration must be multiples of a step.
         """
         shortest_s, linear = modulator.edge_s, self.shape == "linear"
         lasts_s = self.duration_s

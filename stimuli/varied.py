@@ -1,4 +1,4 @@
-"""Define stimuli with a parameter as their level, for ``vary`` in study files."""
+"""Define stimuli whose level is a parameter's value, for ``vary`` in study files."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from slipscale.stimuli.textures import Texture
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Varied:
-    """Stimulus at one value of the varied parameter.
+    """Stimulus with one value of the varied parameter.
 
     Parameters
     ----------
     vary : str
         Field of the varied parameter.
     texture : Texture
-        Stimulus. The value of the field is the level.
+        Stimulus. The value of its field ``vary`` is the level.
     """
 
     vary: str
@@ -32,7 +32,7 @@ class Varied:
 
     @property
     def label(self) -> str:
-        """Code that does not reveal the level."""
+        """Code from which the level cannot be guessed."""
         return self.texture.label
 
     @property
@@ -42,7 +42,7 @@ class Varied:
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles before it plays, in the quantity of the plate."""
+        """Level at which the plate settles before it plays the texture, in the plate's quantity."""
         return self.texture.settled_level
 
     @property
@@ -56,5 +56,5 @@ class Varied:
         return replace(self, texture=replace(self.texture, **fields))
 
     def turned(self, level: float) -> Varied:
-        """Return the stimulus at another value, with a label that does not reveal the value."""
+        """Return the stimulus with another value and a label that does not reveal the value."""
         return self.at(level, UNLISTED)

@@ -25,7 +25,7 @@ Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
 class Harmonic(NamedTuple):
-    """Harmonic of a sine, with order (from 2), fraction of the depth and phase (0 to 1)."""
+    """Harmonic of a sine: order (from 2), fraction of the depth, and phase (0 to 1)."""
 
     order: int
     share: float
@@ -33,7 +33,7 @@ class Harmonic(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """Wave, with its value (-1 to 1) at a phase (0 to 1) and its minimum number of steps."""
+    """Function from phase (0 to 1) to value (-1 to 1), and the wave's minimum number of steps."""
 
     value: Callable[[float], float]
     steps_min: int
@@ -48,7 +48,7 @@ WAVES: dict[Waveform, Wave] = {
 
 
 def added(phase: float, harmonics: tuple[Harmonic, ...]) -> float:
-    """Return the sum of harmonics at a phase (0 to 1), relative to the depth."""
+    """Return the sum of harmonics at a phase (0 to 1), as a fraction of the depth."""
     return sum(
         each.share * math.sin(2 * math.pi * (each.order * phase + each.phase)) for each in harmonics
     )

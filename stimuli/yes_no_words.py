@@ -1,4 +1,4 @@
-"""Define words for yes/no tasks with a plate and with other stimuli."""
+"""Define the words in reports on yes/no tasks, with a plate or with other stimuli."""
 
 from __future__ import annotations
 
@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoWords:
-    """Words for a yes/no task with steps down (for a plate) or with single stimuli.
+    """Words for a yes/no task, whose trials are steps down (of a plate) or single stimuli.
 
-    ``trials``, ``down`` (trials with a change) and ``catch`` (trials without) are given in singular
-    and plural. The probability of "yes" depends on ``size`` and is listed for ``each``. Sensitivity
-    is listed ``at`` a value.
+    ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) are pairs of
+    singular and plural. ``size`` is the variable on which the probability of "yes" depends,
+    ``each`` a single value of this variable. Sensitivity is reported ``at`` a value.
     """
 
     size: str

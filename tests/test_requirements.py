@@ -279,8 +279,7 @@ def test_an_output_folder_that_cannot_be_made_is_reported_before_any_work(
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err == (
-        f"slipscale {words[0]}: --out tidy.csv/results: tidy.csv is a file; expected a folder, "
-        "name another one\n"
+        f"slipscale {words[0]}: --out tidy.csv/results: tidy.csv is a file; name a folder\n"
     )
 
 
@@ -288,7 +287,7 @@ def test_a_folder_without_permission_is_named(tmp_path, monkeypatch):
     """`os.access` answers as on a folder of another user, since root may write everywhere."""
     monkeypatch.setattr(os, "access", lambda path, _mode: Path(path) != tmp_path)
     assert unwritable(tmp_path / "new" / "deep") == (
-        f"no permission to write to {tmp_path}; correct it, or name another folder"
+        f"no permission to write to {tmp_path}; change its permissions, or name another folder"
     )
     assert unwritable(Path(__file__)) == ""
     monkeypatch.chdir(tmp_path)

@@ -143,7 +143,7 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         return None
     if plan.journal_path(dataset) != path:
         expected = plan.journal_path(dataset).relative_to(dataset).as_posix()
-        raise UserError(f"it was written as {expected}; put it back under that name")
+        raise UserError(f"it was written as {expected}; restore that name")
     plan.tasks()  # raises an error if the study cannot be read
     return Run(
         path=path,

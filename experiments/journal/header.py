@@ -17,7 +17,7 @@ from slipscale.hardware.driver import PlateDriver
 def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, object]:
-    """Return the journal's first record, with everything needed to resume or analyse the run."""
+    """Return the first record, which contains everything needed to resume or analyse the run."""
     content = asdict(plan)
     if not plan.population:
         del content["population"]  # not relevant in runs with a person
@@ -37,9 +37,9 @@ def header(
 
 
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
-    """Return the record of a resumption, with everything that may differ from the header.
+    """Return the record of a resumption, which contains everything that may differ from the header.
 
-    The date is the reference for all later times. Session time never runs backwards, even if the
+    All later times are relative to this date. Session time never runs backwards, even if the
     computer's clock was set back.
     """
     return {

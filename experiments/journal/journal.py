@@ -1,24 +1,25 @@
 """The journal: an append-only record of every step and response.
 
 `slipscale.experiments.journal.record` defines the format of a line and its checksums.
-`slipscale.experiments.journal.reading` reads journals. When a run is resumed, a torn end (the
-machine stopped while writing) is removed; any other damage is an error.
+`slipscale.experiments.journal.reading` reads journals. When a run is resumed, a torn end (left if
+the machine stopped while writing) is removed; any other damage is an error.
 
 The rules for flushing data to disk are:
 
 - `Journal.append` passes a record to the operating system and returns. If the process is killed, no
   record is lost. A thread (`slipscale.experiments.journal.keeper`) then flushes the record to disk.
-- `Journal.wait_for` is a barrier, at which a session waits for the last answer before each
-  question. A power failure loses nothing that was written before a barrier.
-- `Journal.write` combines both. `append` is used only for records for which a trial must not wait.
+- Before each question, a session calls `Journal.wait_for` to wait until the last answer is on disk.
+  A power failure loses nothing that was written before such a call.
+- `Journal.write` combines `append` and `wait_for`. `append` alone is used for records that must not
+  delay a trial.
 - If the disk fails, unconfirmed records are removed from the file. The next call of `append`,
   `wait_for`, `check` (at each frame) or `close` then raises an error.
 
 `slipscale.experiments.session.session` resumes an interrupted run by replaying these records.
 
 A journal has one writer at a time; see `slipscale.experiments.journal.locks`. If a journal
-disappears during a session (removed, renamed, disk unmounted), the complete journal is written to a
-fallback folder.
+disappears during a session (for example because its disk is disconnected), all its records are
+written to a fallback folder.
 """
 
 from __future__ import annotations
@@ -56,19 +57,19 @@ class Journal:
     Parameters
     ----------
     path : Path
-        The file that `create` creates or `reopen` continues.
+        The journal file.
     clock : Clock
         Provides the records' times.
     synced : bool
         Whether each record is flushed to disk. If False, records are passed to the operating system
-        and flushed only at the end: a power failure may lose records, a killed process does not.
-        Used for pilots, which can be repeated.
+        and flushed only at the end: a power failure may lose records, but a killed process loses
+        none. Pilots use False, because they can be repeated.
 
     Raises
     ------
     UserError
-        If the file already exists (`create`), does not exist (`reopen`), or another session is
-        writing to it.
+        If `create` finds an existing journal, if `reopen` finds none, or if another session is
+        writing to the journal.
 
     Attributes
     ----------
@@ -77,9 +78,9 @@ class Journal:
     clock : Clock
         Provides the records' times.
     lost : Path or None
-        The original file, if it has disappeared.
+        The original path, if the file has disappeared from there.
     moved, tell : callable
-        Called when the journal moves, with the new path and with a message, respectively.
+        Functions called when the journal moves: `moved` receives the new path, `tell` a message.
     """
 
     def __init__(
@@ -106,9 +107,9 @@ class Journal:
     def create(cls, path: Path, clock: Clock, *, private: bool = True, synced: bool = True) -> Self:
         """Create a new journal; never overwrite an existing one.
 
-        If ``private`` is True, only the owner can read the file, on systems that support this. A
-        file without a complete record (the machine stopped while writing the first record) may be
-        replaced.
+        If ``private`` is True and the system supports file permissions, only the owner can read the
+        file. A file without a complete record may be replaced: the machine stopped while writing
+        the first record.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -152,7 +153,7 @@ class Journal:
             raise
 
     def write(self, kind: str, **data: object) -> Record:
-        """Append a record; return when it is on disk."""
+        """Append a record; return when the record is on disk."""
         record = self.append(kind, **data)
         self.wait_for(record.number + 1)
         return record
@@ -160,8 +161,8 @@ class Journal:
     def append(self, kind: str, **data: object) -> Record:
         """Append a record; return when the operating system has received it.
 
-        A thread flushes the record to disk. A signal may interrupt this call at any point. The next
-        record is then written after the data that the operating system has already received.
+        A thread flushes the record to disk. A signal may interrupt this call at any point; the next
+        record then follows the data that the operating system has already received.
         """
         self.check()
         if self._unfinished:
@@ -234,7 +235,7 @@ class Journal:
         return Mark(len(self.records), self._stream.tell())
 
     def _put(self, line: bytes) -> None:
-        """Pass bytes to the operating system; raise OSError unless it accepts all of them."""
+        """Pass bytes to the operating system; raise OSError unless the system accepts all bytes."""
         # Unbuffered, because bytes that a full disk rejected must not be written on the next
         # attempt.
         while line:
@@ -252,7 +253,7 @@ class Journal:
         return ours.st_nlink > 0 and (status.st_dev, status.st_ino) == (ours.st_dev, ours.st_ino)
 
     def _move(self) -> None:
-        """Copy all records so far to the fallback folder, and continue there."""
+        """Copy all records so far to a fallback folder, and continue in that folder."""
         lost, self.lost = self.path, self.lost or self.path
         self._close_file()
         for folder in fallback_folders():
@@ -270,9 +271,8 @@ class Journal:
             break
         else:
             raise UserError(
-                f"journal {lost}: it has been removed or renamed, or its disk has been "
-                "disconnected, and nothing can be written elsewhere; it had "
-                f"{len(self.records)} records"
+                f"journal {lost} was removed or renamed, or its disk was disconnected, and no "
+                f"fallback folder can be written; it had {len(self.records)} records"
             )
         self.moved(self.path)
         self.tell(
@@ -281,7 +281,7 @@ class Journal:
         )
 
     def _take_stock(self) -> None:
-        """Determine which records are on disk, and continue after the last of these records."""
+        """Determine which records are on disk, and continue after the last one on disk."""
         if not self._in_place():
             self._unfinished = False
             return
@@ -289,7 +289,7 @@ class Journal:
         self._cut(length)
 
     def _cut(self, length: int) -> None:
-        """Seek to the end of the intact part and remove the rest."""
+        """Remove everything after the intact part, and continue writing there."""
         self._stream.truncate(length)
         self._stream.seek(length)
         self._unfinished = False
@@ -335,10 +335,10 @@ class Journal:
 
 
 def fallback_folders() -> list[Path]:
-    """Return new folders, in order of preference, for a journal without its original location.
+    """Return new folders, in order of preference, for a journal whose original location is missing.
 
-    Each folder has the structure of a data set, so that `slipscale resume` and `slipscale data` can
-    use it.
+    Each folder has the structure of a data set, so `slipscale resume` and `slipscale data` can read
+    it.
     """
     found = []
     for parent in (Path.home() / FALLBACK, Path(tempfile.gettempdir()) / FALLBACK):
@@ -358,7 +358,7 @@ def _tell_on_standard_error(sentence: str) -> None:
 
 
 def _sync_folder(folder: Path) -> None:
-    """Flush the name of a new file to disk, if the system can synchronise folders."""
+    """Flush the directory entry of a new file to disk, if the system supports this."""
     if os.name == "posix":
         descriptor = os.open(folder, os.O_RDONLY)
         try:

@@ -1,14 +1,14 @@
-"""Flush an open file to disk in a thread, while the session continues.
+"""Flush an open file to disk in a thread while the session continues.
 
 The rules are:
 
 - The caller writes the file; the thread only waits for the disk. A killed process therefore loses
-  no data. A power failure can lose only data that the thread has not yet confirmed.
+  no data. A power failure can lose only data that the thread has not confirmed.
 - Each wait for the disk covers all data that were written before the wait began.
 - The first failure ends the thread, because a second attempt may succeed although data were lost.
-  The caller finds the error in `failure`, truncates the file and starts a new thread.
-- The thread and its caller share only single values and no lock, because a signal may interrupt
-  the caller at any point.
+  The caller reads the error from `failure`, truncates the file and starts a new thread.
+- The thread and its caller share single values but no lock, because a signal may interrupt the
+  caller at any point.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ ENDS_S = 1.0
 
 
 class Mark(NamedTuple):
-    """A position between two records: the number of preceding records, and the file offset."""
+    """A position between two records: the number of records before it, and the file offset."""
 
     records: int
     length: int
 
 
 class Keeper:
-    """Waits for the disk in a separate thread.
+    """A separate thread that waits for the disk.
 
     Parameters
     ----------
     descriptor : int
-        The open file.
+        Descriptor of the open file.
     kept : Mark
         The position up to which data are already on disk.
 
@@ -45,7 +45,7 @@ class Keeper:
     kept : Mark
         The position up to which data are on disk now.
     wanted : Mark
-        The position up to which data were submitted.
+        The position up to which data were submitted for flushing.
     failure : BaseException or None
         The error that ended the thread.
     """
@@ -60,12 +60,12 @@ class Keeper:
         self._thread.start()
 
     def want(self, mark: Mark) -> None:
-        """Submit all data before a mark for flushing."""
+        """Submit all data before a mark to the thread, which flushes them to disk."""
         self._handed.put(mark)
         self.wanted = mark
 
     def wait(self, records: int) -> bool:
-        """Wait until ``records`` records are on disk or failed; return False after a timeout."""
+        """Wait for ``records`` records on disk, or for a failure; return False after a timeout."""
         while self.failure is None and self.kept.records < records:
             try:
                 self._woken.get(timeout=PATIENCE_S)
@@ -74,7 +74,7 @@ class Keeper:
         return True
 
     def stop(self) -> None:
-        """End the thread when its work is done; abandon the thread if it hangs."""
+        """Let the thread finish its work and end; abandon a thread that hangs."""
         self._handed.put(None)
         self._thread.join(ENDS_S)
 

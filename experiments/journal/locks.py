@@ -1,8 +1,8 @@
 """Ensure that a journal has one writer at a time, using a system lock and a lock file.
 
 The system releases its lock when the process ends, but some network drives do not support locks. A
-writer therefore also creates a lock file next to the journal, which contains its host and process.
-Because a crash may leave the lock file behind, only plausible lock files count.
+writer therefore also creates a lock file next to the journal, which contains the writer's host and
+process. Because a crash may leave a lock file behind, only plausible lock files count.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ LOOKS, LOOK_S = 5, 0.02
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """The writer that a lock file names."""
+    """The writer of a journal, as named in the lock file."""
 
     host: str
     process: int
 
     def __str__(self) -> str:
-        """Return a description with host and process."""
+        """Describe the writer by process and host."""
         return f"process {self.process} on {self.host}"
 
 
@@ -46,7 +46,7 @@ def lock_file(journal: Path) -> Path:
 
 
 def writer(journal: Path) -> Holder | None:
-    """Return the writer that a journal's lock file names, active or not; None without lock file."""
+    """Return the writer named in a journal's lock file, active or not; None without a lock file."""
     try:
         host, process = lock_file(journal).read_text(encoding="utf-8").split()
         return Holder(host, int(process))
@@ -60,7 +60,7 @@ def has_locks(stream: IO[bytes]) -> bool:
 
 
 def is_being_written(journal: Path) -> bool:
-    """Return whether a session is currently writing a journal; False if there is no journal."""
+    """Return whether a session is writing a journal; False if there is no journal."""
     try:
         with journal.open("rb") as stream:
             free = _lock(stream, portalocker.LOCK_SH)
@@ -91,7 +91,7 @@ def take(stream: FileIO, journal: Path) -> None:
 
 
 def refresh(journal: Path) -> None:
-    """Refresh the lock file to show other computers that the writer is still active."""
+    """Update the lock file's time, which shows other computers that the writer is still active."""
     with suppress(OSError):
         os.utime(lock_file(journal))
 
@@ -103,7 +103,7 @@ def release(journal: Path) -> None:
 
 
 def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | None:
-    """Lock a file; return whether this succeeded, or None if the file system has no locks."""
+    """Lock a file; return whether this succeeded; None if the file system has no locks."""
     try:
         portalocker.lock(stream, kind | portalocker.LOCK_NB)
     except portalocker.AlreadyLocked:
@@ -114,11 +114,11 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 
 
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
-    """Create our lock file, unless another session has a plausible one.
+    """Create our lock file, unless another session has a plausible lock file.
 
     If two sessions start simultaneously, only one of them may create or replace the lock file. A
-    session therefore creates a temporary file, which only one session can do, checks the existing
-    lock file, and renames the temporary file.
+    session therefore first creates a temporary file, which only one session at a time can do. The
+    session then checks the existing lock file, and renames the temporary file.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")
@@ -142,7 +142,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
 
 
 def _make(claim: Path) -> bool:
-    """Create the temporary lock file; return False if another session has done so."""
+    """Create the temporary lock file; return False if another session has created the file."""
     try:
         with claim.open("x", encoding="utf-8") as file:
             file.write(f"{socket.gethostname()}\n{os.getpid()}\n")
@@ -154,7 +154,7 @@ def _make(claim: Path) -> bool:
 def _make_again(claim: Path, *, system_locks: bool) -> bool:
     """Replace a temporary lock file that a crash left behind; return whether this succeeded.
 
-    Only the holder of the system lock can be sure that no other session does the same.
+    Only the holder of the system lock can be sure that no other session replaces this file.
     """
     try:
         if not system_locks and abs(time.time() - claim.stat().st_mtime) < CLAIM_S:
@@ -166,7 +166,7 @@ def _make_again(claim: Path, *, system_locks: bool) -> bool:
 
 
 def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
-    """Return the writer that a lock file names, if the lock file is plausible."""
+    """Return the writer named in a lock file, if the lock file is plausible."""
     holder = writer(journal)
     try:
         age_s = now_s - lock_file(journal).stat().st_mtime

@@ -25,7 +25,7 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 
 def software() -> dict[str, str]:
-    """Return the versions of Python and of the packages that can affect data; import none."""
+    """Return the versions of Python and of packages that can affect data; import nothing."""
     return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
 
 
@@ -45,10 +45,10 @@ def plan_from(record: Record) -> RunPlan:
 
 
 def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
-    """Return a journal's plan and records; raise `UserError` if the journal is not of a run."""
+    """Return a journal's plan and records; raise `UserError` unless the journal describes a run."""
     records, _ = read_records(path)
     if not records:
-        raise UserError(f"journal {path}: is empty; start the run again with slipscale run")
+        raise UserError(f"journal {path} is empty; start the run again with slipscale run")
     _, damage = checked(records)
     if damage:
         raise damaged(path, damage[0])
@@ -91,16 +91,14 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
     Raises
     ------
     UserError
-        If the journal's content does not match its location, because it was renamed or is outside a
-        data set.
+        If the journal's content does not match the journal's path (the file was renamed, or is
+        outside a data set).
     """
     whole = path.resolve()
     expected = plan.journal_path(Path("DATASET"))
     if whole.parts[-3:] == expected.parts[-3:]:
         return whole.parent.parent.parent
-    raise UserError(
-        f"journal {path}: was written as {expected}; put it back under that name and folder"
-    )
+    raise UserError(f"journal {path}: was written as {expected}; restore that name and folder")
 
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:
@@ -134,7 +132,7 @@ def consent_was_taken_back(records: list[Record]) -> bool:
 
 
 def elapsed_s(records: list[Record]) -> float:
-    """Return the session time of the last step of a run."""
+    """Return the session time at which the last step of a run began or ended."""
     return max((r.time_s for r in records if r.kind in ("header", "begin", "done")), default=0.0)
 
 

@@ -1,16 +1,16 @@
 """Read the intact records of a journal, and report damage by line.
 
 `read_records` is used to resume a run and accepts no damage. `read_whole` is used to build data
-sets; here, damage affects only the damaged records. The rules are:
+sets, and omits only the damaged records. The rules are:
 
 - Records are read in the order of their numbers, even if lines were moved.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
-- A torn end does not count as damage. It is a last line that is cut short or contains zero bytes,
-  which a disk that loses power leaves in place of a sector. If several records were being written,
-  the torn end begins earlier: `kept` in the "begin" record of each question is the number of
-  records on disk.
-- A mark replaces each gap in the numbers, and each record that does not follow from the previous
-  record. Every altered line is reported.
+- A torn end does not count as damage. A torn end is a last line that is cut short, or that contains
+  zero bytes because the disk lost power. If several records were being written, the torn end can
+  include earlier lines: `kept` in the "begin" record of each question is the number of records on
+  disk.
+- A record of kind `DAMAGED` replaces each gap in the numbers, and each record whose hash does not
+  follow from the previous record. Every altered line is reported.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ DAMAGED = "damaged"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damage:
-    """Damage to one line of a journal; ``line`` counts from 1."""
+    """Damage to one line of a journal; line numbers start at 1."""
 
     line: int
     reason: str
 
     def __str__(self) -> str:
-        """Return the line and the reason as part of a sentence."""
+        """Return the line number and the reason as part of a sentence."""
         return f"line {self.line}: {self.reason}"
 
 
@@ -47,14 +47,14 @@ class Reading:
     Parameters
     ----------
     records : list of Record
-        The intact records in order. One record of kind `DAMAGED` replaces each sequence of damaged
-        or missing records.
+        The intact records in order. A single record of kind `DAMAGED` replaces each sequence of
+        damaged or missing records.
     damage : list of Damage
-        Location and reason of each damage; empty for an intact journal.
+        Line number and reason of each damage; empty for an intact journal.
     length : int
-        Length in bytes up to the torn end, if any.
+        Length in bytes of the lines before the torn end, if any.
     torn : bool
-        Whether the end is torn, because the machine stopped while writing. This does not count as
+        Whether the end is torn, because the machine stopped while writing. A torn end is not
         damage.
     """
 
@@ -64,7 +64,7 @@ class Reading:
     torn: bool = False
 
     def mark(self) -> None:
-        """Append a mark in place of one or more unusable records."""
+        """Append a record of kind `DAMAGED` in place of one or more unusable records."""
         if not self.records or self.records[-1].kind != DAMAGED:
             last = self.records[-1] if self.records else None
             self.records.append(
@@ -95,7 +95,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
     Raises
     ------
     UserError
-        If the file cannot be read, or is a journal in another format.
+        If the file cannot be read, or is not a Slipscale journal of the supported format.
     """
     try:
         with path.open("rb") as stream:
@@ -127,7 +127,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
 
 
 class _Line(NamedTuple):
-    """An intact line: its index in the file (from 0), its record, and the text that is hashed."""
+    """An intact line: its index in the file (from 0), its record and the hashed text."""
 
     place: int
     record: Record
@@ -135,14 +135,14 @@ class _Line(NamedTuple):
 
 
 def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
-    """Return one line per record number, in file order; report all other lines."""
+    """Return one line per record number, in file order; report lines that repeat a number."""
     of_number: dict[int, list[_Line]] = {}
     for line in found:
         of_number.setdefault(line.record.number, []).append(line)
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Return how many neighbours confirm a line by hash, and how many by position."""
+        """Return how many neighbouring records confirm a line by hash, and how many by position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])
@@ -163,7 +163,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
-    """Report the smallest set of lines without which the others are in numerical order."""
+    """Report the fewest lines whose removal leaves the other lines in numerical order."""
     ends: list[int] = []  # lowest last number of an increasing sequence of each length
     lengths = []
     for line in chosen:
@@ -180,7 +180,7 @@ def _report_moved(chosen: list[_Line], reading: Reading) -> None:
 
 
 def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> None:
-    """Sort the records by number, with marks in place of missing ones."""
+    """Sort the records by number, and replace missing records by records of kind `DAMAGED`."""
     expected, place = 0, -1
     before: str | None = ""  # the running hash; None (unknown) after a gap
     for line in sorted(chosen, key=lambda line: line.record.number):
@@ -189,14 +189,12 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
             before = None
             reading.mark()
             if missing > sum(place < each < line.place for each in wrong):
-                reason = (
-                    f"expected record {expected}, found {record.number}: one or more were removed"
-                )
+                reason = f"expected record {expected}, found {record.number}: records were removed"
                 reading.damage.append(Damage(line=line.place + 1, reason=reason))
         if before is None or follows(record, line.covered, before):
             reading.records.append(record)
         else:
-            reason = "it does not follow from the records before it: it or one of them was edited"
+            reason = "the hash does not match: this record or a previous record was edited"
             reading.damage.append(Damage(line=line.place + 1, reason=reason))
             reading.mark()
         expected, place, before = record.number + 1, line.place, record.hash
@@ -207,7 +205,7 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
 def read_records(path: Path) -> tuple[list[Record], int]:
     """Return a journal's records and the length of its intact part in bytes.
 
-    A torn last line is omitted; the length is the offset of this line.
+    A torn last line is omitted; the length is then the offset of the torn line.
 
     Raises
     ------
@@ -243,13 +241,13 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 
 def _kept(records: list[Record]) -> int:
-    """Return the number of records on disk that the records themselves confirm."""
+    """Return how many records were on disk according to the records themselves."""
     kept = [record.data.get("kept") for record in records]
     return max((each for each in kept if isinstance(each, int)), default=0)
 
 
 def _records(lines: list[bytes]) -> list[Record]:
-    """Return the intact records in a line; a record may follow an empty sector."""
+    """Return the intact records in some lines; a record may follow zero bytes in its line."""
     found = []
     for line in lines:
         with suppress(ValueError):

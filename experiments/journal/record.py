@@ -1,12 +1,12 @@
 """Encode and decode a line of a journal: a record, its checksum and a running hash.
 
-Each line is a JSON object. It contains the record's number ``n``, the session time ``t`` in
-seconds, its ``kind`` and its data. The last two entries are checksums:
+Each line is a JSON object. The object contains the record's number ``n``, the session time ``t`` in
+seconds, the record's ``kind`` and its data. The last two entries are checksums:
 
 - ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
-  record's text. The hash does not match if a record was removed, moved, repeated or edited.
-- ``crc``: the CRC-32 of the line up to this entry. The CRC detects a torn or altered line
-  independently of other lines, so that local damage leaves the other lines readable.
+  record's text. This hash does not match if a record was removed, moved, repeated or edited.
+- ``crc``: the CRC-32 of the line up to this entry. This checksum detects a torn or altered line
+  independently of other lines, so local damage leaves the other lines readable.
 """
 
 from __future__ import annotations
@@ -33,15 +33,15 @@ class Record:
     Parameters
     ----------
     number : int
-        0, 1, ... in writing order.
+        Number of the record in the order of writing, from 0.
     time_s : float
         Time on the session's clock.
     kind : str
-        "header", "begin", "done", ...
+        Kind of record, such as "header", "begin" or "done".
     data : dict
-        All other entries of the line.
+        All other entries of the line, without the checksums.
     hash : str
-        The running hash up to this record; empty until `sealed` sets it.
+        The running hash up to this record; empty until `sealed` sets the hash.
     """
 
     number: int
@@ -52,7 +52,7 @@ class Record:
 
 
 def sealed(record: Record, before: str) -> tuple[Record, bytes]:
-    """Return a record with its running hash, computed from the previous hash, and its line."""
+    """Return a record with its running hash, computed from the previous hash; and its line."""
     body = _body(record)
     found = replace(record, hash=_running_hash(before, body))
     return found, _line(body, found.hash)
@@ -70,7 +70,7 @@ def _line(body: str, running_hash: str) -> bytes:
 
 
 def decode(line: bytes) -> tuple[Record, str]:
-    """Return the record in a line, and the text that is hashed.
+    """Return the record in a line, and the text that the running hash covers.
 
     Raises
     ------
@@ -84,7 +84,7 @@ def decode(line: bytes) -> tuple[Record, str]:
     try:
         fields = _DECODER.decode(body)
     except RecursionError:
-        raise ValueError("too deeply nested") from None
+        raise ValueError("the data are nested too deeply") from None
     found = _HASH.search(body)
     if found and fields.get("hash") == found[1]:
         del fields["hash"]
@@ -100,7 +100,7 @@ def decode(line: bytes) -> tuple[Record, str]:
 
 def _whole(digits: str) -> int:
     if len(digits) > MOST_DIGITS:
-        raise ValueError(f"a number of more than {MOST_DIGITS} digits")
+        raise ValueError(f"a number has more than {MOST_DIGITS} digits")
     return int(digits)
 
 

@@ -1,7 +1,8 @@
 """Check the records of a journal against the required content of each kind of record.
 
-A checksum detects random damage, but records that another program wrote or edited can contain
-anything. Kinds and entries that are not listed here (from later versions) are accepted.
+A checksum detects random damage, but a record that another program wrote or edited can contain
+anything. Kinds and entries that are not listed here are accepted, because later versions may write
+them.
 """
 
 from __future__ import annotations
@@ -210,7 +211,7 @@ STEPS: dict[str, tuple[Any, type | None]] = {
 
 
 def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
-    """Return the records of a run with unusable ones replaced by marks, and the reasons.
+    """Return the usable records of a run, and the damage.
 
     A record of kind `DAMAGED` replaces each invalid record. A record is invalid if its content does
     not match its kind, or if it is out of order.
@@ -233,7 +234,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """Checks the order of steps: each one begins at least once and ends before the next."""
+    """Check that each step begins at least once and ends before the next step."""
 
     def __init__(self) -> None:
         self.sure = True  # whether there was no damage since the last step began
@@ -243,12 +244,12 @@ class _Order:
         self._open: dict[str, Any] | None = None
 
     def refuses(self, record: Record) -> str:
-        """Process the next record; return the reason if it is out of order, otherwise ""."""
+        """Process the next record; return why the record is out of order, otherwise ""."""
         first, self._first = self._first, False
         if (record.kind == "header") != (first and record.number == 0):
-            return "a run has one header, its first record"
+            return "the first record of a run, and no other, must be the header"
         if self._ended:
-            return "it comes after the end of the run"
+            return "the record comes after the end of the run"
         if record.kind == "begin":
             return self._begins(record)
         if record.kind == "done":
@@ -279,7 +280,7 @@ class _Order:
 def _misshapen(record: Record) -> str:
     """Return a description of the error in a record's data; empty if the data are valid."""
     if not abs(record.time_s) <= LONGEST_S:
-        return f"its time is {record.time_s:g} s; expected the seconds since the run began"
+        return f"the record's time is {record.time_s:g} s; expected the seconds since the run began"
     shape = RECORDS.get(record.kind)
     try:
         if shape:
@@ -331,7 +332,7 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise an error unless data match a model, or a dataclass without additional fields."""
+    """Raise an error unless data match a model, or exactly match a dataclass."""
     # Validated as JSON: strict, except that lists are accepted for tuples.
     _fit_json(shape, json.dumps(data))
 

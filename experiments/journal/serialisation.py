@@ -1,7 +1,7 @@
-"""Convert steps and answers to the journal's plain data, and back.
+"""Convert steps and answers to plain data for the journal, and plain data to steps and answers.
 
-The input may use the names of journals in µm (`slipscale.stimuli.field_names.in_um`) or the names
-in the code. The output uses the names in the code.
+Data read from a journal may use the names of journals in µm (`slipscale.stimuli.field_names.in_um`)
+or the names in the code. The results use the names in the code.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ QUANTITY = "quantity"
 
 
 def step_record(step: Step) -> dict[str, Any]:
-    """Return a step as plain data with its type, exactly as it is read from a journal.
+    """Return a step's type and fields as plain data, exactly as they are read from a journal.
 
-    Entries that earlier versions did not have are omitted if they have their default value, such as
-    a question without a sound. Journals from earlier versions can therefore be resumed.
+    A field that earlier versions did not have is omitted if it has its default value. Journals from
+    earlier versions can therefore be resumed.
     """
     record: dict[str, Any] = _plain(step)
     for part in (record, *(record.get("lead_in") or ())):
@@ -56,7 +56,7 @@ def step_record(step: Step) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as it is read from JSON: a class as its fields, a tuple as a list."""
+    """Return a value as JSON would contain it: a dataclass as its fields, a tuple as a list."""
     # `asdict` also copies every number and string, which would take half of the time of a simulated
     # run.
     kind = type(value)
@@ -70,7 +70,7 @@ def _plain(value: Any) -> Any:
 
 
 def _told(value: Any, name: str) -> bool:
-    """Return whether a record contains a field; it contains newer fields only if they are set."""
+    """Return whether a record contains a field; newer fields are included only if they are set."""
     later = name in getattr(value, "LATER", ())
     return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
 
@@ -87,7 +87,7 @@ def _names(kind: type) -> tuple[str, ...]:
 
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Return whether two records describe the same step, apart from texts."""
+    """Return whether two records describe the same step, ignoring texts."""
     return bool(_without_words(in_own_names(one)) == _without_words(in_own_names(other)))
 
 
@@ -108,7 +108,7 @@ def _without_words(record: Any) -> Any:
 
 
 def answer_record(answer: Answer) -> dict[str, Any] | None:
-    """Return an answer as plain data with its type; None stays None."""
+    """Return an answer's type and fields as plain data; None without an answer."""
     return None if answer is None else {"type": type(answer).__name__, **_plain(answer)}
 
 
@@ -122,7 +122,7 @@ def in_um_names(data: dict[str, Any]) -> dict[str, Any]:
 
 
 def answer_from(record: dict[str, Any] | None) -> Answer:
-    """Return the answer in a record."""
+    """Return the answer that a record contains."""
     if record is None:
         return None
     fields = {key: _tuples(value) for key, value in in_own_names(record).items()}
@@ -134,7 +134,7 @@ def _tuples(value: Any) -> Any:
 
 
 def surface_from(record: dict[str, Any]) -> Stimulus:
-    """Return the surface in a record."""
+    """Return the surface that a record describes."""
     fields = in_own_names(record)
     if surface_kind(fields) is Varied:
         return Varied(vary=fields["vary"], texture=texture_from(fields["texture"]))
@@ -142,7 +142,7 @@ def surface_from(record: dict[str, Any]) -> Stimulus:
 
 
 def texture_from(fields: Mapping[str, Any]) -> Texture:
-    """Return the texture with the fields of a record. Raises `KeyError` for other surfaces."""
+    """Return the texture that a record's fields describe. Raises `KeyError` for other surfaces."""
     kind = kind_in(fields)
     if kind is None:
         raise KeyError("texture")
@@ -150,10 +150,10 @@ def texture_from(fields: Mapping[str, Any]) -> Texture:
 
 
 def surface_kind(fields: Mapping[str, Any]) -> type[Varied | Texture | VirtualSurface]:
-    """Return the type of surface in a record."""
+    """Return the type of surface that a record describes."""
     return Varied if "vary" in fields else kind_in(fields) or VirtualSurface
 
 
 def trial_from(record: dict[str, Any]) -> Trial:
-    """Return the trial in a record."""
+    """Return the trial that a record describes."""
     return Trial(**in_own_names(record))

@@ -1,4 +1,4 @@
-"""The kinds of questions that a protocol can ask, and the values of their replies."""
+"""The kinds of questions that a protocol can ask, and the values of the replies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class NumberQuestion:
 class YesNoQuestion:
     """A yes/no question; the reply's value is a bool.
 
-    In a comparison, ``seeks`` selects whether yes means the more or the less slippery surface.
+    If the question compares surfaces, ``seeks`` selects whether "yes" means more or less slippery.
     """
 
     #: Fields omitted from a record if they have their default value.
@@ -65,7 +65,7 @@ class WholeNumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonQuestion:
-    """A question about which surface fits best; the reply's value is its number, 1, 2, ...
+    """A question for one of several surfaces; the reply's value is a surface number.
 
     ``options`` contains the words on the screen, in the order of presentation ("the first", ...).
     ``seeks`` selects whether the question asks for the most slippery, the least slippery or the odd
@@ -79,16 +79,16 @@ class ComparisonQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VisualAnalogueQuestion:
-    """A mark on a line between two words; the value is its position, 0 (left) to 100 (right).
+    """A question answered by a mark on a line; the value is the mark's position from 0 to 100.
 
     Parameters
     ----------
     prompt : str
         The question.
     left, right : str
-        The words at the line's ends.
+        The words at the left end (0) and the right end (100) of the line.
     resolution, key_step : float
-        Distance between possible positions of the mark, and movement per press of an arrow key.
+        Distance between adjacent positions of the mark, and its movement per press of an arrow key.
     start : float
         The position from which the keys move the mark.
     start_shown : bool
@@ -104,7 +104,7 @@ class VisualAnalogueQuestion:
     start_shown: bool
 
     def nearest(self, place: float) -> float:
-        """Return the nearest possible position of the mark, limited to the ends of the line."""
+        """Return the nearest possible position of the mark within the ends of the line."""
         held = min(max(place, 0.0), 100.0)
         # Rounded, so that three steps of 0.1 are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
@@ -119,12 +119,12 @@ class Selection(NamedTuple):
 
     @classmethod
     def of(cls, value: Value) -> Selection | None:
-        """Return the selection in a reply's value; None if there was no selection."""
+        """Return the selection that a reply's value contains; None if nothing was selected."""
         return cls(*map(float, value.split())) if isinstance(value, str) else None
 
     @property
     def value(self) -> str:
-        """The selection as the value of a reply."""
+        """The selection, formatted as the value of a reply."""
         return " ".join(f"{number:.6f}" for number in self)
 
 
@@ -137,14 +137,15 @@ class PointingQuestion:
     prompt : str
         The instruction.
     start_mm, target_mm : tuple of float
-        Centres of start and target, measured from the middle of the screen to the right and
-        upwards.
+        Centres of the start and the target, measured rightwards and upwards from the middle of the
+        screen.
     width_mm : float
-        Width of a bar or diameter of a disc.
+        Width of each bar, or diameter of each disc.
     bars : bool
-        Whether start and target are vertical bars, so that only the horizontal position matters.
+        Whether the start and the target are vertical bars; only the horizontal position then
+        matters.
     screen_height_mm : float
-        Height of the screen in the plane of the movement.
+        Height of the screen, in mm of movement.
     """
 
     prompt: str

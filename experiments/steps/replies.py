@@ -26,15 +26,15 @@ class Reply:
     onset_s : float
         The time at which the screen appeared, on the session's clock.
     response_time_s : float or None
-        Time from screen onset to the key press that completed the answer; None if the time ran
-        out.
+        Time from the appearance of the screen to the key press that completed the answer; None if
+        the time ran out.
     time_source : str
         Source of the time: "ptb" (the device's time stamp), "window" (receipt of the key by the
         window), "operator" (submission by the operator), "simulated" or "scripted".
     timed_out : bool
         Whether the time limit was reached.
     rejected : tuple of str
-        Entries that were rejected, verbatim and in order.
+        Rejected entries, verbatim and in order.
     """
 
     value: Value = None
@@ -47,15 +47,15 @@ class Reply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjusted(Reply):
-    """The result of an adjustment; the value is the final amplitude, µm peak to peak.
+    """The result of an adjustment; the value is the final amplitude in µm peak to peak.
 
     Parameters
     ----------
     readback_level : float or None
-        The plate's readback at the end.
+        The amplitude that the plate read back at the end.
     trace : tuple of pairs
-        The amplitudes during the adjustment and when each one settled: (seconds from the beginning,
-        µm peak to peak). The first pair is the start.
+        The time at which each amplitude settled, in seconds from the beginning, with the amplitude
+        in µm peak to peak. The first pair describes the start.
     again_s : tuple of float
         The times at which the reference was requested, in seconds from the beginning.
     """
@@ -67,12 +67,12 @@ class Adjusted(Reply):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presented:
-    """The result of a presentation, with separate commanded and readback levels.
+    """The result of a presentation, which includes the commanded and the measured level.
 
-    For a texture, both levels are the mean, at which the plate settles before the texture plays.
-    ``readback_kind`` describes the reliability of the readback (see
-    `slipscale.hardware.records.Readback`). Plate voltage, temperature and the readback of a second
-    actuator are None if unknown.
+    For a texture, both levels describe the mean, at which the plate settles before the texture
+    plays. ``readback_kind`` describes the reliability of the readback (see
+    `slipscale.hardware.records.Readback`). Plate voltage, temperature and a second actuator's
+    readback are None if unknown.
     """
 
     LATER: ClassVar = frozenset({"second_readback"})
@@ -88,7 +88,7 @@ class Presented:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Voided:
-    """The numbers of the trials voided since the last `Voided`.
+    """The numbers of the trials that were voided since the last `Voided`.
 
     The protocol repeats ``trials``. Trials in ``dropped`` are not repeated, and their answers are
     ignored.

@@ -1,4 +1,4 @@
-"""Rounding of levels to the precision of presentation."""
+"""Round levels to the precision of presentation."""
 
 from __future__ import annotations
 

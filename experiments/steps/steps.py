@@ -1,8 +1,8 @@
 """The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
 
 A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
-below. It has no access to the clock, screen, plate or files. Steps are plain data, because the
-journal records them. Texts for the participant never contain an amplitude.
+below. A protocol cannot access the clock, the screen, the plate or files. Steps are plain data,
+because they are recorded in the journal. Texts for the participant never contain an amplitude.
 
 ============  =====================================================  ==============
 step          what the session does                                  reply
@@ -19,8 +19,9 @@ step          what the session does                                  reply
 `EndBlock`    shows the screen after a block; same reply             `Voided`
 ============  =====================================================  ==============
 
-A trial may present several surfaces, each in an *interval*. `Present`, `Explore` and `Silence` then
-contain the interval's number, 1, 2, ... An interrupted trial is repeated from the first interval.
+A trial may present several surfaces, each in an *interval*. In such a trial, `Present`, `Explore`
+and `Silence` contain the interval's number (1, 2, ...). An interrupted trial is repeated from the
+first interval.
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Played:
-    """A sound that is played before a question, and the text that is shown meanwhile."""
+    """A sound that is played before a question, and the text shown during the sound."""
 
     sound: HeadphoneSound
     text: str
@@ -61,7 +62,8 @@ class Instruct:
 class Guide:
     """Instructions for stroking: speed, force and direction, and whether a mark shows the speed.
 
-    Speed and force are None if they are free. If ``passive``, a stage moves the plate.
+    Speed and force are None if they are not prescribed. If ``passive`` is True, a stage moves the
+    plate.
     """
 
     LATER: ClassVar = frozenset({"passive"})
@@ -73,7 +75,7 @@ class Guide:
     passive: bool = False
 
     def place_share(self, time_s: float) -> float | None:
-        """Return the mark's position on the stroke (0 to 1) at a time; None without a speed."""
+        """Return the mark's position on the stroke (0 to 1) at a time; None without a mark."""
         if not (self.pacer and self.speed_mm_s):
             return None
         strokes = time_s * self.speed_mm_s / self.stroke_mm
@@ -86,7 +88,7 @@ class Guide:
 class Explore:
     """Exploration of the surface until the participant continues, for at least ``minimum_s``.
 
-    If ``maximum_s`` is set, a countdown is shown, and the step ends automatically. ``guide``
+    If ``maximum_s`` is set, a countdown is shown, and the step ends after this time. ``guide``
     contains the study's instructions for stroking, if any.
     """
 
@@ -103,10 +105,10 @@ class Explore:
 class Present:
     """Present a surface on the plate.
 
-    ``lead_in`` is the surface to be felt first, with its exploration, if the question is about a
-    difference. The session presents the lead-in unless it is already on the plate. ``second`` is
-    the level of a second actuator in that actuator's quantity; names ending in ``_level`` are
-    reserved for the plate's quantity.
+    For a question about a difference, ``lead_in`` is the surface to be explored first. The session
+    skips the lead-in if its surface is already on the plate. ``second`` is the level of a second
+    actuator in that actuator's quantity; names that end in ``_level`` are reserved for levels in
+    the plate's quantity.
     """
 
     LATER: ClassVar = frozenset({"second"})
@@ -119,13 +121,13 @@ class Present:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
-    """A question; ``name`` is the data set column for the answer.
+    """A question; ``name`` is the name of the data set column that stores the answer.
 
     Outside a trial, ``task`` is the task to which the answer belongs; without a task, the question
     is about the participant. ``by`` defines who enters the answer: the participant, or the
-    operator, who types what the participant says or makes a decision. ``played`` is a sound to play
-    first; if no sound can be played, the reply is `NO_SOUND`. If ``back`` is True, the participant
-    can return to the previous question; the reply is then `BACK`.
+    operator, who types the participant's words or makes a decision. ``played`` is a sound that
+    precedes the question; if no sound can be played, the reply is `NO_SOUND`. If ``back`` is True,
+    the participant can return to the previous question with the reply `BACK`.
     """
 
     name: str
@@ -140,7 +142,7 @@ class Ask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Silence:
-    """Stop the plate, between surfaces or after an exploration."""
+    """Stop the plate between surfaces or after an exploration."""
 
     trial: Trial | None = None
     interval: int | None = None
@@ -148,27 +150,27 @@ class Silence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjust:
-    """Adjustment of the last surface's amplitude, as instructed by ``text``.
+    """Adjustment of the last surface's amplitude by the participant, who reads ``text``.
 
     Parameters
     ----------
     name : str
-        The data set column for the final amplitude, in µm peak to peak.
+        Name of the data set column that stores the final amplitude in µm peak to peak.
     text : str
         The instruction; it contains no amplitude.
     trial : Trial
     interval : int
         The interval in which the surface to be adjusted was presented.
     step_level : float
-        The change per notch of the wheel or per key press.
+        The change in amplitude per notch of the wheel or per key press.
     lowest_level, highest_level : float
         The limits of the adjustment.
     time_limit_s : float or None
-        After this time, the step ends at the current amplitude and counts as timed out. Repetitions
-        of the reference are excluded from this time.
+        Time limit, after which the step ends at the current amplitude and counts as timed out.
+        Repetitions of the reference do not count towards this limit.
     again : (Present, Explore) or None
-        The reference that can be repeated on request, any number of times. The adjusted surface
-        then returns to its current amplitude.
+        The reference, which the participant can request any number of times. Afterwards, the
+        adjusted surface returns to its current amplitude.
     """
 
     name: str
@@ -182,12 +184,12 @@ class Adjust:
     again: tuple[Present, Explore] | None = None
 
     def turned_level(self, from_level: float, notches: int) -> float:
-        """Return the amplitude after a number of notches, within the limits, µm peak to peak."""
+        """Return the amplitude after a number of notches, limited to the range of adjustment."""
         aim_level = rounded(from_level + notches * self.step_level)
         return min(max(aim_level, self.lowest_level), self.highest_level)
 
     def with_less_time(self, spent_s: float) -> Adjust:
-        """Return the step with its time limit, if any, reduced by the elapsed time."""
+        """Return the step with its time limit (if any) reduced by the elapsed time."""
         if self.time_limit_s is None:
             return self
         return replace(self, time_limit_s=max(self.time_limit_s - spent_s, 0.0))
@@ -224,8 +226,8 @@ class EndTrial:
 class EndBlock:
     """The end of a block, whose last trial may still be voided.
 
-    The reply contains the trials that the operator voids while the participant reads ``screen``, so
-    that the protocol can repeat these trials before it continues.
+    The reply contains the trials that the operator voids while the participant reads ``screen``;
+    the protocol can repeat these trials before it continues.
     """
 
     screen: Instruct | Rest

@@ -11,7 +11,7 @@ Value = str | float | bool | None
 
 
 def factor_level(value: Value) -> str:
-    """Return the text of a factor level that is used in keys.
+    """Return the text that represents a factor level in keys.
 
     >>> factor_level(50.0), factor_level("left")
     ('50', 'left')
@@ -26,15 +26,16 @@ class Trial:
     Parameters
     ----------
     task : str
-        The data set's task label, letters and digits only ("magnitudeestimation").
+        Label of the task in the data set, such as "magnitudeestimation" (only letters and digits).
     number : int
-        1, 2, ... in order of presentation within the task; a repeated trial gets a new number.
+        Number of the trial in the order of presentation within the task, from 1; a repeated trial
+        gets a new number.
     total : int
         Expected number of trials in the task, including practice.
     phase : {"practice", "main"}
         Practice trials are recorded but not analysed.
     factors : Mapping
-        The protocol's own columns of the data set ("block", "series", ...).
+        Values of the protocol's columns in the data set, such as "block" or "series".
     repeats : int or None
         Number of the voided trial that this trial repeats.
     """

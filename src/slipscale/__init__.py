@@ -4,7 +4,7 @@ The package consists of the top-level folders of the repository: `slipscale.anal
 ``analysis``, and so on. A wheel contains copies of the folders. An editable installation contains
 links to the folders (``tools/build_hook.py``).
 
-The functions in `FUNCTIONS` are imported on first use:
+The functions in `FUNCTIONS` are imported on first use.
 
 >>> import slipscale
 >>> slipscale.read_study("biet2007").participants
@@ -53,5 +53,5 @@ def __getattr__(name: str) -> object:
 
 
 def __dir__() -> list[str]:
-    """Return the names of the API."""
+    """Return the public names of the package."""
     return __all__

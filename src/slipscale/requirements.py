@@ -1,4 +1,4 @@
-"""Check the packages, programs, ports and folders that a command requires, before it starts.
+"""Check the packages, programs, ports and folders that a command requires before it runs.
 
 Devices may be specified on the command line, in the journal of a resumed run, in the laboratory
 folder, in the study file or in the plate file.
@@ -24,11 +24,11 @@ ANALYSIS = ("pandas", "pingouin", "statsmodels", "joblib")
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """Requirement of a command, always or only with a certain option.
+    """Requirement of a command, which may depend on an option.
 
-    ``command`` includes the subcommand, if there is one. ``option`` is a key of the result of
-    `options_of`, or "" if the requirement does not depend on an option. ``value`` is a value of the
-    option or the driver in a SPEC, or "" for any value.
+    ``command`` includes the subcommand, if there is one. ``option`` is a key in the result of
+    `options_of`, or "" if the requirement does not depend on an option. ``value`` is the option's
+    value or the driver in its SPEC, or "" for any value.
     """
 
     command: str
@@ -220,7 +220,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
 def _written(
     command: str, args: Namespace, options: Mapping[str, object]
 ) -> Iterator[tuple[str, Path]]:
-    """Yield the paths that a command writes to, with their names in messages."""
+    """Yield the paths that a command writes to, each with its name in messages."""
     for option in WRITES.get(command, ()):
         if given := options.get(option):
             yield f"--{option} {given}" if option in args else str(given), Path(str(given))
@@ -246,7 +246,7 @@ def is_installed(module: str) -> bool:
 
 
 def unwritable(path: Path) -> str:
-    """Explain why a path cannot be written; return an empty text if it can.
+    """Explain why a path cannot be written; return an empty text if the path is writable.
 
     The nearest existing folder is checked, because missing folders are created later.
     """
@@ -257,7 +257,7 @@ def unwritable(path: Path) -> str:
     except OSError as error:
         return f"cannot be reached ({error.strerror}); name another folder"
     if folder != path and not folder.is_dir():
-        return f"{folder} is a file; expected a folder, name another one"
+        return f"{folder} is a file; name a folder"
     if not os.access(folder, os.W_OK):
-        return f"no permission to write to {folder}; correct it, or name another folder"
+        return f"no permission to write to {folder}; change its permissions, or name another folder"
     return ""

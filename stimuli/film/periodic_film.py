@@ -1,9 +1,9 @@
-"""Solve Reynolds' equation (3) for the periodic film, in dimensionless form.
+"""Solve Reynolds' equation (3) for the periodic film in dimensionless form.
 
 The method combines finite volumes across the ridges (second order, conservative) with Fourier
-collocation in time. All instants of a period are solved simultaneously, without time stepping or
-transients. The matrix of a Newton step is block-tridiagonal, with one dense block of instants per
-cell. Only half of the contact is solved, because the film is symmetric.
+collocation in time. All instants of a period are solved simultaneously, so time stepping is not
+needed. The matrix of a Newton step is block-tridiagonal; each cell has a dense block that couples
+its instants. Only half of the contact is solved, because the film is symmetric.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Resolution:
     Parameters
     ----------
     cells_per_ridge : int
-        Finite volumes per period of the ridges.
+        Number of finite volumes per period of the ridges.
     cells_min : int
         Minimum number of finite volumes over half of the contact.
     instants : int
@@ -50,7 +50,7 @@ class Resolution:
             raise UserError("resolution: cells_per_ridge and cells_min must be 1 or more")
         if self.instants < 3 or self.instants % 2 == 0:  # noqa: PLR2004 - one harmonic needs three
             raise UserError(
-                f"resolution: instants is {self.instants}, expected an odd number of 3 or more"
+                f"resolution: instants must be an odd number of 3 or more, but is {self.instants}"
             )
 
 
@@ -70,21 +70,21 @@ class FilmState:
     Parameters
     ----------
     position : ndarray, shape (cells,)
-        Centres of the cells in X = x/l0, from 0 to 1/2.
+        Positions X = x/l0 of the cell centres, from 0 to 1/2.
     width : ndarray, shape (cells,)
-        Widths of the cells in X, with a sum of 1/2.
+        Cell widths in X, whose sum is 1/2.
     pressure : ndarray, shape (cells, instants)
         Relative pressure P = p/p0.
     thickness : ndarray, shape (cells, instants)
-        H of equation (2), averaged over the cell.
+        H of equation (2), averaged over each cell.
     conductance : ndarray, shape (cells, instants)
-        H³ at the outer face of each cell, divided by the distance to the next centre or to the
-        edge.
+        H³ at the outer face of each cell, divided by the distance between the cell's centre and the
+        next centre (or the edge).
     squeeze_number, storage_exponent : float
-        σ of equation (4), and m = 1/n with the polytropic exponent n.
+        σ of equation (4), and m = 1/n, where n is the polytropic exponent.
     flow_imbalance : float
-        Largest mean mass flow through a face, relative to the largest flow at any instant. The
-        value is 0 if mass is conserved.
+        Largest mean mass flow through a face, divided by the largest flow at any instant; 0 if mass
+        is conserved.
     newton_steps : int
         Number of Newton steps.
     """
@@ -101,7 +101,7 @@ class FilmState:
 
     @property
     def mean_pressure(self) -> Array:
-        """Mean of P over the period at each position, shape (cells,)."""
+        """Mean of P over a period at each position, shape (cells,)."""
         return np.asarray(self.pressure.mean(axis=1))
 
     @property
@@ -109,8 +109,8 @@ class FilmState:
         """Decay rate of the slowest small disturbance of the film, per radian of the vibration.
 
         This is the smallest Floquet exponent of equation (3), linearised about the periodic state.
-        The disturbance changes by a constant factor from period to period and is found by inverse
-        iteration with the matrix of Newton's method.
+        The disturbance, which changes by a constant factor from period to period, is found by
+        inverse iteration with the matrix of Newton's method.
         """
         m = self.storage_exponent
         storage = (
@@ -129,11 +129,11 @@ class FilmState:
             disturbance = slower / np.abs(slower).max()
             if abs(found - before) < _RATE_TOLERANCE * found:
                 return found
-        raise ReynoldsDiverged("no slowest disturbance of the film was found: two are equally slow")
+        raise ReynoldsDiverged("two disturbances of the film are equally slow; none is the slowest")
 
     @property
     def overpressure(self) -> float:
-        """Mean of p/p0 - 1 over contact and period, F_s of equation (12)."""
+        """F_s of equation (12): the mean of p/p0 - 1 over the contact and the period."""
         return float(2 * self.width @ (self.mean_pressure - 1))
 
 
@@ -146,21 +146,21 @@ def periodic_state(
     storage_exponent: float = 1.0,
     resolution: Resolution | None = None,
 ) -> FilmState:
-    """Solve (H³ P^m P_X)_X = σ (P^m H)_T for P periodic in T with P = 1 at the edge.
+    """Solve (H³ P^m P_X)_X = σ (P^m H)_T, where P is periodic in T and 1 at the edge.
 
     Parameters
     ----------
     sigma, eps, delta, wave_number : float
-        σ of equation (4); ε, δ and k of equation (2).
+        σ of equation (4), and ε, δ and k of equation (2).
     storage_exponent : float
         m = 1/n, where n is the polytropic exponent.
     resolution : Resolution, optional
-        Cells and instants; by default, the entry of `RESOLUTIONS` for the squeeze number.
+        Numbers of cells and instants; by default, those in `RESOLUTIONS` for the squeeze number.
 
     Raises
     ------
     ReynoldsDiverged
-        If Newton's method fails, which can happen above a squeeze number of 10⁵.
+        If Newton's method fails, which can happen if the squeeze number is above 10⁵.
     """
     resolution = resolution or next(fit for most, fit in RESOLUTIONS if sigma <= most)
     face, middle = _grid(wave_number, delta, resolution)
@@ -178,7 +178,7 @@ def periodic_state(
     rate = _differentiation(instants)
 
     def outflow(p: Array) -> Array:
-        """Return the negative mass flow towards the edge through each cell's outer face."""
+        """Return the mass flow through each cell's outer face, negative towards the edge."""
         driven = np.vstack([p, np.ones(instants)]) ** (1 + m) / (1 + m)
         return np.asarray(conductance * np.diff(driven, axis=0))
 
@@ -223,17 +223,17 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return the number of squeeze numbers to solve, which increase by at most a factor of four."""
+    """Return the number of steps in squeeze number, each at most a factor of four."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 
 def _block_tridiagonal_step(
     conductance: Array, storage_slope: Array, mobility: Array, rate: Array, residual: Array
 ) -> Array:
-    """Compute the Newton step from a band matrix with consecutive instants of each cell.
+    """Solve for the Newton step with a band matrix, in which each cell's instants are consecutive.
 
-    Neighbouring cells are coupled only at equal instants, by the outermost diagonals. The instants
-    of one cell are coupled by the time derivative, which is a dense block.
+    The outermost diagonals couple neighbouring cells at equal instants. The time derivative, a
+    dense block, couples the instants of one cell.
     """
     instants = residual.shape[1]
     at = np.arange(instants)
@@ -251,7 +251,7 @@ def _block_tridiagonal_step(
 
 
 def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Array, Array]:
-    """Return faces and centres of cells in X, smoothly refined at ridges and at the edge."""
+    """Return the faces and centres of cells in X; the grid is finer at ridges and at the edge."""
     ridges = wave_number / (4 * np.pi) if delta else 0.0  # in half the contact
     cells = max(resolution.cells_min, round(resolution.cells_per_ridge * ridges))
     s = np.linspace(0, 1, 2 * cells + 1)

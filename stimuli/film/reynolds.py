@@ -1,6 +1,6 @@
 """Solve the full Reynolds equation in physical units, for any squeeze number.
 
-The equation is (3) in Biet et al. (2007), with equation (4) corrected as in
+Equation (3) in Biet et al. (2007) is solved, with equation (4) corrected as in
 `slipscale.stimuli.film.squeeze_film.squeeze_number`. For the method, see
 `slipscale.stimuli.film.periodic_film`.
 """
@@ -31,7 +31,7 @@ from slipscale.stimuli.quantities import positive
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WorkingPoint:
-    """Case to solve, with amplitude in µm **peak**, roughness in µm and frequency in Hz."""
+    """Case to solve: peak amplitude in µm, roughness in µm, frequency in Hz, finger and gas."""
 
     amplitude_um_peak: float
     roughness_um: float
@@ -52,7 +52,7 @@ def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmStat
     Raises
     ------
     ReynoldsDiverged
-        If Newton's method fails, which can happen above a squeeze number of 10⁵.
+        If Newton's method fails, which can happen if the squeeze number is above 10⁵.
     """
     _, eps, delta = (
         float(v) for v in gap(point.amplitude_um_peak, point.roughness_um, point.finger)
@@ -79,12 +79,12 @@ _TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
 
 
 def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -> float:
-    """Return the time in which overpressure completes 63 % of a small step.
+    """Return the time in which the overpressure completes 63 % of a small step.
 
     The time is computed from equation (3), linearised about the periodic state
-    (`FilmState.decay_rate`). Use it to estimate how fast friction can follow a change in amplitude.
-    The time constant of the plate is shorter (`slipscale.stimuli.modulation`). For small
-    amplitudes, the time is much longer, because gas leaves a narrow gap slowly.
+    (`FilmState.decay_rate`), and limits how fast friction can follow a change in amplitude. The
+    plate responds faster than the film (`slipscale.stimuli.modulation`). For small amplitudes, the
+    film responds much more slowly, because gas leaves a narrow gap slowly.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def sweep(
     workers: int = 2,
     show_progress: bool = False,
 ) -> list[FilmState]:
-    """Solve many working points in parallel, and return the states in the same order."""
+    """Solve many working points in parallel, and return the states in the order of the points."""
     cases = list(points)
     if workers == 1:
         return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))

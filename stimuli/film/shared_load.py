@@ -1,24 +1,24 @@
-"""Model friction with a shared load: asperities and film carry the finger together.
+"""Model friction with a load that asperities and the film share.
 
 **Not validated.** The model is based on observations by Wiertlewski, Friesen and Colgate (2016,
 doi:10.1073/pnas.1603908113) and by Sednaoui, Vezzoli and others (2017,
 doi:10.1109/TOH.2017.2671376), but no measured curve was available as numbers. The parameters are
-therefore ranges, and the result is a range (`band`). The equations are our own:
+therefore ranges, and the result is a range (`band`). The equations are ours:
 
 - **Contact**: the area increases with a power of the normal force; the pressure is p = F/A(F).
-- **Asperities** carry p_ref·exp((u0 - u)/l) at a gap u (Persson 2007,
-  doi:10.1103/PhysRevLett.99.125502). u0 is the mean gap at rest under p_ref, the pressure of
-  eq. (14).
+- **Asperities** carry the pressure p_ref·exp((u0 - u)/l) at a gap u (Persson 2007,
+  doi:10.1103/PhysRevLett.99.125502). u0 is the mean gap at rest under p_ref, which is the pressure
+  in equation (14).
 - **Bounce**: the gap oscillates with a multiple of the plate's amplitude, because the skin also
   moves (Friesen, Wiertlewski and Colgate 2016, doi:10.1109/HAPTICS.2016.7463172).
 - **Film**: the mean overpressure is computed from Reynolds' equation (3) for a flat film with this
   mean gap.
-- **Equilibrium**: at the mean gap, asperities and film together carry p on average. Relative
-  friction is the fraction of the load that asperities carry (Coulomb's law), and 1 without
+- **Equilibrium**: at the mean gap, asperities and film together carry p on average. By Coulomb's
+  law, relative friction is the fraction of the load that asperities carry; it is 1 without
   vibration.
 
-For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib, and the model equals equation
-(15) for a flat finger. The finger's speed is not modelled.
+For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib, and the model is equation (15)
+for a flat finger. The finger's speed is not modelled.
 """
 
 from __future__ import annotations
@@ -70,16 +70,16 @@ class Skin:
     contact_area_cm2 : float
         Contact area at 0.5 N in cm².
     area_exponent : float
-        Exponent of the contact area as a function of force: 0 if constant (2007), 2/3 for a sphere
-        (Hertz).
+        Exponent of the contact area as a function of force: 0 for a constant area (as in the
+        paper), 2/3 for a sphere (Hertz).
     asperity_length_um : float
-        Increase of the gap in µm over which the pressure of asperities falls to 1/e.
+        Increase of the gap in µm that reduces the pressure of asperities to 1/e.
     rest_gap_um : float
-        Mean gap in µm without vibration under `REFERENCE_PA`.
+        Mean gap in µm without vibration, at the pressure `REFERENCE_PA`.
     leak_length_mm : float
-        Length in mm across which air escapes.
+        Length in mm of the path on which air escapes.
     bounce : float
-        Amplitude of the gap relative to the amplitude of the plate; 1 if the skin is at rest.
+        Amplitude of the gap as a multiple of the plate's amplitude; 1 if the skin is at rest.
 
     Raises
     ------
@@ -123,9 +123,9 @@ GRIPPY = Skin(
 
 
 def skin_between(share: float) -> Skin:
-    """Return a skin between `SLIPPERY` (0) and `GRIPPY` (1), by geometric interpolation."""
+    """Interpolate geometrically between the skins `SLIPPERY` (0) and `GRIPPY` (1)."""
     if not 0 <= share <= 1:
-        raise UserError(f"share is {share!r}, expected 0 to 1")
+        raise UserError(f"share must be between 0 and 1, but is {share!r}")
     return Skin(
         **{
             field.name: float(
@@ -138,7 +138,7 @@ def skin_between(share: float) -> Skin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shared:
-    """Division of the finger's load between asperities and film.
+    """Division of the finger's load between the asperities and the film.
 
     Parameters
     ----------
@@ -153,7 +153,7 @@ class Shared:
 
     @property
     def relative_friction(self) -> float:
-        """Fraction of the load that the asperities carry, µ'/µ."""
+        """Fraction of the load that the asperities carry, which equals µ'/µ."""
         return 1 - self.film_share
 
 
@@ -166,7 +166,7 @@ def solve(
     normal_force_n: float = NORMAL_FORCE_N,
     gas: Gas = AIR,
 ) -> Shared:
-    """Compute the mean gap at which asperities and film carry the finger.
+    """Compute the mean gap at which the asperities and the film together carry the finger.
 
     Parameters
     ----------
@@ -202,7 +202,7 @@ def solve(
     bounced = float(np.log(i0e(swing / length)))
 
     def excess(gap_um: float) -> float:
-        """Return the log ratio of the carried to the applied load, which decreases with the gap."""
+        """Return the logarithm of carried load over applied load, which decreases with the gap."""
         asperities = (rest - gap_um + swing) / length + bounced
         return float(np.logaddexp(asperities, np.log(film_pa(gap_um) / pressure)))
 

@@ -1,8 +1,8 @@
 """Compute the squeeze film in closed form, equations (1) to (15), for infinite squeeze numbers.
 
-**Vibration amplitudes are peak** (`slipscale.stimuli.surface` converts from peak to peak). Equation
-numbers refer to Section II of Biet, Giraud and Lemaire-Semail (2007). Corrections of printed
-equations are documented in the functions that use them.
+**Vibration amplitudes are peak amplitudes** (`slipscale.stimuli.surface` converts peak-to-peak
+amplitudes). Equation numbers refer to Section II of Biet, Giraud and Lemaire-Semail (2007).
+Corrections of printed equations are documented in the functions that use them.
 """
 
 from __future__ import annotations
@@ -21,17 +21,17 @@ _NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, 
 
 
 class ClosedFormWarning(UserWarning):
-    """Warns that the squeeze number is too small for the closed form."""
+    """Warning that the squeeze number is too small for the closed form."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finger:
-    """Fingertip on the plate (Table I).
+    """Fingertip on the plate (Table I of the paper).
 
     Parameters
     ----------
     ridge_amplitude_um : float
-        Amplitude h_e of the epidermal ridges in µm, half of their height; 0 for a flat finger.
+        Amplitude h_e of the epidermal ridges in µm (half the ridge height); 0 for a flat finger.
     ridge_period_um : float
         Period L of the ridges, µm.
     contact_length_mm : float
@@ -55,7 +55,7 @@ class Finger:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Gas:
-    """Gas in the film (Table I: air at 20 °C).
+    """Gas in the film (Table I of the paper: air at 20 °C).
 
     Parameters
     ----------
@@ -84,10 +84,10 @@ class Friction:
     Parameters
     ----------
     relative_friction : ndarray
-        µ'/µ of equation (15). **If the value is negative, the film carries more than the finger's
-        force, and the finger levitates.** Values are not clipped.
+        Relative friction µ'/µ of equation (15). **If it is negative, the film carries more than the
+        finger's force, and the finger levitates.** Values are not clipped.
     overpressure : ndarray
-        Mean of p/p0 - 1 over contact and period, F_s of equation (12).
+        F_s of equation (12): the mean of p/p0 - 1 over the contact and the period.
     squeeze_number : ndarray
         Squeeze number, equation (4).
     """
@@ -98,7 +98,7 @@ class Friction:
 
     @property
     def levitates(self) -> npt.NDArray[np.bool_]:
-        """Whether the mean overpressure exceeds the pressure of the finger, elementwise."""
+        """Whether the mean overpressure exceeds the finger's pressure, for each element."""
         return self.relative_friction < 0
 
     @property
@@ -110,7 +110,7 @@ class Friction:
 def gap(
     amplitude_um_peak: npt.ArrayLike, roughness_um: npt.ArrayLike, finger: Finger = FINGER
 ) -> tuple[Array, Array, Array]:
-    """Return mean gap in µm, ε and δ of equation (2), H = 1 + ε cos T + δ cos kX.
+    """Return the mean gap in µm, and ε and δ of equation (2), H = 1 + ε cos T + δ cos kX.
 
     Raises
     ------
@@ -131,12 +131,12 @@ def film_thickness_um(
     roughness_um: float,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return the thickness of the film in µm, equation (1), with x = 0 in the middle of a groove.
+    """Return the film thickness in µm by equation (1), where x = 0 is the middle of a groove.
 
     Parameters
     ----------
     position_mm, phase_rad : array_like
-        Position x and phase ω0·t of the vibration, which are broadcast.
+        Position x and phase ω0·t of the vibration, broadcast against each other.
     """
     mean, depth, ridge = gap(amplitude_um_peak, roughness_um, finger)
     x = 2 * np.pi * np.asarray(position_mm) * MILLI / (finger.ridge_period_um * MICRO)
@@ -150,7 +150,7 @@ def squeeze_number(
     finger: Finger = FINGER,
     gas: Gas = AIR,
 ) -> Array:
-    """Return the squeeze number, equation (4), with l0² instead of the printed l0.
+    """Return the squeeze number by equation (4), corrected to l0² (the paper prints l0).
 
     >>> round(float(squeeze_number(30_500, 1.15, 0.6)), 2)  # printed: 15.9, Section IV-A
     15.89
@@ -167,10 +167,10 @@ def mean_pressure(
     roughness_um: npt.ArrayLike,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return the mean of p/p0 over a period for infinite squeeze number, equation (13).
+    """Return the mean of p/p0 over a period for an infinite squeeze number by equation (13).
 
-    The printed factor in the last line of (10) is replaced by A² [1 + 1.5 ε²/A²], with
-    A = 1 + δ cos(k/2), and P is always normalised by p0. Positions are in mm from the middle of the
+    The factor printed in the last line of equation (10) is replaced by A² [1 + 1.5 ε²/A²], with A =
+    1 + δ cos(k/2), and P is always normalised by p0. Positions are in mm from the middle of the
     contact.
     """
     _, eps, delta = gap(amplitude_um_peak, roughness_um, finger)
@@ -184,10 +184,11 @@ def mean_overpressure(
     roughness_um: npt.ArrayLike,
     finger: Finger = FINGER,
 ) -> Array:
-    """Return F_s of equation (12), the mean of p/p0 - 1 for infinite squeeze number.
+    """Return F_s of equation (12): the mean of p/p0 - 1 for an infinite squeeze number.
 
-    The integral over a ridge uses the eccentric anomaly ψ, in which the sharp peak under a ridge is
-    smooth: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), with φ = 0 at the top of the ridge.
+    The integral over a ridge uses the eccentric anomaly ψ, because the integrand's sharp peak under
+    a ridge is smooth in ψ: 1 - δ cos φ = (1 - δ²)/(1 + δ cos ψ), with φ = 0 at the top of the
+    ridge.
     """
     _, eps, delta = np.broadcast_arrays(*gap(amplitude_um_peak, roughness_um, finger))
     # From a groove (X = 0) to the edge: complete half-periods, and a remainder.
@@ -210,10 +211,10 @@ def relative_friction(
     finger: Finger = FINGER,
     gas: Gas = AIR,
 ) -> Friction:
-    """Return friction relative to the plate at rest, equation (15) in the form 1 - p0·F_s/P_f.
+    """Return friction relative to the plate at rest, from equation (15) as 1 - p0·F_s/P_f.
 
-    F_s is the mean over space and time, which the printed P∞ - 1 is not. P_f = F_f/l0² is equation
-    (14). All numeric arguments are broadcast.
+    F_s is the mean over space and time; the printed P∞ - 1 is no such mean. P_f = F_f/l0² is
+    equation (14). All numeric arguments are broadcast against each other.
 
     Parameters
     ----------
@@ -243,9 +244,9 @@ def relative_friction(
     least = float(np.min(number[over > 0], initial=np.inf))
     if least < SQUEEZE_NUMBER_MIN:
         warnings.warn(
-            f"the squeeze number is {least:.3g}, below {SQUEEZE_NUMBER_MIN:g}: the closed "
-            "form overestimates the film; use slipscale.stimuli.film.reynolds, which solves it at "
-            "any squeeze number",
+            f"the squeeze number is {least:.3g}; below {SQUEEZE_NUMBER_MIN:g}, the closed form "
+            "overestimates the pressure of the film; use slipscale.stimuli.film.reynolds, which "
+            "is valid for any squeeze number",
             ClosedFormWarning,
             stacklevel=2,
         )
@@ -259,7 +260,7 @@ def friction_from(
     finger: Finger,
     gas: Gas,
 ) -> Friction:
-    """Return the friction for a mean overpressure relative to p0, equations (14) and (15)."""
+    """Return the friction for a mean overpressure relative to p0 by equations (14) and (15)."""
     finger_pressure = positive("normal_force_n", normal_force_n, "N") / (
         (finger.contact_length_mm * MILLI) ** 2
     )
@@ -271,7 +272,7 @@ def friction_from(
 
 
 def _edge(eps: Array, delta: Array, finger: Finger) -> Array:
-    """Return Ψ at the edge, divided by the mean thickness there, equations (10) and (9)."""
+    """Return Ψ of equations (9) and (10) at the edge, divided by the mean thickness at the edge."""
     edge = 1 + delta * np.cos(finger.wave_number / 2)
     return np.asarray(np.sqrt(edge**2 + 1.5 * eps**2) / edge)
 
@@ -285,7 +286,7 @@ def _eccentric(angle: float, delta: Array) -> Array:
 
 
 def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
-    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the top of a ridge to ψ."""
+    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the top of a ridge to the anomaly ψ."""
     nodes, weights = _quadrature()
     half = psi_end[..., None] / 2
     psi = half * (1 + nodes)
@@ -298,5 +299,5 @@ def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
 
 @cache
 def _quadrature() -> tuple[Array, Array]:
-    """Return the Gauss-Legendre rule, which is cached."""
+    """Return the nodes and weights of Gauss-Legendre quadrature; the result is cached."""
     return np.polynomial.legendre.leggauss(_NODES)

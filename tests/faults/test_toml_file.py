@@ -65,7 +65,7 @@ def test_a_bare_number_can_keep_its_decimals():
         (f"anything = {'[' * 5000}{']' * 5000}", "too many nested brackets"),
         (f"\nanything = {'[' * 50}{']' * 50}", "line 2, anything: .* at most 20 deep"),
         (f"\nanything.{'a.' * 5000}a = 1", "line 2, anything: .* at most 20 deep"),
-        (f"\ncount = {'9' * 5000}", "line 2: expected numbers of at most 300 digits"),
+        (f"\ncount = {'9' * 5000}", "line 2: a number can have at most 300 digits"),
         (f"\ncount = {'9' * 4000}", "line 2, count: expected a number of at most 300 digits"),
         (f"\ncount = 0x{'f' * 5000}", "line 2, count: expected a number of at most 300 digits"),
         (f"count = '{'9' * 5000}'", r"line 1, count: .*got '9{199} \.\.\.$"),

@@ -119,17 +119,17 @@ def test_plate_of_high_q_limits_what_a_fast_line_could_send():
         ({"spatial_period_mm": 0.0}, "spatial_period_mm is 0.0"),
         ({"spatial_period_mm": math.nan}, "spatial_period_mm is nan"),
         ({"mean_level": -1.0}, "mean is -1.0"),
-        ({"depth_level": 1.5}, "depth is 1.5, expected from 0 to the mean"),
+        ({"depth_level": 1.5}, "depth must be at most the mean, .* but is 1.5"),
         ({"depth_level": math.nan}, "depth is nan"),
-        ({"waveform": "noise"}, "waveform is 'noise', expected one of: sine"),
+        ({"waveform": "noise"}, r"unknown waveform 'noise' \(expected one of: sine"),
         (
             {"third_harmonic_share": 0.5, "waveform": "square"},
-            "harmonics, but waveform is 'square'",
+            "only a sine can have harmonics, but waveform is 'square'",
         ),
-        ({"third_harmonic_phase_deg": 9.0}, "third_harmonic_share is 0; expected a share above 0"),
+        ({"third_harmonic_phase_deg": 9.0}, "is 0; expected third_harmonic_share above 0"),
         (
             {"second_harmonic_share": 1.0, "depth_level": 0.6},
-            "depth is 0.6, expected from 0 to 0.568126",
+            "depth must be at most 0.568126, but is 0.6",
         ),
     ],
 )
@@ -148,7 +148,7 @@ def test_impossible_stroke_is_refused(speed, duration):
     "name", ["resonance_hz", "quality_factor", "command_interval_s", "shortest_edge_s"]
 )
 def test_impossible_modulator_is_refused(name):
-    with pytest.raises(UserError, match=f"{name} is 0"):
+    with pytest.raises(UserError, match=f"{name} must be a positive number, but is 0"):
         Modulator(**{name: 0.0})
 
 
@@ -238,12 +238,12 @@ def test_a_loop_begins_at_its_mean_and_then_goes_from_amplitude_to_amplitude():
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"levels": (1.0,)}, "1 level, expected two or more"),
-        ({"levels": (1.0, math.nan)}, "a level is nan"),
-        ({"mean_level": -1.0}, "a level is -1.0"),
-        ({"edge_s": 0.0}, "edge_s 0.0, expected an edge above"),
-        ({"edge_s": 0.03}, "no longer than a step"),
-        ({"step_s": math.inf}, "step_s is inf"),
+        ({"levels": (1.0,)}, "expected at least two levels, but found 1"),
+        ({"levels": (1.0, math.nan)}, "but one is nan"),
+        ({"mean_level": -1.0}, "but one is -1.0"),
+        ({"edge_s": 0.0}, "edge_s must be above 0 .* but is 0.0 s"),
+        ({"edge_s": 0.03}, r"at most step_s \(0.02 s\), but is 0.03 s"),
+        ({"step_s": math.inf}, r"at most step_s \(inf s\)"),
     ],
 )
 def test_impossible_loop_is_refused(changes, said):

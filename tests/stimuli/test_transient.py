@@ -64,11 +64,11 @@ def test_plate_and_film_follow_a_change_one_after_the_other():
 @pytest.mark.parametrize(
     "changes, said",
     [
-        ({"force_n": 0.5}, "expected one of position_mm, force_n, delay_s"),
-        ({"position_mm": None}, "expected one of position_mm, force_n, delay_s"),
+        ({"force_n": 0.5}, "expected exactly one of position_mm, force_n, delay_s"),
+        ({"position_mm": None}, "expected exactly one of position_mm, force_n, delay_s"),
         ({"from_level": 0.0}, "initial is 0.0|from_level is 0.0|expected above 0"),
-        ({"transition_s": 0.02, "duration_s": 0.01}, r"duration_s is 0\.01, expected at least"),
-        ({"shape": "step"}, "shape is 'step', expected one of: cosine, linear"),
+        ({"transition_s": 0.02, "duration_s": 0.01}, r"at least transition_s .* but is 0\.01"),
+        ({"shape": "step"}, r"unknown shape 'step' \(expected one of: cosine, linear\)"),
         (
             {"transition_s": 0.001},
             r"transition_s is 0\.001, but the plate.* need 0\.002",

@@ -259,7 +259,7 @@ def test_check_tells_of_noise_that_would_clip_and_where_it_would_not(tmp_path, r
 
     loud = sound(-3.0)
     assert loud.passed is False
-    highest = re.search(r"level_db is -3, expected (-\d+\.\d) or less", loud.detail)[1]
+    highest = re.search(r"level_db must be at most (-\d+\.\d), but is -3", loud.detail)[1]
     assert "exceed full scale" not in sound(highest).detail
     assert "exceed full scale" in sound(float(highest) + 0.2).detail
 

@@ -288,7 +288,7 @@ def test_a_journal_under_another_participants_name_is_not_taken_for_hers(dataset
     other.parent.mkdir()
     shutil.copy(dataset / JOURNAL, other)
     (problem,) = build_dataset(dataset)
-    assert "put it back under that name" in problem.what
+    assert "restore that name" in problem.what
 
 
 def test_sidecars_tell_what_was_in_use_after_each_resume(laboratory, plan):

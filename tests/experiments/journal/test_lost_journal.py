@@ -70,7 +70,7 @@ def test_where_no_place_is_left_the_session_ends_with_a_sentence(tmp_path, monke
     with Journal.create(tmp_path / PLACE, VirtualClock()) as journal:
         journal.write("header", format=2)
         journal.path.unlink()
-        with pytest.raises(UserError, match="nothing can be written elsewhere; it had 1 records"):
+        with pytest.raises(UserError, match="no fallback folder can be written; it had 1 records"):
             journal.write("end")
 
 

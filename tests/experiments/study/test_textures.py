@@ -92,7 +92,7 @@ def test_every_fault_of_the_textures_is_told_at_once():
     message = str(caught.value)
     for part in (
         "bad.toml has 7 faults",
-        ("line 6, item 1 of textures: texture 'ridges': depth is 1.4, expected from 0 to the mean"),
+        ("line 6, item 1 of textures: texture 'ridges': depth must be at most the mean"),
         "item 2 of textures: texture 'fast': a finger at 500 mm/s crosses 200 periods per second",
         (
             "waveform of item 3 of textures: expected 'sine', 'square', 'triangle' or "

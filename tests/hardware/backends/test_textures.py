@@ -94,9 +94,9 @@ class OddSurface(VirtualSurface):
     "changes, kind, said",
     [
         ({"levels": (0.5, 2.6)}, OverLimit, r"2\.6"),
-        ({"step_s": 0.003}, UserError, "step_s is 0.003, expected 0.004 or more"),
-        ({"edge_s": 0.001}, UserError, "edge_s is 0.001, expected 0.002 or more"),
-        ({"levels": (0.5,) * 65}, UserError, "65 amplitudes, expected at most 64"),
+        ({"step_s": 0.003}, UserError, "step_s must be at least 0.004, but is 0.003"),
+        ({"edge_s": 0.001}, UserError, "edge_s must be at least 0.002, but is 0.001"),
+        ({"levels": (0.5,) * 65}, UserError, "expected at most 64 amplitudes, but found 65"),
     ],
 )
 def test_whoever_makes_the_loop_its_limits_are_the_plates(changes, kind, said):

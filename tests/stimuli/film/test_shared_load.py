@@ -151,5 +151,5 @@ def test_an_impossible_skin_is_refused_by_name(field):
 
 
 def test_a_place_outside_the_band_is_refused():
-    with pytest.raises(UserError, match=r"share is 1\.5"):
+    with pytest.raises(UserError, match=r"between 0 and 1, but is 1\.5"):
         skin_between(1.5)
