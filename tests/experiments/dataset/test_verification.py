@@ -214,7 +214,8 @@ def test_one_word_changed_with_its_checksum_mended_is_found(dataset):
         number=record.number, time_s=record.time_s, kind="done", data=data, hash=record.hash
     )
     put(dataset, [*lines[:place], encode(changed), *lines[place + 1 :]])
-    assert f"{JOURNAL}: line {place + 1}: damaged: the hash does not match" in told(verify(dataset))[0]
+    reason = "damaged: the hash does not match"
+    assert f"{JOURNAL}: line {place + 1}: {reason}" in told(verify(dataset))[0]
 
 
 def test_removed_moved_and_repeated_records_are_found(dataset):
