@@ -63,7 +63,9 @@ def split_address(
         key, equals, text = word.partition("=")
         if not equals or key not in converters or key in options:
             known = ", ".join(f"{name}=..." for name in sorted(converters)) or "none"
-            raise UserError(f"{what} '{address}': '{word}' is not an option; known: {known}")
+            raise UserError(
+                f"{what} '{address}': '{word}' is not an option; known options: {known}"
+            )
         try:
             options[key] = converters[key](text)
         except ValueError as error:
@@ -171,7 +173,7 @@ def opened(
 
 
 def implausible_alone(calibration: Calibration) -> str:
-    """Describe what is implausible in a calibration, if there is no plate file."""
+    """Describe the implausible values of a calibration without a plate file."""
     from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy
 
     return "; ".join(implausible(calibration, {}))

@@ -57,7 +57,7 @@ class PlateDriver(GuardedOutput):
     notes : tuple of str
         Notes for the operator, available after `connect`, such as an old calibration.
     modulator : Modulator or None
-        Speed with which plate and line follow a texture; None if the backend cannot modulate.
+        Speed at which the plate and its line follow a texture; None if the backend cannot modulate.
     why_not_modulated : str
         Reason why the backend cannot modulate.
     amplifier_gain : float
@@ -72,7 +72,8 @@ class PlateDriver(GuardedOutput):
     tracked_hz : float or None
         Drive frequency after the resonance was tracked.
     second_level : float
-        Level of a second actuator during the next surfaces (`slipscale.hardware.backends.pair`).
+        Level of a second actuator during the next presentations
+        (`slipscale.hardware.backends.pair`).
     simulated : bool
         Whether the plate is simulated, so that another plate's calibration only causes a note.
     """
@@ -253,7 +254,7 @@ class PlateDriver(GuardedOutput):
 
         The plate must be vibrating and have a `follow_lag_s`. A call of `follow` does not count as
         a new command, so the limit on unattended vibration time continues to apply. Readbacks are
-        momentary until `present` settles again.
+        momentary values until `present` settles again.
 
         Raises
         ------
@@ -341,7 +342,7 @@ class PlateDriver(GuardedOutput):
             return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
 
     def read_back(self) -> Readback:
-        """Return the current state of the plate. Raises `PlateFault` if it is unavailable."""
+        """Return the current state of the plate. Raises `PlateFault` if reading back fails."""
         if not self._opened:
             raise ConnectionLost(f"plate '{self.name}': not connected")
         with self._silent_on_fault():
@@ -399,7 +400,7 @@ class PlateDriver(GuardedOutput):
         return check_device(self, identity, wanted=wanted)
 
     def _vibrates(self, level: float) -> bool:
-        """Return whether the plate is driven at this level."""
+        """Return whether a level makes the plate vibrate."""
         return level > 0
 
     @abstractmethod

@@ -1,7 +1,7 @@
 """Define the faults of the rig, with codes for the journal and remedies for the operator.
 
 Backends raise no other exceptions for faults of the rig. `slipscale.hardware.driver` re-exports all
-of them.
+these faults.
 """
 
 from __future__ import annotations
@@ -143,7 +143,8 @@ class NotReached(PlateFault):
 class OffCalibration(PlateFault):
     """Raised if the drive voltage differs from the calibration's prediction.
 
-    The sensor, the amplifier or the plate has then changed, so the measured amplitude may be wrong.
+    The sensor, the amplifier or the plate must have changed, so the measured amplitude may be
+    wrong.
     """
 
     code = "off_calibration"

@@ -46,7 +46,7 @@ class PlateLimits:
         Allowed deviation as a level. The larger of the two allowed deviations applies.
     voltage_band : float
         Allowed factor between the reported drive voltage and the calibration's prediction, in
-        either direction. A finger that reduces Q from 60 to 50 requires 1.2.
+        either direction. A finger that reduces Q from 60 to 50 requires a factor of 1.2.
     """
 
     quantity: Quantity = PLATE_AMPLITUDE

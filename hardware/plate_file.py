@@ -340,7 +340,7 @@ def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
 
 
 NARROW_EXPECTED = (
-    "Narrow these limits to your plate: mistaking peak for peak to peak causes a factor of 2.",
+    "Narrow these limits to your plate: mistaking peak for peak to peak halves the gain.",
 )
 EXAMPLES = {
     "geometry": ("length_mm = 83.0", "width_mm = 49.0", "columns = 7", "rows = 5"),

@@ -1,6 +1,6 @@
 """Define the records that a plate reports: identity, output, readback and presentation.
 
-`hardware.driver` re-exports them.
+`hardware.driver` re-exports these records.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """Settled surface, with the evidence that it was reached.
+    """Surface at which the plate has settled, with a readback.
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
     amplitude, or None without a calibration. ``second_readback_level`` is the readback of a second

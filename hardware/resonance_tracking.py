@@ -2,12 +2,12 @@
 
 Near one resonance, the amplitude at constant drive voltage is
 
-    A(f) = A0 / sqrt(1 + 4 Q² (f - f0)² / f0²),
+    A(f) = A0 / sqrt(1 + 4 Q² (f - f0)² / f0²).
 
-so 1/A² is a parabola in f with its vertex at f0, and three points determine it. A driver board
-follows the resonance automatically. A function generator or a sound card drives the plate at the
-calibrated frequency, but its resonance drifts by 5 Hz per kelvin as it warms up. A
-detuning of 52 Hz reduces the amplitude by 2 % if Q = 60, and by 20 % if Q = 200.
+The quantity 1/A² is a parabola in f with its vertex at f0, and three points determine it. A driver
+board follows the resonance automatically. A function generator or a sound card drives the plate at
+the calibrated frequency, but its resonance drifts by 5 Hz per kelvin as it warms up. A detuning of
+52 Hz reduces the amplitude by 2 % if Q = 60, and by 20 % if Q = 200.
 """
 
 from __future__ import annotations

@@ -65,8 +65,8 @@ def signals_raise() -> Iterator[Callable[[], None]]:
     """Convert signals that end the program to `EndedBySignal` inside the block.
 
     For `IGNORED_S` after the first signal, other signals are ignored while the plate is silenced.
-    If the exception is lost, it is raised at the end of the block. Only the main thread may call
-    this function.
+    An exception that was lost is raised again at the end of the block. Only the main thread may
+    call this function.
 
     Yields
     ------

@@ -8,7 +8,7 @@ from slipscale.faults import UserError
 
 
 def load_library() -> Any:
-    """Import the module ``nidaqmx``. Raises `UserError` if it is not installed."""
+    """Import the module ``nidaqmx``. Raises `UserError` if the module is missing."""
     try:
         import nidaqmx  # noqa: PLC0415 - an extra, and it loads NI's driver
     except ImportError:

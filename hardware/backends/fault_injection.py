@@ -31,7 +31,7 @@ def parse_injections(
     Raises
     ------
     ValueError
-        If the text is invalid. The message contains the expected format.
+        If the text is invalid; the message contains the expected format.
 
     Examples
     --------

@@ -2,11 +2,10 @@
 
 The SPEC is ``pair:FIRST+SECOND``, with the SPECs of two backends. In a session, the first actuator
 is the plate, to which surfaces, readback and limits refer. The second actuator holds
-`PlateDriver.second_level` during every surface, in its own quantity and within its own limits. Two
-rules apply:
+`PlateDriver.second_level` during every surface, in its own quantity and within its own limits.
 
-- each actuator keeps its own limits, watchdog and guard, because both are complete drivers;
-- a fault of either actuator switches off both, and *confirmed off* requires both to confirm.
+Each actuator keeps its own limits, watchdog and guard, because both are complete drivers. A fault
+of either actuator switches off both, and *confirmed off* requires both to confirm.
 """
 
 from __future__ import annotations

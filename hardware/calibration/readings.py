@@ -86,7 +86,7 @@ def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
     Files from different makes of oscilloscope differ in their headers and first columns. In all
-    files, each line with a sample ends with time and voltage. Lines before the first sample are
+    files, each line with a sample ends with a time and a voltage. Lines before the first sample are
     treated as the header.
 
     Raises

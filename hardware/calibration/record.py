@@ -35,7 +35,7 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 
 
 class Device(FrozenTable):
-    """Calibrated device: backend, answer to ``*IDN?``, and number of the plate.
+    """Calibrated device: its backend, its answer to ``*IDN?``, and the plate's number.
 
     A board and its plate are one unit. Plates that are driven by a generator can be exchanged, and
     only the number `plate` distinguishes them.

@@ -142,8 +142,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="report each reading on a separate line of standard error: Hz, V, µm peak to peak; "
-        "with --prompt also each question, as Hz, V and a question mark",
+        help="print each reading (Hz, V, µm peak to peak) on a line of standard error; with "
+        "--prompt, also print each question (Hz, V, question mark)",
     )
     parser.set_defaults(of_folder=without_calibration)
 
@@ -288,8 +288,8 @@ def _device(plate: PlateDriver, arguments: Namespace) -> Device:
 
     if not arguments.serial and not plate.simulated:
         raise UserError(
-            "--csv: expected --serial as well, the serial number of the board or generator "
-            "that drove the plate; slipscale check prints it"
+            "--csv also requires --serial, the serial number of the board or generator "
+            "that drove the plate; slipscale check prints this number"
         )
     return Device(backend=plate.name, serial=arguments.serial)
 

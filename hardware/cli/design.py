@@ -32,9 +32,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--fe",
         metavar="LENGTHxCOLUMNS",
-        help=(
-            "also solve one plate by finite elements, e.g. 11x7: mode shape, resonance, amplitude"
-        ),
+        help=("also compute the mode shape, resonance and amplitude of one plate, e.g. 11x7"),
     )
     parser.add_argument(
         "--fine",

@@ -14,7 +14,7 @@ SUBCOMMANDS: dict[str, tuple[str, str]] = {
     ),
     "new": (
         "slipscale.hardware.cli.plate_files",
-        "create a plate file: identity, limits, wiring",
+        "create a plate file with identity, limits and wiring",
     ),
     "sign": (
         "slipscale.hardware.cli.plate_files",

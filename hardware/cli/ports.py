@@ -48,7 +48,7 @@ def listing(
 
 
 def as_text(found: dict[str, list[dict[str, str]]]) -> str:
-    """Format the listing for people."""
+    """Format the backends and ports as text."""
     lines = ["backends: " + ", ".join(each["name"] for each in found["backends"])]
     width = max((len(port["spec"]) for port in found["ports"]), default=0)
     lines += [

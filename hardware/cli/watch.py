@@ -25,7 +25,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         "plate",
         metavar="SPEC",
         nargs="?",
-        help="SPEC of the plate: mock, serial:PORT, ... (default: the laboratory folder's plate)",
+        help="SPEC of the plate, such as mock or serial:PORT (default: the laboratory folder's "
+        "plate)",
     )
     parser.set_defaults(of_folder=str)
     parser.add_argument(
@@ -58,7 +59,7 @@ def run(arguments: Namespace) -> int:
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
 
     if arguments.plate is None:
-        raise UserError("plate watch: expected the plate's SPEC: mock, serial:PORT, ...")
+        raise UserError("plate watch: expected the plate's SPEC, such as mock or serial:PORT")
     clock = SystemClock()
     plate = open_plate(arguments.plate, clock=clock)
     scale_level = plate.limits.level

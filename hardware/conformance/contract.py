@@ -2,7 +2,7 @@
 
 Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
 tests. A readback that is only "commanded" or "none" cannot reveal a wrong amplitude, and the report
-marks this rule as not applicable.
+marks the rule about readbacks as not applicable.
 """
 
 from __future__ import annotations

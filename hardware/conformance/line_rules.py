@@ -140,7 +140,7 @@ def _same_sequence_other_body(bench: Bench) -> None:
     sequence = int(frame[1:].split()[0])
     reply = bench.reply_to(bench.frame("OUTP ON", sequence), "another body with the same SEQ")
     if reply.code != wire.OUT_OF_RANGE:
-        differs("another body with the same SEQ to be executed", f"code {reply.code}")
+        differs("execution of another body with the same SEQ", f"code {reply.code}")
 
 
 def _stop_is_not_answered(bench: Bench) -> None:
@@ -192,7 +192,7 @@ def _expect_same(bench: Bench, frame: bytes, between: bytes) -> None:
 def _expect_left(bench: Bench, error: str) -> None:
     left = bench.ask("SYST:ERR?")
     if left != error:
-        differs(f"the repeated command to have been executed only once, leaving {error}", left)
+        differs(f"a single execution of the repeated command, leaving {error}", left)
 
 
 SHORT = 20

@@ -29,7 +29,7 @@ LONG_LATE_S = 2.0
 
 
 def mean_level(bench: Bench) -> float:
-    """Return the mean of several readings. Raises NotApplicable without a sensor."""
+    """Return the mean of several readings. Raises NotApplicable if the board has no sensor."""
     readings = [bench.status().level for _ in range(READINGS)]
     known = [each for each in readings if each is not None]
     if len(known) < len(readings):
@@ -152,7 +152,7 @@ def _open_loop_is_true(bench: Bench) -> None:
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
-    """Check that a short list, and one too long for one command, reach their largest amplitude."""
+    """Check that a short list and a list too long for one command reach their largest amplitude."""
     for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
         held = bench.settle(bench.some_level)
         play(bench, shares)
@@ -223,7 +223,7 @@ def play(
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("the mean amplitude in HOLD is within 2.5 % of TARGET", _hold_is_true),
-    ("a ramp is not a step", _ramps),
+    ("amplitude changes are ramps, not steps", _ramps),
     ("OFF is silent", _off_is_silent),
     ("! leaves the plate silent", _stop_is_silent),
     ("! ends open loop", _stop_ends_open_loop),

@@ -56,7 +56,7 @@ class Track:
             self._last.popleft()
 
     def predicted(self, now_s: float, lag_s: float) -> float | None:
-        """Predict the value after a delay, in the middle of the time until the next call.
+        """Predict the value after ``lag_s`` and half of the expected time until the next call.
 
         Returns None if the last sample is too old.
         """
@@ -112,7 +112,7 @@ class FollowedTexture:
 
 
 class FollowedTransient:
-    """Transient that the finger triggers, with a change and a change back.
+    """Transient that the finger triggers: a change of amplitude and its reversal.
 
     Parameters
     ----------

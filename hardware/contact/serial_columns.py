@@ -13,10 +13,10 @@ contains one reading: numbers separated by commas, semicolons, tabs or spaces.
 ``baud``                           baud rate of the port (115200)
 =================================  ============================================================
 
-Any microcontroller that prints the values of its converters is suitable. Each line must contain
-both quantities. Numbers may have decimal commas if another character separates them. Lines that are
-invalid or have a different number of fields are skipped and counted in the journal. Half a second
-without a reading is a fault.
+Any microcontroller that prints the values of its converters is suitable. Each line must contain all
+numbers of a reading. Numbers may have decimal commas if another character separates them. Lines
+that are invalid or have a different number of fields are skipped and counted in the journal. Half a
+second without a reading is a fault.
 """
 
 from __future__ import annotations

@@ -91,7 +91,7 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def begin(self) -> None:
-        """Restart the time grid of the samples now."""
+        """Start a new series of samples at the present time."""
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:

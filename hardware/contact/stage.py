@@ -1,13 +1,12 @@
 """Control stages that move the plate under a resting finger, or the finger over the plate.
 
 A stage is also a source of position: its position is the position of the finger on the plate, which
-textures and transients follow. The following rules apply:
+textures and transients follow.
 
-- each command is one finite movement; the next stroke is commanded when samples are taken, so the
-  stage stops at the end of a stroke if the computer fails;
-- strokes beyond the travel or the largest speed are rejected before anything moves;
-- if a stage rests at a wrong position, a fault is raised;
-- `close` stops the stage.
+Each command is one finite movement. The next stroke is commanded when samples are taken, so the
+stage stops at the end of a stroke if the computer fails. Strokes beyond the travel or the largest
+speed are rejected before anything moves. A stage that rests at a wrong position raises a fault. The
+method `close` stops the stage.
 
 Packages add stages as entry points of ``slipscale.positions`` that return a `Stage`. SPEC of the
 emulated stage: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
@@ -215,12 +214,12 @@ class EmulatedStage(Stage):
         """Do nothing, because the stage begins at 0."""
 
     def begin(self) -> None:
-        """Restart the time grid of the samples now."""
+        """Start a new series of samples at the present time."""
         self._begun_s, self._taken = self._clock.now(), 0
         self._motions = self._motions[-1:]
 
     def place_at(self, time_s: float) -> float:
-        """Return the position in mm at a time since the start of the movement before `begin`."""
+        """Return the position in mm at a time since the last movement before `begin` started."""
         motion = next(
             (each for each in reversed(self._motions) if each.begun_s <= time_s), self._motions[0]
         )

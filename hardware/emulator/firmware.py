@@ -159,7 +159,7 @@ class Board:
         self._volts_per_level, self._limited = self._nominal_volts_per_level, False
 
     def commanded_level(self, now_s: float) -> float:
-        """Return the amplitude that is due now."""
+        """Return the amplitude that the board commands at a given time."""
         if self.played:
             return self.played.at_level(now_s - self._commanded_s)
         return self._now_level

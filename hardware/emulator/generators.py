@@ -42,8 +42,8 @@ OUT_OF_RANGE = '-222,"Data out of range"'
 class GeneratorChannel:
     """Output channel of a generator, initially in the state after ``*RST``.
 
-    ``open_vpp`` is the voltage into an open circuit. Set and displayed values depend on the
-    load setting and on the unit.
+    ``open_vpp`` is the voltage into an open circuit. The values that are set and displayed depend
+    on the load setting and on the unit.
     """
 
     function: str = "SIN"

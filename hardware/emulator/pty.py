@@ -70,7 +70,7 @@ class EmulatedBoard(Protocol):
         """Switch the output off."""
 
     def commanded_level(self, now_s: float) -> float:
-        """Return the amplitude that is due now."""
+        """Return the amplitude that the board commands at a given time."""
 
 
 class Emulator:

@@ -1,7 +1,7 @@
 """Define the geometry of a plate: a resonator with ceramics under it.
 
 The ceramics are rows of equal rectangles, as in the paper, or rectangles and discs at any
-positions. All models use patches, to which rows are converted.
+positions. Rows are converted to patches, because the models use only patches.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class Region:
     at_mm : tuple of 2 floats
         x and y of the centre, relative to the centre of the plate.
     size_mm : tuple of 2 floats
-        Size along x and y; for a disc, twice the same diameter.
+        Size along x and y; for a disc, the diameter in both directions.
     disc : bool
         Whether the region is a disc.
     """
@@ -184,7 +184,7 @@ class Layout:
 
     @property
     def patches(self) -> tuple[Patch, ...]:
-        """All ceramics. In rows, the ceramic at or right of the middle has polarity +1."""
+        """All ceramics. In each row, the ceramic at or right of the middle has polarity +1."""
         return self.drawn or _rows(self)
 
     @property
@@ -246,9 +246,9 @@ def density_of(layout: Layout, brick_mm: float) -> Density:
 def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Array:
     """Return the mesh lines along one direction, in m.
 
-    There is a line at each edge of the plate and of the ceramics' bounding boxes. Between edges,
-    bricks are equal and no longer than ``brick_mm``. If ``half`` is True, the lines begin at 0, the
-    plane of symmetry.
+    There is a mesh line at each edge of the plate and of the ceramics' bounding boxes. Between
+    edges, bricks are equal and no longer than ``brick_mm``. If ``half`` is True, the lines begin at
+    0, the plane of symmetry.
     """
     regions = [layout.outline, *(each.region for each in layout.patches)]
     edges = np.array([region.span_mm(axis) for region in regions]).ravel()

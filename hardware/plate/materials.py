@@ -195,7 +195,7 @@ P1_91_TABLE_II = BeamCeramic(
     quality_factor=60.0,
     source=(
         "Biet et al. 2007, Table II and Appendix B. Appendix B's matrices give 7.34e10 Pa and "
-        "-184e-12 m/V for the same two constants; only Table II's reproduce Fig. 8."
+        "-184e-12 m/V for the same two constants; only Table II's values reproduce Fig. 8."
     ),
 )
 

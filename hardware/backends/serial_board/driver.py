@@ -12,8 +12,8 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 A heartbeat thread queries the board's status ten times per second. The board silences the plate if
 it receives nothing for its watchdog time. `check` raises the faults that the heartbeat finds.
 
-For textures, the board receives and plays a list of amplitudes. Older firmware does not support
-lists, and textures are then rejected.
+For textures, the board receives and plays a list of amplitudes. Textures are rejected if the
+firmware is too old to support lists.
 """
 
 from __future__ import annotations

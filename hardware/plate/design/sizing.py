@@ -40,7 +40,7 @@ class Candidate:
         Size of the plate.
     half_wave_mm : float
         Distance between nodal lines under the ceramics: length of the row of n ceramics with gaps,
-        without borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal lines. The
+        without borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal lines; the
         paper divides by n + 1.
     frequency_hz : float
         Resonance of Timoshenko's beam in plane strain at this half wave.

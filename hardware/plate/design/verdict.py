@@ -64,7 +64,7 @@ class Judged:
     why_not : tuple of str
         Unmet requirements; empty if the plate meets all of them.
     needs : tuple of str
-        Requirements beyond the default limits of a driver, for which a plate file is required.
+        Requirements that exceed a driver's default limits and need a plate file.
     """
 
     solution: Solution | None

@@ -455,7 +455,7 @@ def test_more_volts_peak_than_the_plate_may_have_are_refused_in_any_convention(t
 def test_readings_of_a_real_device_in_a_csv_need_its_serial_number(tmp_path, capsys):
     words = [*WORDS, "--csv", str(tmp_path / "readings.csv"), "--out", str(tmp_path / "plate.toml")]
     assert commands.main([*words, "--plate", "serial:/dev/ttyACM0"]) == 2
-    assert "expected --serial as well" in capsys.readouterr().err
+    assert "--csv also requires --serial" in capsys.readouterr().err
 
 
 def test_a_csv_with_an_impossible_value_is_refused_with_its_line(tmp_path, capsys):

@@ -153,7 +153,7 @@ FOUND_BY = {
     "NoWatchdogInList": "the watchdog also acts during a list",
     "NoWatchdogInOpen": "the watchdog also acts in open loop",
     "SlowList": "a list keeps its timing and its order",
-    "StepsInsteadOfRamp": "a ramp is not a step",
+    "StepsInsteadOfRamp": "amplitude changes are ramps, not steps",
     "FalseHold": "HOLD is correct with a loaded plate",
     "NoSaturation": "a loaded plate at the largest amplitude reports HOLD or SAT",
     "WideHold": "HOLD is correct with a loaded plate",
