@@ -191,10 +191,7 @@ def _against_size(
 
 
 def _participants(axes: Axes, steps: pd.DataFrame) -> None:
-    """Plot participants' proportions as rings whose area shows the number of people.
-
-    Points are not jittered, because both axes are quantitative.
-    """
+    """Plot participants' proportions as rings whose area shows the number of people."""
     own = (
         steps.groupby(["size", steps[PARTICIPANT].astype(str)])["difference_felt"]
         .mean()

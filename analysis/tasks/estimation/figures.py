@@ -62,7 +62,7 @@ def fig15(
 
     Individual lines are drawn after modulus equalisation (Lane, Catania and Stevens 1961): each
     participant's logarithms are shifted to the mean of all participants or of the group, which does
-    not change the geometric means. Means and intervals are computed on logarithms.
+    not change the geometric means.
 
     Parameters
     ----------

@@ -2,8 +2,8 @@
 
 A lapse changes a participant's least-squares slope, but has little effect on the median slope
 between pairs of trials (Theil 1950; Sen 1968). An outlying participant changes the mean exponent,
-but has little effect on the 20 % trimmed mean (Tukey and McLaughlin 1963). This is a sensitivity
-analysis; it does not replace the mean exponent.
+but has little effect on the 20 % trimmed mean (Tukey and McLaughlin 1963). Robust exponents
+supplement the mean exponent as a sensitivity analysis.
 """
 
 from __future__ import annotations

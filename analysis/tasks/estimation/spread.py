@@ -20,7 +20,7 @@ FEWEST = 12
 def unequal_spread(data: Prepared) -> list[str]:
     """Return a warning if the spread of repeated log estimates differs between levels.
 
-    The arithmetic mean of skewed estimates increases with their spread. With equal geometric means
+    The arithmetic mean of skewed estimates increases with the spread. With equal geometric means
     and unequal spreads, arithmetic means therefore differ, and rank tests reject too often. In
     1,000 simulated studies with standard deviations of 0.3 and 0.6 (natural logarithms) and 12
     participants, Wilcoxon's test at the 5 % level rejected in 9 % of studies with 3 repetitions and

@@ -159,9 +159,9 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     ),
     methods="The bias of matches (constant error) is the mean of participants' mean matches minus "
     "the reference. The effect of direction is the mean difference between matches from above and "
-    "from below. Both have t-based intervals and t tests across participants. Variability "
-    "(variable error) is the root mean square of participants' standard deviations within a "
-    "direction.",
+    "from below. Bias and effect have t-based intervals and t tests across participants. "
+    "Variability (variable error) is the root mean square of participants' standard deviations "
+    "within a direction.",
     conclusions={
         r"(.+) - (.+)\.bias_um_pp\.p": "{0}, {1} {q.unit}: matches differ from the reference",
         r"(.+) - (.+)\.direction_um_pp\.p": "{0}, {1} {q.unit}: matches depend on the "

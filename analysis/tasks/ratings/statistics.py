@@ -276,7 +276,7 @@ def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants 
     """Return the slope of ratings on the starting position of the mark.
 
     Each participant has one slope, fitted to ratings and starting positions centred within
-    surfaces. Centring removes differences between surfaces and people from the slope.
+    surfaces.
     """
     known = main[main["cursor_start"].notna()]
     cell = known.groupby([PARTICIPANT, "surface"], observed=True)

@@ -46,7 +46,7 @@ class Person:
     ----------
     participant : str
     weights : tuple of float
-        Weights of the squared distances along the map's axes; weights are near 1 on average.
+        Weights of squared distances along the map's axes, which average about 1.
     r2 : float
         Proportion of variance explained in the participant's squared dissimilarities.
     """

@@ -10,7 +10,7 @@ intervals, are omitted and counted.
 Noise in single measurements flattens a curve and makes the just noticeable difference too large
 (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes in
 friction are averaged by plate level, session and condition. Changes in single trials are rounded to
-`STEP` standard deviations, because fits with many different levels take long. Changes can be 0 or
+`STEP` standard deviations, because fits with many different levels are slow. Changes can be 0 or
 negative, so a logarithmic curve is replaced with the same curve on a linear axis.
 """
 

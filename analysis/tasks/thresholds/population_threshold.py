@@ -131,8 +131,8 @@ class PopulationThreshold:
         Thresholds by group, by session, by each study factor and by all factors combined; variables
         with a single level are left out.
     better_curve : str
-        For comparisons, the linear or logarithmic counterpart of the curve if it fits clearly
-        better.
+        In comparisons, the linear or logarithmic counterpart of the curve if the counterpart fits
+        clearly better.
     """
 
     threshold_um_pp: Estimate
@@ -235,8 +235,7 @@ def over(found: Estimate, standard: float) -> Estimate:
 def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
     """Return half the distance between the 25 % and 75 % points on a curve, in units of the level.
 
-    The interval is computed from the interval of the slope. On a logarithmic axis, the level
-    ``middle`` is the centre of the two points.
+    On a logarithmic axis, the level ``middle`` is the centre of the two points.
     """
     low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval

@@ -13,7 +13,7 @@ from slipscale.faults import UserError
 def rules_of(study_text: str) -> dict[str, Interleaved]:
     """Return the tracks of each adaptive task before the first trial, keyed by task label.
 
-    The result is empty if the study cannot be read, for example because a package is not installed.
+    The result is empty if the study cannot be read.
     """
     found: dict[str, Interleaved] = {}
     try:

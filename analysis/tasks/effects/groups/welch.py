@@ -103,8 +103,8 @@ class Welch:
 def welch(values: Mapping[str, NDArray[np.float64]], confidence: float) -> Welch | NotComputed:
     """Compare the means of groups by Welch's tests.
 
-    statsmodels computes the overall test (Welch 1951, Biometrika 38, 330-336), and SciPy computes
-    the pairwise tests, which are Holm-corrected.
+    The package statsmodels computes the overall test (Welch 1951, Biometrika 38, 330-336), and
+    SciPy computes the pairwise tests, which are Holm-corrected.
 
     Parameters
     ----------
