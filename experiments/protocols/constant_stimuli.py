@@ -52,8 +52,9 @@ class ConstantStimuli(ComparingOptions):
     )
     question: Literal["forced_choice", "yes_no"] = setting(
         "forced_choice",
-        "forced_choice: which of the two was more slippery; the comparison is first or second "
-        "equally often. yes_no: whether the second, always the comparison, was more slippery.",
+        "forced_choice: which of two surfaces was more slippery; the comparison is first or "
+        "second equally often. yes_no: whether the second surface, which is always the "
+        "comparison, was more slippery.",
     )
     repetitions: AtLeastOne = setting(
         20, "Number of presentations per comparison.", unit="trials per comparison"
@@ -69,7 +70,7 @@ class ConstantStimuli(ComparingOptions):
 
 
 def check(options: ConstantStimuli, context: Context) -> None:
-    """Raise `UserError` if comparisons are repeated, or if all equal the standard."""
+    """Raise `UserError` if comparisons are repeated, or if all comparisons equal the standard."""
     comparisons, key = options.comparisons(context), context.quantity.named("comparison_levels")
     if len(set(comparisons)) < len(comparisons):
         raise UserError(f"{key}: expected different amplitudes")
@@ -194,8 +195,9 @@ PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
     description=(
-        "Each of several fixed {q.levels} is compared with a standard equally often. Participants "
-        "answer which of two surfaces was {q.more}, or whether the second was."
+        "Each of several fixed {q.levels} is compared with a standard equally often. "
+        "Participants answer which of two surfaces was {q.more}, or whether the second surface "
+        "was {q.more}."
     ),
     options=ConstantStimuli,
     trials=trials,
@@ -221,7 +223,7 @@ PROTOCOL = Protocol(
             levels={
                 "1": "the first was {q.more}",
                 "2": "the second was {q.more}",
-                "yes": "the second was {q.more} than the first",
+                "yes": "the second surface was {q.more} than the first",
                 "no": "the second was not {q.more}",
             },
         ),

@@ -51,7 +51,7 @@ class DescendingDifference(PacedOptions):
 
     series: AtLeastOne = setting(1, "Number of descending series.", unit="series")
     catch_steps: Count = setting(
-        1, "Number of catch steps per series, at which nothing changes.", unit="steps per series"
+        1, "Number of catch steps per series, in which nothing changes.", unit="steps per series"
     )
     start_level: Amplitude | None = setting(
         None, "Starting amplitude of a series; default: the study's largest amplitude."
@@ -60,7 +60,7 @@ class DescendingDifference(PacedOptions):
 
 
 def descent(options: DescendingDifference, context: Context) -> list[float]:
-    """Return the amplitudes of a series without its catch steps, µm peak to peak."""
+    """Return the amplitudes of a series without its catch steps, in µm peak to peak."""
     falling = sorted(context.own_or_listed(None), reverse=True)
     start = falling[0] if options.start_level is None else options.start_level
     return [start, *(amplitude for amplitude in falling if amplitude < start)]
@@ -94,7 +94,7 @@ class _Step(NamedTuple):
 
 
 class _Run(Repeating[_Step]):
-    """The numbered steps of all series in a run."""
+    """The steps of all series in a run."""
 
     def __init__(self, options: DescendingDifference, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -128,7 +128,7 @@ class _Run(Repeating[_Step]):
         )
 
     def finish(self) -> Steps:
-        """Yield the silence at the end of a series; the plate is not silenced between steps."""
+        """Switch the plate off at the end of a series; the plate stays on between steps."""
         yield Silence()
 
     def trial(
@@ -208,7 +208,9 @@ PROTOCOL = Protocol(
     },
     design={
         "series": Column(description="Descending series, from 1"),
-        "step": Column(description="Step within the series, catch steps included, from 1"),
+        "step": Column(
+            description="Number of the step in its series, from 1; catch steps are counted"
+        ),
     },
     stimulus={
         "level_before": Column(
@@ -227,15 +229,15 @@ PROTOCOL = Protocol(
         "difference_felt": Column(
             value=_felt,
             kind="label",
-            description="Answer to: do you feel a difference?",
+            description="Whether the participant felt a difference",
             levels={"yes": "a difference was felt", "no": "no difference was felt"},
         ),
         "verbal_report": Column(
             kind="text",
-            description="Answer to: what has been removed? In the participant's own words",
+            description="What has been removed, in the participant's own words",
         ),
         "confidence": Column(
-            description="Certainty of the participant, 1 (a guess) to 4 (certain)"
+            description="Certainty of the participant, from 1 (a guess) to 4 (certain)"
         ),
     },
 )

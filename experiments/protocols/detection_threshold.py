@@ -1,7 +1,8 @@
 """Detection threshold by forced choice: the smallest vibration that can be felt.
 
-In each trial the plate vibrates in one of two or three intervals and is at rest in the others. The
-participant chooses the most slippery interval. An adaptive rule selects the amplitudes.
+In each trial the plate vibrates in one of two or three intervals and is at rest in the other
+intervals. The participant chooses the most slippery interval. An adaptive rule selects the
+amplitudes.
 """
 
 from __future__ import annotations
@@ -51,9 +52,9 @@ PROTOCOL = Protocol(
     task="detectionthreshold",
     title="Detection threshold by forced choice",
     description=(
-        "The plate vibrates in one of two or three intervals and is at rest in the others; "
-        "the participant names the interval in which it was {q.more}. A rule "
-        "chooses the {q.levels}."
+        "The plate vibrates in one of two or three intervals and is at rest in the other "
+        "intervals; the participant names the interval in which the plate was {q.more}. An "
+        "adaptive rule chooses the {q.levels}."
     ),
     options=DetectionThreshold,
     trials=expected_trials,

@@ -1,7 +1,7 @@
 """Difference threshold by forced choice: the smallest change in amplitude that can be felt.
 
 In each trial, the surface in one of two or three intervals is a *level* above (or below) the
-standard. The participant chooses the one that was more (or less) slippery. An adaptive rule
+standard. The participant chooses the surface that was more (or less) slippery. An adaptive rule
 selects the levels.
 """
 
@@ -69,7 +69,7 @@ def possible_levels(options: DifferenceThreshold, _context: Context) -> tuple[fl
 
 
 def finest_level(options: DifferenceThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest level, and the larger of the two amplitudes with this difference."""
+    """Return the lowest level, and the larger of the two amplitudes that differ by this level."""
     nearest = options.compared_level(options.lowest_level)
     return options.lowest_level, max(nearest, options.standard_level)
 
@@ -98,8 +98,8 @@ PROTOCOL = Protocol(
     title="Difference threshold by forced choice",
     description=(
         "The participant strokes two or three surfaces, one of which has more (or less) "
-        "{q.name} than the standard, and names the one that was more (or less) {q.adjective}. "
-        "A rule chooses the differences."
+        "{q.name} than the standard, and names the surface that was more (or less) "
+        "{q.adjective}. An adaptive rule chooses the differences."
     ),
     options=DifferenceThreshold,
     trials=expected_trials,

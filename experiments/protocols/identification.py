@@ -1,6 +1,7 @@
 """Identification: the participant learns a number for each surface, then identifies surfaces.
 
-The confusion matrix yields the information transferred (Miller 1956, Psychol. Rev. 63, 81-97).
+The confusion matrix yields the information transferred (Miller 1956, Psychological Review 63,
+81-97).
 """
 
 from __future__ import annotations
@@ -85,7 +86,7 @@ def steps(options: Identification, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of an identification task."""
+    """The trials of an identification task in one run."""
 
     def __init__(self, options: Identification, context: Context) -> None:
         surfaces = [context.surface(level) for level in context.levels]
@@ -95,7 +96,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         options, texts, levels = self.options, self.context.texts, self.context.levels
         trial = self.numbered(condition, number, repeats, factors={})
         # The code is the surface's name in the data; the participant sees the surface's number.
@@ -129,8 +130,8 @@ PROTOCOL = Protocol(
     task="identification",
     title="Identification",
     description=(
-        "Each surface has a number. The participant learns them, then strokes one surface per "
-        "trial and names its number."
+        "The participant learns a number for each surface, then strokes one surface per trial "
+        "and names its number."
     ),
     options=Identification,
     trials=trials,
@@ -143,13 +144,15 @@ PROTOCOL = Protocol(
         "presented": Column(
             value=lambda record: name_of(record.surface) if record.surface else None,
             kind="label",
-            description="Surface that was presented: the {q.name} in {q.unit_in_full}",
+            description="The presented surface, given as its {q.name} in {q.unit_in_full}",
         ),
     },
     response={
         "named": Column(
             kind="label",
-            description="Surface that the participant named: the {q.name} in {q.unit_in_full}",
+            description=(
+                "The surface that the participant named, given as its {q.name} in {q.unit_in_full}"
+            ),
         ),
     },
     check=check,

@@ -1,10 +1,10 @@
 """Method of limits: levels move towards or away from a standard until the answer changes.
 
 In each trial, the participant feels the standard, then a surface at some level, and answers whether
-they differ. An ascending series begins at the lowest level and ends with the first "yes". A
+the two differ. An ascending series begins at the lowest level and ends with the first "yes". A
 descending series begins at the highest level and ends with the first "no". The transition lies
-between the last two levels. Series begin at different levels, so that the number of trials does not
-predict the transition.
+between the last two levels of a series. Series begin at different levels, so that the number of
+trials does not predict the transition.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Limits(RestedOptions):
     """Options for the method of limits."""
 
     standard_level: Amplitude = setting(
-        0.0, "Amplitude of the standard; 0, the plate at rest, for detection."
+        0.0, "Amplitude of the standard; for detection, 0 (the plate at rest)."
     )
     lowest_level: Amplitude = setting(
         0.05, "Lowest level, at which ascending series begin and descending series end."
@@ -75,7 +75,7 @@ class OneSeries(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The definition of a trial: its series, its position there, and the trial that it repeats."""
+    """The definition of a trial: its series, its place in the series, and the repeated trial."""
 
     series: OneSeries
     place: int
@@ -93,12 +93,12 @@ def check(options: Limits, context: Context) -> None:
 
 
 def most_trials(options: Limits, _context: Context) -> int:
-    """Return the largest number of trials in a run, with every level of every series."""
+    """Return the largest number of trials in a run, with all levels in each series."""
     return 2 * options.series * len(options.each_level)
 
 
 def trials(options: Limits, context: Context) -> int:
-    """Return the expected number of trials in a run, with half of the levels of every series."""
+    """Return the expected number of trials in a run, with half of the levels in each series."""
     return max(most_trials(options, context) // 2, 1)
 
 
@@ -155,7 +155,7 @@ class _Run(IntervalTask[Place]):
     def trial(
         self, condition: Place, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         series, options = condition.series, self.options
         level = series.levels[condition.place]
         trial = Trial(
@@ -190,7 +190,7 @@ class _Run(IntervalTask[Place]):
 
 
 def _series(options: Limits, number: int, start: int, begins: int) -> OneSeries:
-    """Return series ``number``, from 0; the first series is ascending if ``begins`` is 0."""
+    """Return series ``number``, counted from 0; series 0 is ascending if ``begins`` is 0."""
     ascending = (number + begins) % 2 == 0
     levels = options.each_level if ascending else options.each_level[::-1]
     return OneSeries(number + 1, ascending, levels[start:])
@@ -205,8 +205,8 @@ PROTOCOL = ProtocolDeclaration(
     task="limits",
     title="Method of limits",
     description=(
-        "Ascending and descending series of {q.levels}, each compared with a standard, until the "
-        "participant's answer changes."
+        "The participant compares ascending and descending series of {q.levels} with a standard "
+        "until the answer changes."
     ),
     options=Limits,
     trials=trials,
@@ -221,8 +221,8 @@ PROTOCOL = ProtocolDeclaration(
             kind="label",
             description="Direction of the series",
             levels={
-                "ascending": "begins at the lowest level, ends with the first yes",
-                "descending": "begins at the highest level, ends with the first no",
+                "ascending": "begins at the lowest level and ends with the first yes",
+                "descending": "begins at the highest level and ends with the first no",
             },
         ),
     },

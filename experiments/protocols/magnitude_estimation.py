@@ -37,8 +37,8 @@ class MagnitudeEstimation(RatedOptions):
 
     scale_top: Literal["none", "declared"] = setting(
         "none",
-        "declared: the participant states beforehand what number they would give the most slippery "
-        "surface.",
+        "declared: the participant first states the number for the most slippery surface "
+        "imaginable.",
     )
     standard_level: Amplitude | None = setting(
         None,
@@ -83,7 +83,7 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a magnitude-estimation task."""
+    """The trials of a magnitude-estimation task in one run."""
 
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
@@ -95,7 +95,7 @@ class _Run(RatedSurfaces):
             yield from self.standard(self.options.standard_level)
 
     def standard(self, level: float) -> Steps:
-        """Yield the standard with its number."""
+        """Yield the presentation of the standard with its number."""
         text = self.context.texts["magnitude_estimation.standard"]
         yield Present(surface=self.context.surface(level))
         yield Explore(text=text.format(modulus=f"{self.options.modulus:g}"))
@@ -104,7 +104,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(

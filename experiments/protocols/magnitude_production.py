@@ -2,8 +2,8 @@
 
 In magnitude estimation, by contrast, the surface is given and the participant answers with a
 number. People compress the range of the variable that they control (Stevens and Greenbaum 1966,
-Percept. Psychophys. 1, 439-446). The exponents of the two methods therefore differ, and the true
-exponent lies between them.
+Perception & Psychophysics 1, 439-446). The exponents of the two methods therefore differ, and the
+true exponent lies between them.
 """
 
 from __future__ import annotations
@@ -55,8 +55,8 @@ class MagnitudeProduction(StandardOptions):
     """Options for magnitude production."""
 
     numbers: Annotated[tuple[Positive, ...], Field(min_length=2)] = Field(
-        description="Numbers shown to the participant, all different; the standard represents the "
-        "modulus.",
+        description="Different numbers that are shown to the participant; the standard "
+        "represents the modulus.",
         json_schema_extra={"unit": "the modulus's scale"},
     )
     modulus: Positive = setting(10.0, "Number assigned to the standard.", unit="the numbers' scale")
@@ -68,8 +68,7 @@ class MagnitudeProduction(StandardOptions):
     )
     repetitions: AtLeastOne = setting(
         2,
-        "Number of productions per number from a low starting point; the number from a high "
-        "starting point is the same.",
+        "Number of productions per number from each starting side, low and high.",
         unit="trials per number and starting side",
     )
     step_level: Positive = setting(0.05, "Change per notch of the wheel or press of a key.")
@@ -85,11 +84,11 @@ class MagnitudeProduction(StandardOptions):
 
 
 def check(options: MagnitudeProduction, context: Context) -> None:
-    """Raise `UserError` if the standard is outside the adjustment range, or steps are too large."""
+    """Raise `UserError` if the standard is outside the adjustment range or a step is too large."""
     low, high, q = options.lowest_level, options.highest_level, context.quantity
     if not low < options.standard_level < high:
         raise UserError(
-            f"the standard is {q.short(options.standard_level)}; expected it between "
+            f"the standard is {q.short(options.standard_level)}, but must be between "
             f"{q.named('lowest_level')} and {q.named('highest_level')} ({low:g} to {high:g}), so "
             "that smaller and larger numbers can be produced"
         )
@@ -126,7 +125,7 @@ def steps(options: MagnitudeProduction, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The numbered trials of a magnitude-production task."""
+    """The trials of a magnitude-production task in one run."""
 
     def __init__(self, options: MagnitudeProduction, context: Context) -> None:
         self.options = options
@@ -170,7 +169,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         options = self.options
         trial = self.numbered(
             condition,

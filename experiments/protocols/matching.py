@@ -1,4 +1,4 @@
-"""Matching: the participant adjusts the plate until it feels like a reference felt before.
+"""Matching: the participant adjusts the plate until it feels like the preceding reference.
 
 The plate starts above and below the reference equally often. The difference between settings from
 above and from below is the participant's hysteresis; the mean of the settings is the point of
@@ -60,7 +60,7 @@ class Matching(RestedOptions):
     )
     repetitions: AtLeastOne = setting(
         3,
-        "Number of matches per reference from below; the number from above is the same.",
+        "Number of matches per reference in each direction, from below and from above.",
         unit="trials per reference and direction",
     )
     practice: Count = setting(
@@ -79,8 +79,9 @@ class Matching(RestedOptions):
     highest_level: Positive = setting(2.3, "Upper limit of the adjustment.")
     catch_trials: Count = setting(
         0,
-        "Number of catch trials, which start at the reference itself: a match far from it "
-        "indicates a lapse of attention or memory. Not analysed as matches.",
+        "Number of catch trials, which start at the reference itself: a match far from the "
+        "reference indicates a lapse of attention or memory. These trials are not analysed as "
+        "matches.",
         unit="trials",
     )
     reference_again: Switch = setting(
@@ -112,12 +113,12 @@ def check(options: Matching, context: Context) -> None:
             raise UserError(
                 f"trials for the reference {q.short(reference)} start at {low:g} to "
                 f"{q.short(high)}, outside the adjustment range ({options.lowest_level:g} to "
-                f"{options.highest_level:g}); expected a reference further inside"
+                f"{options.highest_level:g}); choose a reference further inside this range"
             )
 
 
 def possible_levels(options: Matching, context: Context) -> tuple[float, ...]:
-    """Return the ends of the plate's range, and the references."""
+    """Return the ends of the adjustment range, and the references."""
     return options.lowest_level, options.highest_level, *options.references(context)
 
 
@@ -128,7 +129,7 @@ def trials(options: Matching, context: Context) -> int:
 
 
 class _Match(NamedTuple):
-    """The definition of a trial: its reference, direction and start, µm peak to peak."""
+    """The definition of a trial: its direction, and its reference and start in µm peak to peak."""
 
     phase: Phase
     reference: float
@@ -157,7 +158,7 @@ def steps(options: Matching, context: Context) -> Steps:
 
 
 class _Run(IntervalTask[_Match]):
-    """The numbered trials of a matching task."""
+    """The trials of a matching task in one run."""
 
     def __init__(self, options: Matching, context: Context) -> None:
         super().__init__(trials(options, context), options, context)
@@ -175,7 +176,7 @@ class _Run(IntervalTask[_Match]):
         return _Match(phase, reference, direction, start)
 
     def among_catch_trials(self, planned: Sequence[_Match]) -> list[_Match]:
-        """Return the plan with catch trials at random positions; all choices are equally likely."""
+        """Return the planned trials with catch trials at random; all orders are equally likely."""
         options, context = self.options, self.context
         stream = context.stream(context.task, "catch")
         references = options.references(context)
@@ -188,7 +189,7 @@ class _Run(IntervalTask[_Match]):
     def trial(
         self, condition: _Match, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         options, context = self.options, self.context
         trial = Trial(
             task=context.task,
@@ -232,7 +233,7 @@ PROTOCOL = Protocol(
     title="Matching by adjustment",
     description=(
         "The participant feels a reference, then adjusts the plate from below or above until "
-        "it feels the same."
+        "both feel the same."
     ),
     options=Matching,
     trials=trials,
@@ -247,13 +248,13 @@ PROTOCOL = Protocol(
             levels={
                 "ascending": "from below",
                 "descending": "from above",
-                EQUAL: "neither: a catch trial, which started at the reference itself",
+                EQUAL: "a catch trial, which started at the reference itself",
             },
         ),
         "catch": Column(
             value=lambda record: truth(record.trial.factors["direction"] == EQUAL),
             kind="label",
-            description="Whether it is a catch trial",
+            description="Whether the trial is a catch trial",
             levels={"true": "a catch trial", "false": "a match"},
         ),
     },

@@ -1,7 +1,8 @@
 """Oddity: the participant identifies which of three surfaces differs from the other two.
 
 This is the triangle test: no attribute is named, so any kind of difference counts. The target
-surface has a higher or lower level than the other two, and an adaptive rule selects the difference.
+surface has a higher or lower level than the other two surfaces, and an adaptive rule selects the
+difference.
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ PROTOCOL = replace(
     title="Difference threshold by oddity",
     description=(
         "The participant strokes three surfaces, one of which has more (or less) {q.name} than "
-        "the other two, and says which one was different. A rule chooses the differences."
+        "the other two, and says which surface was different. An adaptive rule chooses the "
+        "differences."
     ),
     options=Oddity,
     steps=steps,

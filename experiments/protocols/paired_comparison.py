@@ -1,9 +1,9 @@
-"""Paired comparison: for each pair of surfaces, the participant chooses the more slippery one.
+"""Paired comparison: the participant chooses the more slippery surface of each pair.
 
 With ``triads``, three surfaces are presented in rising or falling order, and the participant judges
 which of the two steps between them is larger. These judgements give a difference scale (Maloney and
-Yang 2003, J. Vis. 3(8):5). Pairs include the study's textures; triads do not include textures,
-which have no order.
+Yang 2003, Journal of Vision 3(8):5). Pairs include the study's textures; triads do not include
+textures, which have no order.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def compared_surfaces(options: PairedComparison, context: Context) -> tuple[Stim
 
 
 def check(options: PairedComparison, context: Context) -> None:
-    """Raise `UserError` if there are not enough surfaces."""
+    """Raise `UserError` if there are too few surfaces."""
     size, there = SIZE[options.form], len(compared_surfaces(options, context))
     if there < size:
         raise UserError(
@@ -114,8 +114,8 @@ PROTOCOL = Protocol(
     task="pairedcomparison",
     title="Paired comparison of {q.judged}",
     description=(
-        "Every surface is compared with every other surface (which one is more {q.adjective}?), "
-        "or surfaces are compared in threes (which of the two steps between them is larger?)."
+        "The participant chooses the more {q.adjective} surface of each pair, or the larger of "
+        "the two steps between three surfaces."
     ),
     options=PairedComparison,
     trials=trials,
@@ -127,8 +127,8 @@ PROTOCOL = Protocol(
     stimulus=surface_names("stimulus1", "stimulus2", "stimulus3"),
     response={
         "response": Column(
-            description="The interval that was more {q.adjective}; for three, the larger "
-            "step: 1 from the first to the second, 2 from the second to the third"
+            description="Interval that was more {q.adjective}; with three surfaces, the larger "
+            "step (1: from the first to the second; 2: from the second to the third)"
         ),
     },
     intervals=lambda options: SIZE[options.form],

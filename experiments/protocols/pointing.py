@@ -5,7 +5,7 @@ dimensions, targets are opposite discs on a ring. Each movement begins when the 
 the start, so that an interruption never lengthens a movement time.
 
 With feedback, the plate has one level on the target bar and another level elsewhere along the
-stroke. The finger's position must be measured. `slipscale.analysis.tasks.pointing` computes the
+stroke, and the finger's position must be measured. `slipscale.analysis.tasks.pointing` computes the
 throughput.
 """
 
@@ -71,7 +71,8 @@ class Pointing(Options):
 
     dimensions: Literal[1, 2] = setting(
         1,
-        "1: two bars, reached in turn; 2: discs on a ring, each opposite the previous one.",
+        "1: two bars, which are reached in turn; 2: discs on a ring, each opposite the previous "
+        "disc.",
         unit="dimensions",
     )
     distances_mm: Lengths = setting(
@@ -80,8 +81,8 @@ class Pointing(Options):
     widths_mm: Lengths = setting((4.0, 10.0), "Widths of the targets.")
     movements: AtLeastOne = setting(
         15,
-        "Number of movements in a sequence, with one distance and width; in two dimensions an odd "
-        "number, which is also the number of discs.",
+        "Number of movements in a sequence at one distance and width; in two dimensions, an odd "
+        "number that is also the number of discs.",
         unit="movements",
     )
     practice: Count = setting(
@@ -91,14 +92,14 @@ class Pointing(Options):
     )
     feedback: Annotated[tuple[FeedbackKind, ...], Field(min_length=1)] = setting(
         ("none",),
-        "Conditions, each with every distance and width. none: the plate has ground_level "
-        "everywhere; target: it has target_level on the target, which requires a measured "
-        "position.",
+        "Feedback conditions, each with every distance and width. none: the plate has "
+        "ground_level everywhere; target: the plate has target_level on the target, which "
+        "requires a measured position.",
     )
     ground_level: Amplitude = setting(
-        0.0, "Level outside the target, and everywhere without feedback."
+        0.0, "Level outside the target, or everywhere if there is no feedback."
     )
-    target_level: Amplitude = setting(0.0, "Level on the target, with feedback.")
+    target_level: Amplitude = setting(0.0, "Level on the target, if there is feedback.")
     screen_height_mm: Positive = setting(
         300.0,
         "Height of the participant's screen; with a position sensor, the finger's movement that "
@@ -112,7 +113,7 @@ class Pointing(Options):
 
     @property
     def sequences(self) -> list[tuple[str, float, float]]:
-        """All conditions: feedback, distance and width."""
+        """All combinations of feedback, distance and width."""
         return list(product(self.feedback, self.distances_mm, self.widths_mm))
 
 
@@ -129,11 +130,9 @@ class Movement(NamedTuple):
 
 
 def check(options: Pointing, context: Context) -> None:
-    """Raise `UserError` if a target cannot be shown or presented."""
+    """Raise `UserError` if a target cannot be shown on the screen or presented on the plate."""
     if context.varied is not None:
-        raise UserError(
-            "pointing: a study with vary is not supported, expected levels of the plate"
-        )
+        raise UserError("pointing: vary is not supported; expected levels of the plate")
     if options.dimensions == 2 and not options.movements % 2:  # noqa: PLR2004
         raise UserError(
             f"pointing: movements is {options.movements}, expected an odd number in two dimensions"
@@ -141,8 +140,8 @@ def check(options: Pointing, context: Context) -> None:
     widest_mm = max(options.widths_mm)
     if widest_mm > min(options.distances_mm):
         raise UserError(
-            f"pointing: a width of {widest_mm:g} mm overlaps a start at "
-            f"{min(options.distances_mm):g} mm; expected widths up to the smallest distance"
+            f"pointing: a target of {widest_mm:g} mm overlaps a start that is "
+            f"{min(options.distances_mm):g} mm away; expected widths up to the smallest distance"
         )
     room = (HALF_WIDTH if options.dimensions == 1 else HALF_HEIGHT) * options.screen_height_mm
     farthest_mm = _radius_mm(options, max(options.distances_mm)) + widest_mm / 2
@@ -152,11 +151,11 @@ def check(options: Pointing, context: Context) -> None:
             f"room for {room:.4g} mm; use shorter distances or a larger screen_height_mm"
         )
     if len(set(options.feedback)) < len(options.feedback):
-        raise UserError("pointing: feedback names a condition twice, expected different ones")
+        raise UserError("pointing: feedback names a condition twice; expected different conditions")
     if ON_TARGET in options.feedback:
         if options.dimensions != 1:
             raise UserError(
-                "pointing: feedback on the target requires movements along the stroke, expected "
+                "pointing: feedback on the target requires movements along the stroke; expected "
                 "dimensions = 1"
             )
         if options.target_level == options.ground_level:
@@ -190,7 +189,7 @@ def steps(options: Pointing, context: Context) -> Steps:
 
 
 def _radius_mm(options: Pointing, distance_mm: float) -> float:
-    """Return the distance from the middle for opposite targets ``distance_mm`` apart."""
+    """Return the distance from the middle of opposite targets that are ``distance_mm`` apart."""
     if options.dimensions == 1:
         return distance_mm / 2
     return distance_mm / (2 * math.cos(math.pi / (2 * options.movements)))
@@ -230,7 +229,7 @@ def target_surface(options: Pointing, movement: Movement) -> Grating:
 
 
 class _Run(Repeating[Movement]):
-    """The numbered trials of a pointing task."""
+    """The trials of a pointing task in one run."""
 
     def __init__(self, options: Pointing, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -249,7 +248,7 @@ class _Run(Repeating[Movement]):
     def trial(
         self, condition: Movement, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one movement; return which trials to repeat."""
+        """Yield the steps of one movement; return the numbers of the trials to repeat."""
         options, texts = self.options, self.context.texts
         trial = Trial(
             task=self.context.task,
@@ -346,8 +345,8 @@ PROTOCOL = Protocol(
     task="pointing",
     title="Pointing",
     description=(
-        "The participant moves as fast as possible from a start to a target and selects it. Widths "
-        "and distances of the targets differ between sequences."
+        "The participant moves as fast as possible from a start to a target and selects the "
+        "target. Widths and distances of the targets differ between sequences."
     ),
     options=Pointing,
     trials=trials,
@@ -356,7 +355,9 @@ PROTOCOL = Protocol(
     instructions="pointing.instructions",
     simulated={"selection": _answer},
     design={
-        "sequence": Column(description="Sequence of movements, including practice, from 1"),
+        "sequence": Column(
+            description="Number of the sequence of movements, from 1; practice is counted"
+        ),
         "feedback": Column(
             kind="label",
             description="Feedback by the plate",
@@ -373,7 +374,10 @@ PROTOCOL = Protocol(
         "width_mm": Column(description="Width of the target", units="mm"),
         **{
             f"{name}_{axis}_mm": Column(
-                description=f"Centre of the {name}, from the middle of the screen to the {way}",
+                description=(
+                    f"Distance of the {name}'s centre from the middle of the screen, "
+                    f"towards the {way}"
+                ),
                 units="mm",
             )
             for name in ("start", "target")
@@ -391,10 +395,14 @@ PROTOCOL = Protocol(
             "time_s", "Time from the selection of the start to the next selection", "s"
         ),
         "selection_x_mm": _selected(
-            "x_mm", ("Selected position, from the middle of the screen to the right"), "mm"
+            "x_mm",
+            "Distance of the selected position from the middle of the screen, towards the right",
+            "mm",
         ),
         "selection_y_mm": _selected(
-            "y_mm", ("Selected position, from the middle of the screen to the top"), "mm"
+            "y_mm",
+            "Distance of the selected position from the middle of the screen, towards the top",
+            "mm",
         ),
     },
     amplitudes=("target_level", "ground_level"),

@@ -1,8 +1,8 @@
-"""Ratio judgements: participants compare a surface's slipperiness with a standard's.
+"""Ratio judgements: participants compare the slipperiness of a surface and of a standard.
 
-Participants answer how many times as slippery as the standard a surface is. The answer needs no
-normalisation; analyses use its logarithm. Surfaces are presented in random order, mixed with catch
-trials that compare the standard with itself.
+Participants answer how many times as slippery as the standard a surface is. The ratios need no
+normalisation; analyses use their logarithm. Surfaces are presented in random order, mixed with
+catch trials that compare the standard with itself.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def steps(options: RatioToStandard, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The numbered trials of a ratio-judgement task."""
+    """The trials of a ratio-judgement task in one run."""
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
         # Textures are not presented, because a ratio requires a single amplitude.
@@ -63,7 +63,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         texts = self.context.texts
         trial = self.numbered(
             condition,
@@ -85,7 +85,7 @@ class _Run(AgainstStandard):
     def _compared(
         self, condition: Presentation, trial: Trial, explore: str, question: NumberQuestion
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the surface after the standard, then the question after both."""
+        """Yield the surface that follows the standard, then the question about both."""
         yield Present(surface=condition.surface, trial=trial, interval=JUDGED)
         yield self.order.explore(explore, trial, interval=JUDGED)
         yield Silence(trial=trial, interval=JUDGED)
@@ -103,7 +103,7 @@ PROTOCOL = Protocol(
     title="Ratio judgements of {q.judged} against a standard",
     description=(
         "The participant feels a standard and another surface, and types how many times as "
-        "{q.adjective} as the standard that surface is."
+        "{q.adjective} as the standard the other surface is."
     ),
     options=RatioToStandard,
     trials=trials,
@@ -121,7 +121,10 @@ PROTOCOL = Protocol(
     },
     response={
         "ratio": Column(
-            description="How many times as {q.adjective} as the standard, as typed; above 0"
+            description=(
+                "Typed ratio above 0: how many times as {q.adjective} as the standard "
+                "the surface felt"
+            )
         ),
     },
     intervals=lambda options: JUDGED if options.in_each_trial else 0,

@@ -1,8 +1,9 @@
 """Similarity rating: the participant rates how different the surfaces of each pair are.
 
 The rating is a mark on a line from identical to completely different. Multidimensional scaling of
-the ratings yields a map of the surfaces, as in Hollins et al. (1993, Percept. Psychophys. 54,
-697-705) for textures. No attribute is named, so participants decide what counts as a difference.
+the ratings yields a map of the surfaces, as in Hollins and others (1993, Perception & Psychophysics
+54, 697-705) for textures. No attribute is named, so participants decide what counts as a
+difference.
 """
 
 from __future__ import annotations
@@ -112,7 +113,9 @@ PROTOCOL = Protocol(
     stimulus=surface_names("first", "second"),
     response={
         "dissimilarity": Column(
-            description="Position of the mark on the line: 0 identical, 100 completely different"
+            description=(
+                "Position of the mark on the line, from 0 (identical) to 100 (completely different)"
+            )
         ),
     },
     intervals=lambda _: PAIR,

@@ -2,8 +2,8 @@
 
 Surfaces are presented one by one, in several rounds with new orders. The last group chosen for a
 surface counts. The dissimilarity of two surfaces is the proportion of participants who put the
-surfaces in different groups, as in Hollins et al. (1993, Percept. Psychophys. 54, 697-705) for
-textures.
+surfaces in different groups, as in Hollins and others (1993, Perception & Psychophysics 54,
+697-705) for textures.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def steps(options: Sorting, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a sorting task."""
+    """The trials of a sorting task in one run."""
 
     def __init__(self, options: Sorting, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
@@ -69,7 +69,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(
@@ -99,8 +99,8 @@ PROTOCOL = Protocol(
     task="sorting",
     title="Free sorting",
     description=(
-        "The participant strokes one surface per trial and types the number of the group of "
-        "surfaces to which it belongs; surfaces that feel alike share a group."
+        "The participant strokes one surface per trial and types the number of the group to "
+        "which the surface belongs; surfaces that feel alike share a group."
     ),
     options=Sorting,
     trials=surface_trials,
@@ -114,7 +114,9 @@ PROTOCOL = Protocol(
         "item": Column(
             value=lambda record: name_of(record.surface) if record.surface else None,
             kind="label",
-            description="Surface: the {q.name} in {q.unit_in_full}, or the texture's name",
+            description=(
+                "Surface, given as its {q.name} in {q.unit_in_full} or as the texture's name"
+            ),
         ),
     },
     response={

@@ -1,8 +1,8 @@
 """Rating of slipperiness on a visual analogue scale: a mark on a line between two words.
 
 The position of the mark (0 to 100) is bounded and has no unit, so ratios of ratings are
-meaningless. The mark's initial position and its visibility bias the answers. The study therefore
-sets both, and every row of the data contains both.
+meaningless. The mark's initial position and its visibility bias the answers. The study file
+therefore sets the initial position and its visibility, and every row of the data contains both.
 """
 
 from __future__ import annotations
@@ -41,20 +41,20 @@ class VisualAnalogueScale(RatedOptions):
 
     resolution: Annotated[float, Field(strict=True, ge=0.1, le=10, allow_inf_nan=False)] = setting(
         1.0,
-        "Distance between adjacent mark positions on the 100-point line: 1 gives 101 positions. "
-        "Must divide 100 without a remainder.",
+        "Distance between adjacent mark positions on the 100-point line; 1 gives 101 positions. "
+        "The distance must divide 100 without a remainder.",
         unit="hundredths of the line",
     )
     key_step: Annotated[float, Field(strict=True, gt=0, le=50, allow_inf_nan=False)] = setting(
         1.0,
-        "Distance that one arrow key press moves the mark, a multiple of the resolution; the page "
-        "keys move it five times as far, Home and End move it to the ends of the line.",
+        "Distance by which an arrow key moves the mark, a multiple of the resolution; the page "
+        "keys move the mark five times as far, and Home and End move it to the ends of the line.",
         unit="hundredths of the line",
         validate_default=True,
     )
     cursor_start: Start = setting(
         "random",
-        "Position from which keys move the mark. random: anywhere, drawn for each trial, so that "
+        "Position from which keys move the mark; random: a new position in each trial, so that "
         "the effect of the start is distributed over the line and can be estimated.",
     )
     cursor_shown: Switch = setting(
@@ -112,7 +112,7 @@ def steps(options: VisualAnalogueScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The numbered trials of a rating task."""
+    """The trials of a line-rating task in one run."""
 
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
         catches = [
@@ -127,7 +127,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one trial; return which trials to repeat."""
+        """Yield the steps of one trial; return the numbers of the trials to repeat."""
         options, texts = self.options, self.context.texts
         question = VisualAnalogueQuestion(
             prompt=texts["visual_analogue_scale.rating"],
@@ -196,8 +196,8 @@ PROTOCOL = Protocol(
     stimulus=TEXTURE,
     response={
         "rating": Column(
-            description="Position of the mark on the line: 0 is the left end (the least "
-            "{q.adjective}), 100 the right end"
+            description="Position of the mark on the line, from 0 (left end, the least "
+            "{q.adjective}) to 100 (right end)"
         ),
         "resolution": Column(description="Distance between adjacent mark positions"),
         "cursor_start": Column(description="Position from which keys moved the mark, 0 to 100"),

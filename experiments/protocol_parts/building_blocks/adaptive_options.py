@@ -33,44 +33,47 @@ class AdaptiveOptions(RestedOptions):
     rule: Rule = setting(
         "staircase",
         "Rule that chooses the next level. staircase: one step down after down_after correct "
-        "answers in a row, one step up after a wrong answer, with García-Pérez's step-size ratios; "
-        "weighted: one step after every answer, with step sizes whose ratio converges on target; "
-        "quest_plus: the level with the most informative answer.",
+        "answers in a row, one step up after a wrong answer, with García-Pérez's step-size "
+        "ratios; weighted: one step after every answer, with step sizes that make the level "
+        "converge to target; quest_plus: the level whose answer is expected to be most "
+        "informative.",
     )
     start_level: Positive = setting(
-        0.5, "Level of a track's first trial; quest_plus chooses its own."
+        0.5, "Level of a track's first trial; quest_plus chooses this level itself."
     )
     lowest_level: Positive = setting(0.05, "Lowest level.")
     highest_level: Positive = setting(1.0, "Highest level.")
     down_after: Annotated[int, Field(strict=True, ge=1, le=4)] = setting(
-        2, "Number of correct answers in a row before a step down, in a staircase.", unit="answers"
+        2, "Number of correct answers in a row before a step down in a staircase.", unit="answers"
     )
     target: Annotated[float, Field(strict=True, gt=0, lt=1)] = setting(
         0.75,
-        "Proportion of correct answers on which a weighted rule converges.",
+        "Proportion of correct answers to which a weighted rule converges.",
         unit="share, 0 to 1",
     )
     steps_up: Some = setting(
         (0.2, 0.1),
-        "Upward step sizes: until the first reversal, until the second, and so on; the last size "
-        "is kept.",
-        unit="decades; µm peak to peak on the linear scale",
+        "Sizes of steps up before the first reversal, after the first reversal, and so on; the "
+        "last size is kept.",
+        unit="decades, or µm peak to peak on the linear scale",
     )
     down_to_up: Positive | None = setting(
         None,
-        "Size of a step down relative to the step up, in a staircase; 1: equal steps, as in Levitt "
-        "(1971). Default: García-Pérez's ratio for down_after.",
+        "Size of a step down relative to a step up in a staircase; 1 gives equal steps, as in "
+        "Levitt (1971). The default is García-Pérez's ratio for down_after.",
         unit="none",
     )
     until_first_error: Switch = setting(
         False,
-        "Whether every correct answer leads to a step down until the first error, in a staircase.",
+        "Whether every correct answer in a staircase leads to a step down until the first error.",
     )
-    scale: Scale = setting("log10", "Whether steps multiply the level (log10) or add to it.")
+    scale: Scale = setting(
+        "log10", "Whether steps multiply the level (log10) or add to the level (linear)."
+    )
     quest_levels: AtLeastOne = setting(
         40,
-        "Number of levels that quest_plus chooses from and of thresholds that it considers, "
-        "log-spaced from the lowest to the highest.",
+        "Number of levels, and of possible thresholds, for quest_plus, spaced logarithmically "
+        "from the lowest to the highest level.",
         unit="levels",
     )
     quest_slopes: Some = setting(
@@ -86,8 +89,8 @@ class AdaptiveOptions(RestedOptions):
     )
     track_order: Order = setting(
         "shuffled",
-        "Whether the tracks take turns (alternating), or follow a new order in each round "
-        "(shuffled).",
+        "Whether the tracks take turns in a fixed order (alternating) or in a new order in each "
+        "round (shuffled).",
     )
     most_trials: TrialCap = setting(
         40, "Maximum number of answers per track.", unit="trials per track"

@@ -37,7 +37,7 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
         ),
         f"{name.removesuffix('_level')}_readback_level": Column(
             value=lambda record: of("readback_level", record),
-            description="That {q.name} as read back from the plate{q.behind}",
+            description="The same {q.name}, as read back from the plate{q.behind}",
             units="{q.bids}",
         ),
         "turns": Column(
@@ -46,7 +46,7 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
         "trace": Column(
             value=trace,
             kind="text",
-            description="{q.in_full_title} at the start and after each change: seconds from the "
-            "beginning, a colon, {q.unit_in_full}",
+            description="{q.in_full_title} at the start and after each change, each written as "
+            "seconds from the beginning, a colon and {q.unit_in_full}",
         ),
     }

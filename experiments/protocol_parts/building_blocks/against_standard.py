@@ -34,14 +34,15 @@ class StandardOptions(RatedOptions):
     )
     standard_every_trials: AtLeastOne = setting(
         1,
-        "Number of trials after which the standard is presented again; 1: first in each trial. If "
-        "larger, the standard is also presented at the start of each block and after each rest.",
+        "Number of trials after which the standard is presented again; with 1, every trial "
+        "begins with the standard. With a larger number, the standard is also presented at the "
+        "start of each block and after each rest.",
         unit="trials",
     )
     catch_trials: Count = setting(
         0,
-        "Number of catch trials, in which the correct answer is the standard itself, to check "
-        "attention; not analysed with the other trials.",
+        "Number of catch trials, whose correct answer is the standard itself; they check "
+        "attention and are not analysed with the other trials.",
         unit="trials",
     )
 

@@ -123,8 +123,8 @@ def surface_names(*names: str) -> dict[str, Column]:
         return Column(
             value=name,
             kind="label",
-            description=f"Surface in interval {interval}: the {{q.name}} in {{q.unit_in_full}}, or "
-            "the texture's name",
+            description=f"Surface in interval {interval}, given as its {{q.name}} in "
+            f"{{q.unit_in_full}} or as the texture's name",
         )
 
     return {name: column(interval) for interval, name in enumerate(names, start=1)}
@@ -253,7 +253,7 @@ class Comparing(IntervalTask[Shown]):
 DESIGN: Mapping[str, Column] = {
     "catch": Column(
         kind="label",
-        description="Whether it is a practice or catch trial, which is not part of the plan",
+        description="Whether the trial is a practice or catch trial, outside the plan",
         levels={"true": "not part of the plan", "false": "part of the plan"},
     ),
 }

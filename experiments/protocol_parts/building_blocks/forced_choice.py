@@ -251,13 +251,13 @@ DESIGN: Mapping[str, Column] = {
     ),
     "catch": Column(
         kind="label",
-        description="Whether it is a catch trial",
+        description="Whether the trial is a catch trial",
         levels={"true": "at the highest level, to check attention", "false": "none"},
     ),
 }
 STIMULUS: Mapping[str, Column] = {
     "track_level": Column(
-        description="Difference between the target surface and the others{q.behind}",
+        description="Difference between the target surface and the other surfaces{q.behind}",
         units="{q.bids}",
     ),
     "target_interval": Column(description="Interval that contained the target surface"),

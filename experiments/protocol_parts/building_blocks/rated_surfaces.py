@@ -269,7 +269,7 @@ class RatedSurfaces(Repeating[Presentation]):
 
 
 BLOCK = {
-    "block": Column(description="Block of presentation, including practice, from 1"),
+    "block": Column(description="Number of the block, from 1; practice blocks are counted"),
 }
 TEXTURE = {
     "texture": Column(
