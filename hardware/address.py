@@ -118,8 +118,7 @@ def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
 def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = False) -> Plate:
     """Determine the plate from the options ``plate`` and ``calibration``.
 
-    A simulated plate accepts the plate file of any backend, so that a dry run can use the study's
-    plate file.
+    A simulated plate accepts the plate file of any backend.
 
     Raises
     ------

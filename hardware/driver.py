@@ -5,10 +5,9 @@ end.** A command outside the limits raises an error and does not change the plat
 silences the plate. Backends implement the methods that begin with an underscore; callers use the
 public methods.
 
-For the known state of the drive, see `slipscale.hardware.output_state`. A presentation succeeds
-only if the reported amplitude (measured or applied) matches the command, and if the reported
-voltage is within `PlateLimits.voltage_band` of the calibration's prediction. Readbacks of the kinds
-"commanded" and "none" cannot reveal a wrong amplitude.
+A presentation succeeds only if the reported amplitude (measured or applied) matches the command,
+and if the reported voltage is within `PlateLimits.voltage_band` of the calibration's prediction.
+Readbacks of the kinds "commanded" and "none" cannot reveal a wrong amplitude.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Define the limits of a plate, and record how long the plate has vibrated.
-
-The limits are enforced by `slipscale.hardware.driver` before a backend receives a command.
-"""
+"""Define the limits of a plate, and record how long the plate has vibrated."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""Define the records that a plate reports: identity, output, readback and presentation.
-
-`hardware.driver` re-exports these records.
-"""
+"""Define the records that a plate reports: identity, output, readback and presentation."""
 
 from __future__ import annotations
 

@@ -16,9 +16,8 @@ vibrotactile actuator below 1 kHz (level as acceleration or displacement). SPEC:
 computed from the sine at the terminal ("applied"); without it, the commanded level is reported
 ("commanded"). The channel ``emulated/ao0`` is an emulated device.
 
-The library ``nidaqmx`` is installed by the extra ``slipscale[daq]``. **This backend has not been
-tested on a real device.** If the computer fails, the device continues to play until an interlock at
-the amplifier switches it off.
+**This backend has not been tested on a real device.** If the computer fails, the device continues
+to play until an interlock at the amplifier switches it off.
 """
 
 from __future__ import annotations

@@ -69,7 +69,7 @@ class FunctionGenerator(PlateDriver):
     line : GeneratorLine
         Connection to the generator, not yet opened.
     clock : Clock
-        Clock for the times of readbacks. Waiting times use the computer's clock.
+        Clock for the times of readbacks.
     limits : PlateLimits
         Limits at the plate.
     calibration : Calibration

@@ -2,7 +2,7 @@
 
 A dialect defines how to write a setting, how to query it, and how to find its value in the answer.
 The order of commands is the same for all makes and is defined in
-`slipscale.hardware.backends.generator_output`. To support another make of generator, add a dialect.
+`slipscale.hardware.backends.generator_output`.
 
 Each dialect gives the source of its values. Sources marked "not verified" are manuals cited from
 memory. Dialects are tested with simulated instruments (`slipscale.hardware.emulator.generators`);
@@ -80,9 +80,7 @@ class Dialect:
         Prefix of source commands and suffix of output commands, for each channel.
     fixed : tuple of FixedSetting
         Settings that never change: sine, infinite load, volts peak to peak, no offset; modulation,
-        sweep and burst off. The load matters, because a generator that is configured for 50 Ω
-        delivers twice the set voltage to an open circuit. These settings are verified before and
-        after each presentation, because a reset or a key on the front panel can change them.
+        sweep and burst off.
     frequency_hz, voltage_vpp, output : Item
         Settings of a presentation. `voltage_vpp` is the voltage at the generator's output.
     ranges : tuple of VoltageRange

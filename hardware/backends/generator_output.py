@@ -5,7 +5,8 @@ generator confirms that it is off. If the connection is lost, it is reopened sev
 the output off.
 
 A reset, a preset or a key on the front panel can change fixed settings: a load of 50 Ω doubles the
-voltage, and a modulation halves it. `verify` checks all fixed settings.
+voltage, and a modulation halves it. The fixed settings are therefore verified before and after each
+presentation.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Estimate resonance, Q and gain, with their uncertainties, from vibrometer readings.
-
-All functions are pure.
-"""
+"""Estimate resonance, Q and gain, with their uncertainties, from vibrometer readings."""
 
 from __future__ import annotations
 

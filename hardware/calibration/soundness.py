@@ -2,7 +2,6 @@
 
 A fit alone does not reveal a plate that saturates, an instrument with an offset, a plate that
 changed between the upward and the downward sweep, two resonances instead of one, or a wrong unit.
-The functions in this module, which are all pure, detect faulty calibrations.
 """
 
 from __future__ import annotations

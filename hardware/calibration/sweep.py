@@ -1,7 +1,6 @@
 """Measure the sweeps of a calibration: coarse and fine frequency sweeps, and a voltage sweep.
 
-Each sweep goes up and down again, so that warming and hysteresis appear in the residuals instead of
-being hidden in the fit.
+Each sweep goes up and down again, so that warming and hysteresis appear in the residuals.
 """
 
 from __future__ import annotations

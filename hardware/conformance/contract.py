@@ -1,8 +1,7 @@
 """Test whether a backend fulfils the contract in `slipscale.hardware.driver`.
 
 Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
-tests. A readback that is only "commanded" or "none" cannot reveal a wrong amplitude, and the report
-marks the rule about readbacks as not applicable.
+tests. The rule about readbacks does not apply to readbacks of the kinds "commanded" and "none".
 """
 
 from __future__ import annotations

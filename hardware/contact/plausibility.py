@@ -1,7 +1,7 @@
 """Check whether the samples of an exploration can come from a finger.
 
-Wrong columns, units or wires also produce numbers. Each rule describes something that is impossible
-for a finger. If a rule is violated, the trial is flagged, and its samples are kept.
+Each rule describes something that is impossible for a finger. If a rule is violated, the trial is
+flagged, and its samples are kept.
 """
 
 from __future__ import annotations

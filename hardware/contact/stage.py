@@ -183,9 +183,8 @@ class Stage(ContactSource):
 class EmulatedStage(Stage):
     """Emulated stage with limited acceleration and end stops.
 
-    For options, see the module's documentation. For simulated forces, the stage is also the finger
-    (`slipscale.hardware.contact.source.Finger`), with the stage's position and the simulated
-    participant's normal force.
+    For simulated forces, the stage is also the finger (`slipscale.hardware.contact.source.Finger`),
+    with the stage's position and the simulated participant's normal force.
     """
 
     name = EMULATED

@@ -2,7 +2,7 @@
 
 To make tests independent, this module shares no code with
 `slipscale.hardware.backends.generator_dialects`. The behaviour of each make is implemented from its
-manual. For the voltage at the plate, see `GeneratorChannel.plate_vpp`.
+manual.
 
 =========  ==================================================================================
 make       source of limits and behaviour
@@ -66,8 +66,8 @@ class GeneratorChannel:
     def plate_vpp(self) -> float:
         """Return the voltage that drives a plate at resonance, in V peak to peak.
 
-        Only a sine drives the plate. A burst without a trigger gives 0; for other modulations and
-        sweeps, half of the amplitude is assumed.
+        A burst without a trigger gives 0; for other modulations and sweeps, half of the amplitude
+        is assumed.
         """
         if not self.on or "BURS" in self.active or not self.function.startswith("SIN"):
             return 0.0

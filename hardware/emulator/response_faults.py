@@ -1,7 +1,7 @@
 """Define the faults that replace an answer of an emulated board.
 
 The replacement is a list of pieces: bytes to send, seconds to wait, or actions on the board. The
-emulator executes the list. This module depends neither on a port nor on a clock.
+emulator executes the list.
 """
 
 from __future__ import annotations

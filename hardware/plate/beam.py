@@ -1,9 +1,8 @@
 """Model a half-wave section as a composite beam: equations (16) to (42), and Timoshenko's beam.
 
 **All quantities are per unit width.** The factor b in the printed equation (40) is therefore
-omitted; with it, (38) and (39) would give a frequency that is lower by a factor of sqrt(b). Other
-corrections of printed equations are documented in the functions that use them. The signs of (17)
-and (18) are made consistent (z up, w up, curvature d²w/dx²).
+omitted; with it, (38) and (39) would give a frequency that is lower by a factor of sqrt(b). The
+signs of (17) and (18) are made consistent (z up, w up, curvature d²w/dx²).
 """
 
 from __future__ import annotations

@@ -7,8 +7,7 @@ basis.
 
 All bricks are rectangular. If the edge of a disc cuts a brick, only the part inside the disc is
 integrated, and bricks with less than a thousandth inside are omitted (finite cell method,
-Parvizian, Duester and Rank, Computational Mechanics 41, 2007). Discs therefore use the same mesh as
-rectangles.
+Parvizian, Duester and Rank, Computational Mechanics 41, 2007).
 
 Displacements are in m. Potentials are in units of `POTENTIAL_UNIT_V`, so that the entries of all
 blocks have similar magnitudes. The touch surface faces up; the ceramics' upper faces are bonded to

@@ -1,7 +1,7 @@
 """Define the geometry of a plate: a resonator with ceramics under it.
 
 The ceramics are rows of equal rectangles, as in the paper, or rectangles and discs at any
-positions. Rows are converted to patches, because the models use only patches.
+positions. All ceramics are converted to patches.
 """
 
 from __future__ import annotations

@@ -180,8 +180,7 @@ class Twin:
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
         """Return the envelope while a loop is played.
 
-        Only the last few time constants are computed, because earlier states have no effect. The
-        amplitude therefore does not depend on previous queries.
+        Only the last few time constants are computed, because earlier states have no effect.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s

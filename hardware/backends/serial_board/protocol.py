@@ -1,6 +1,6 @@
 """Implement the driver board's protocol (docs/reference/board-protocol.md).
 
-All functions are pure. The serial backend and the emulated board use the same functions.
+The serial backend and the emulated board both use this module.
 """
 
 from __future__ import annotations

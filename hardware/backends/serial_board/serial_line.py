@@ -1,8 +1,7 @@
 """Read and write a serial port; all failures raise a `PlateFault`.
 
-The port is opened exclusively and read without blocking. pyserial reports an unplugged device by
-several exceptions, some of which are not OSErrors. This module converts all these exceptions to
-`ConnectionLost`.
+The port is opened exclusively and read without blocking. All exceptions that pyserial raises for an
+unplugged device are converted to `ConnectionLost`.
 """
 
 from __future__ import annotations

@@ -86,7 +86,7 @@ class SoundCard(PlateDriver):
     device : str
         Number or name of the device; "" is the system's default device.
     clock : Clock
-        Clock for the times of readbacks. Waiting times use the computer's clock.
+        Clock for the times of readbacks.
     limits : PlateLimits
         Limits at the plate. The sampling rate further limits the frequencies.
     calibration : Calibration
