@@ -1,7 +1,7 @@
-"""Back up journals: after a run, copy its journal to another folder and verify the copy.
+"""After a run, copy the run's journal to a backup folder and verify the copy.
 
 A backup has the structure of a data set, so ``slipscale data build`` can write its tables. The data
-set keeps a list of its backups, so that a withdrawal also removes data from them.
+set lists its backups, because a withdrawal must also remove data from each backup.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ NO_BACKUP = "NO BACKUP of this run"  # beginning of the warning about a missing 
 def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     """Copy a journal to a backup folder, verify the copy and return its path.
 
-    Manual exclusions of the participant are also copied, if there are any.
+    Decisions to exclude the participant are also copied.
 
     Parameters
     ----------
     dataset : Path
-        The data set; its backup has the same name.
+        The data set, whose name the backup shares.
     journal : Path
         The journal of a finished run.
     folder : Path
@@ -40,8 +40,8 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     Raises
     ------
     UserError
-        If the folder is missing, inside the data set or contains another run under the same name,
-        or if the copy cannot be written or differs from the journal.
+        If the folder is missing, is inside the data set, or contains another run under the same
+        name; if the copy cannot be written or differs from the journal.
     """
     check_folder(dataset, folder)
     place = folder.resolve() / dataset.resolve().name
@@ -76,9 +76,9 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def back_up_exclusions(dataset: Path, participant: str) -> None:
-    """Copy the exclusion decisions about a participant to all backups with the participant's runs.
+    """Copy the exclusion decisions about a participant to all backups that contain the participant.
 
-    A backup that is not connected receives the decisions with the participant's next run.
+    A backup that is not connected receives the decisions after the participant's next run.
     """
     decided = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     for place in backups(dataset):
@@ -88,7 +88,7 @@ def back_up_exclusions(dataset: Path, participant: str) -> None:
 
 
 def check_folder(dataset: Path, folder: Path) -> None:
-    """Raise `UserError` unless a folder can serve as a data set's backup."""
+    """Raise `UserError` unless a folder is suitable for backups of a data set."""
     if not folder.is_dir():
         raise UserError(f"--backup {folder}: no such folder; connect its disk, or create it")
     if folder.resolve().is_relative_to(dataset.resolve()):
@@ -100,7 +100,7 @@ def check_folder(dataset: Path, folder: Path) -> None:
 
 
 def why_no_backup(dataset: Path, folder: Path) -> str:
-    """Return the reason why a folder cannot currently serve as a backup; empty if it can."""
+    """Return why a folder cannot be used for backups; empty if the folder is usable."""
     try:
         check_folder(dataset, folder)
     except UserError as fault:
@@ -109,12 +109,12 @@ def why_no_backup(dataset: Path, folder: Path) -> str:
 
 
 def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
-    """Return the journals that have no copy of the same length in any connected backup.
+    """Return the journals without a copy of the same length in any connected backup.
 
     Parameters
     ----------
     folder : Path, optional
-        A backup folder in addition to the folders on the data set's list.
+        A backup folder to be checked in addition to the folders that the data set lists.
     """
     places = [*backups(dataset), *([folder / dataset.resolve().name] if folder else [])]
 
@@ -127,7 +127,7 @@ def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
 
 
 def backups(dataset: Path) -> list[Path]:
-    """Return the backup folders listed for a data set.
+    """Return the backup folders that a data set lists.
 
     Raises
     ------
@@ -146,7 +146,7 @@ def backups(dataset: Path) -> list[Path]:
 
 
 def _remember(dataset: Path, place: Path) -> None:
-    """Add a backup to the list before anything is written to it."""
+    """Add a backup to the data set's list, before anything is written to the backup."""
     known = backups(dataset)
     if place not in known:
         write_file(dataset / KNOWN, json.dumps([str(each) for each in [*known, place]]) + "\n")

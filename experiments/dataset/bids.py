@@ -1,4 +1,4 @@
-"""Write a data set from its journals; the tables can be rebuilt at any time."""
+"""Write a data set from its journals, from which all tables can be rebuilt at any time."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
 
 
 def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
-    """Write the data set from the journals in ``sourcedata``, without losing existing rows.
+    """Write a data set from the journals in ``sourcedata``, and keep all existing rows.
 
     Parameters
     ----------
     dataset : Path
-        The data set's folder. Its README.md is written once and can then be edited.
+        Folder of the data set. An existing README.md is not overwritten.
     gone : collection of str
-        Labels of withdrawing participants, whose rows are removed.
+        Labels of participants who are being withdrawn, whose rows are removed.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
     Raises
     ------
     UserError
-        If the data set contains both pilots and participants, or cannot be written.
+        If the data set contains both pilots and participants, or if a file cannot be written.
     """
     runs, problems = read_runs(dataset)
     files, kept = with_former(dataset, runs, gone)

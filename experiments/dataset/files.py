@@ -16,7 +16,7 @@ Content = bytes | str | dict[str, Any]
 
 
 def draft_of(path: Path) -> Path:
-    """Return the temporary path at which a file or folder is written before it is renamed."""
+    """Return the temporary path of a file or folder that is renamed when it is complete."""
     return path.with_name(f".{path.name}.tmp")
 
 
@@ -28,7 +28,7 @@ def write_file(
     Parameters
     ----------
     private : bool
-        Whether only the owner can read the file.
+        Whether only its owner can read the file.
     durable : bool
         Whether to flush the file to disk.
 

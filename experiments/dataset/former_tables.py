@@ -1,13 +1,16 @@
-"""Preserve data that a data set's existing tables contain, but its journals no longer do.
+"""Preserve data that remain in a data set's tables but no longer in its journals.
 
-A build never loses a row. If journals were lost, truncated or damaged after their tables were
+A build never loses a row. If a journal was lost, truncated or damaged after its tables were
 written, the tables are the only copy. The rules are:
 
-- A run's table is left unchanged if a rebuild would lose a row, or lose a value because of damage.
-- A run's table is left unchanged if the run's journal is lost or truncated within its first record.
+- A run's table is left unchanged if a rebuild would lose a row, or would lose a value because of
+  damage.
+- A run's table is left unchanged if the run's journal is lost, or is truncated within the first
+  record.
 - In tables of several participants or sessions, rows that no journal provides are kept. Single
   values of participants with a lost, truncated or damaged journal are also kept.
-- All such data are reported until the journal is restored or the row is deleted.
+- All data that are kept in this way are reported until the journal is restored or the row is
+  deleted.
 
 Rows of participants who withdrew are always removed.
 """
@@ -43,23 +46,23 @@ Row = dict[str, str]
 
 
 class Kept(NamedTuple):
-    """Files to write without losing data, and the problems to report."""
+    """Files that can be written without losing data, and problems to report."""
 
     files: Files
     problems: list[Problem]
 
 
 def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
-    """Return the files of a data set, including data that only its existing tables contain.
+    """Return the files of a data set, which include data that only existing tables contain.
 
     Parameters
     ----------
     dataset : Path
-        The data set, whose tables are read.
+        The data set whose existing tables are read.
     runs : sequence of Run
         The runs in the data set's journals.
     gone : collection of str
-        Labels of participants who withdrew, whose data are not kept.
+        Labels of withdrawn participants, whose data are not kept.
     """
     files, problems = render(runs)
     cut = cut_journals(dataset, runs)
@@ -95,7 +98,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return the journals that have lost data since their tables were written, with these tables.
+    """Return the tables of each journal that has lost data since its tables were written.
 
     A journal only grows, so it must still contain the records that the sidecar describes.
     """
@@ -134,7 +137,7 @@ def _is_shared(name: PurePosixPath) -> bool:
 
 
 def _lost(run: Run, entry: dict[str, object]) -> str:
-    """Describe what a journal has lost since its sidecar was written; empty if it is complete."""
+    """Describe what a journal has lost since its sidecar was written; empty if nothing was lost."""
     count, known = entry.get("records"), entry.get("hash")
     if type(count) is not int or count < 1:
         return ""
@@ -150,7 +153,7 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
 
 
 def _loses(path: Path, new: str, *, damaged: bool) -> str:
-    """Describe what a rebuild of a run's table would lose; empty if it loses nothing."""
+    """Describe which data a rebuild of a run's table would lose; empty if no data would be lost."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
@@ -178,7 +181,7 @@ def _keep_rows(
     lost: Collection[str],
     gone: Collection[str],
 ) -> Iterator[Problem]:
-    """Add the rows and values that only the existing table contains to a new table."""
+    """Add to a new table the rows and values that only the existing table contains."""
     rows, kept = _parse(str(files[name])), list[Row]()
     whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # the table lists sessions
     for old in _rows(dataset / name):

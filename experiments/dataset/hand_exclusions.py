@@ -1,9 +1,9 @@
-"""Record manual exclusions of participants from the analysis, with reasons.
+"""Record why participants are manually excluded from the analysis.
 
-The decisions about a participant are stored next to their journals, in
-``sourcedata/sub-<label>/excluded.json``, so that a withdrawal removes them and a merge copies them.
-The file lists all decisions in order; the last one applies. Each decision records whether results
-had been shown before, because an exclusion that depends on the results is not planned.
+The decisions about a participant are stored next to the participant's journals, in
+``sourcedata/sub-<label>/excluded.json``. A withdrawal therefore removes the decisions, and a merge
+copies them. The file lists all decisions in order; the last one applies. Each decision records
+whether results had been shown before, because an exclusion that depends on results is unplanned.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ EVERY = Path("sourcedata", "sub-*", RECORD)
 
 
 class Decision(FrozenTable):
-    """A decision to exclude a participant, or to include them again."""
+    """A decision to exclude a participant, or to include the participant again."""
 
     excluded: bool
     reason: Annotated[str, Field(min_length=1, max_length=2000)]
@@ -38,7 +38,7 @@ DECISIONS = TypeAdapter(tuple[Decision, ...])
 
 
 def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
-    """Return the last decisions about manually excluded participants, by label.
+    """Return the last decision about each manually excluded participant, by label.
 
     Raises
     ------
@@ -55,13 +55,13 @@ def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
 def decide(
     dataset: Path, participant: str, *, excluded: bool, reason: str, results_seen: bool
 ) -> None:
-    """Record that a participant is manually excluded, or included again.
+    """Record that a participant is manually excluded or is included again.
 
     Raises
     ------
     UserError
-        If the participant has no data or already has this status, the reason is empty, or the file
-        cannot be read or written.
+        If the participant has no data or already has this status, if the reason is empty, or if the
+        file cannot be read or written.
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():
@@ -89,7 +89,7 @@ def decisions(path: Path) -> tuple[Decision, ...]:
     Raises
     ------
     UserError
-        If the file cannot be read, or is not a list of decisions.
+        If the file cannot be read or does not contain a list of decisions.
     """
     try:
         found = DECISIONS.validate_json(path.read_bytes())

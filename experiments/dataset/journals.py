@@ -1,6 +1,6 @@
 """Read the runs of a data set from its journals, and find damage in the journals.
 
-A damaged journal does not affect other runs, and the intact records are still used.
+A damaged journal does not affect other runs, and its intact records are still used.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Problem:
     file : str
         Path in the data set, with forward slashes.
     place : str
-        "line 3", "row 2" or the name of a sidecar's entry; empty if the whole file is affected.
+        Place in the file, such as "line 3", "row 2" or an entry's name; empty for the whole file.
     what : str
         Description of the problem.
     """
@@ -36,13 +36,13 @@ class Problem:
     what: str
 
     def __str__(self) -> str:
-        """Return a sentence with the file, the place and the problem."""
+        """Return a sentence that names the file, the place and the problem."""
         return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """A run in a data set, as its journal records it."""
+    """A run in a data set, as recorded in the run's journal."""
 
     path: Path
     plan: RunPlan
@@ -67,7 +67,7 @@ def mode_of(dataset: Path) -> Mode | None:
     Raises
     ------
     UserError
-        If the data set contains both.
+        If the data set contains both pilots and participants.
     """
     modes: set[Mode] = set()
     for path in journals(dataset):
@@ -102,7 +102,7 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
         try:
             run = _read_run(dataset, path, problems)
         except UserError as error:
-            problems.append(Problem(file=file, what=f"no run can be read from it ({error})"))
+            problems.append(Problem(file=file, what=f"no run can be read ({error})"))
             continue
         if run:
             runs.append(run)
@@ -114,7 +114,7 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
 
 
 def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
-    """Return a journal's run; None if the run has not begun or cannot be identified."""
+    """Return the run in a journal; None if the run has not begun or cannot be identified."""
     if not has_begun(path):
         return None
     plan, reading = read_usable(path)
@@ -124,7 +124,7 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         # If more than the header is damaged, the mark of the damage is kept for the first trial.
         whole = len(reading.records) > 1 and reading.records[1].number == 1
         reading.records[: 1 if whole else 0] = [header]
-        remark = "the content of its header is taken from the run's sidecar"
+        remark = "the header's content was taken from the run's sidecar"
         problems.append(Problem(file=file, place="line 1", what=remark))
     if plan is None:
         reason = str(reading.damage[0]) if reading.damage else "no header"

@@ -1,6 +1,7 @@
 """Record the sources of a merged data set, and the merged sets that include a data set.
 
-Source and merged set both store this information, because a withdrawal from one affects the other.
+Each source lists its merged sets, and each merged set lists its sources, because a withdrawal
+affects all of these sets.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ def sources(dataset: Path) -> list[Path]:
 
 
 def merged_into(dataset: Path) -> list[Path]:
-    """Return the merged sets that include a data set."""
+    """Return the merged sets into which a data set was merged."""
     return _read(dataset)[INTO]
 
 
@@ -31,7 +32,7 @@ def note_source(dataset: Path, source: Path) -> None:
 
 
 def note_merged(dataset: Path, merged: Path) -> None:
-    """Record in a data set that it is part of a merged set."""
+    """Record in a data set that a merged set includes this data set."""
     _add(dataset, INTO, merged)
 
 
@@ -44,7 +45,7 @@ def _add(dataset: Path, name: str, place: Path) -> None:
 
 
 def _read(dataset: Path) -> dict[str, list[Path]]:
-    """Return the list of sources and the list of merged sets.
+    """Return a data set's list of sources and its list of merged sets.
 
     Raises
     ------

@@ -1,6 +1,6 @@
-"""Define and compute optional columns for quantities measured in a trial.
+"""Define and compute the optional columns for quantities that are measured in a trial.
 
-A run's table has a column for each quantity that was measured at least once. Position and force
+A run's table has a column for each quantity that was measured at least once. Positions and forces
 come from samples in the journal (docs/decisions/one-journal.md).
 """
 
@@ -42,8 +42,8 @@ def _value(name: str) -> Callable[[TrialRecord], Value]:
 MEASURED: Mapping[str, Column] = {
     SPEED: Column(
         value=_value(SPEED),
-        description="Mean speed of the finger while it explored the surface: path length "
-        "divided by contact time",
+        description="Mean speed of the finger during the exploration: path length divided by "
+        "contact time",
         units="mm/s",
     ),
     STROKES: Column(
@@ -70,7 +70,7 @@ MEASURED: Mapping[str, Column] = {
     SLIP_DEPTH: Column(
         value=_value(SLIP_DEPTH),
         description="Median drop in the ratio of lateral to normal force in a slip, as a fraction "
-        "of the value before it; n/a without a slip",
+        "of the ratio before the slip; n/a without a slip",
     ),
     CHANGES: Column(
         value=_value(CHANGES),
@@ -85,8 +85,8 @@ MEASURED: Mapping[str, Column] = {
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
-        description="Peak drive voltage at the plate once the surface had settled (for a "
-        "texture, at its mean)",
+        description="Peak drive voltage at the plate when the surface had settled (a texture "
+        "settles at its mean)",
         units="V",
     ),
     "plate_temperature_c": Column(
@@ -108,7 +108,8 @@ UNREADABLE = 0.1  # fraction of the readings in an exploration that are implausi
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:
     """Return the columns for measured quantities, in the order of the table.
 
-    The name of a quantity that was measured in an interval starts with the interval.
+    If a quantity was measured in an interval, its column name starts with the interval, such as
+    ``interval1_``.
     """
     wanted = set(names)
     found = {name: column for name, column in MEASURED.items() if name in wanted}
@@ -123,12 +124,12 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
 
 
 def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[str, Value]:
-    """Return measured values; the interval, if any, is prefixed to their names."""
+    """Return measured values; the name of the interval, if any, precedes each name."""
     return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
 
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, Value]:
-    """Return the measurements from a presentation, except the amplitude."""
+    """Return the quantities measured in a presentation, except the amplitude."""
     measures = {column: presented.get(name) for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in measures.items() if value is not None}
 
@@ -141,7 +142,7 @@ def samples(record: Record) -> list[Sample]:
 
 
 class Explorations:
-    """Collects the samples of explorations from a journal's records, given in order."""
+    """Collector of the samples of explorations, which receives a journal's records in order."""
 
     def __init__(self) -> None:
         self._parts: dict[str, list[Sample]] = {}
@@ -151,7 +152,7 @@ class Explorations:
         self.outcome = ""  # outcome of the last exploration, if the study controls the stroke
 
     def see(self, record: Record) -> None:
-        """Process the next record, of any kind."""
+        """Process the next record of the journal."""
         if record.kind == "begin":  # samples of an unfinished exploration belong to no trial
             self._parts, self._whole, self._unreadable = {}, {}, 0
             self._changes, self.outcome = None, ""
@@ -172,7 +173,7 @@ class Explorations:
 
     @property
     def unchanged(self) -> bool:
-        """Whether the last exploration was of a transient whose change was not triggered."""
+        """Whether the last exploration did not trigger the change of a transient."""
         return self._changes == 0
 
     def implausible(self) -> list[str]:
@@ -180,7 +181,7 @@ class Explorations:
         places, forces = self._whole.get("position", []), self._whole.get("force", [])
         found = [*implausible_places(places), *implausible_forces(forces)]
         if self._unreadable > UNREADABLE * (len(places) + len(forces)):
-            found.append(f"{self._unreadable} readings that could not be read")
+            found.append(f"{self._unreadable} unreadable readings")
         return found
 
     def measures(self) -> dict[str, Value]:
@@ -204,5 +205,5 @@ class Explorations:
 
 
 def _rounded(value: float | None) -> float | None:
-    """Round a value to four decimals; no sensor is more precise."""
+    """Round a value to four decimals, because no sensor is more precise."""
     return None if value is None else round(value, 4)

@@ -1,8 +1,8 @@
-"""Merge two data sets into a new one, for example from two computers that share a study.
+"""Merge two data sets into a new data set, for example from two computers used for one study.
 
 Journals are copied unchanged, and the tables are built from the journals. All contradictions are
-reported together before anything is written. The new data set is renamed from a temporary name when
-it is complete. An interrupted merge therefore leaves no data set and can be repeated.
+reported together before anything is written. The new data set has a temporary name until it is
+complete. An interrupted merge therefore leaves no data set, and can be repeated.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Merged:
     notes : tuple of str
         Remarks that do not prevent the merge.
     problems : tuple of Problem
-        Damage in the source data sets, which the new data set shares.
+        Damage in the source data sets, which is also present in the new data set.
     """
 
     runs: int
@@ -49,22 +49,22 @@ class Merged:
 
 
 def merge(one: Path, other: Path, out: Path) -> Merged:
-    """Merge two data sets into a new one, leaving both unchanged.
+    """Merge two data sets into a new data set, and leave the sources' data unchanged.
 
     Raises
     ------
     UserError
-        If a folder is not a data set or is in use by a session, or if ``out`` is not empty. Also if
-        the data sets contradict each other; one message then lists all contradictions: pilots and
+        If a folder is not a data set or is in use by a session, if ``out`` is not empty, or if the
+        data sets contradict each other. One message lists all contradictions: pilots and
         participants, different studies, study versions or seeds, different runs under the same
         name, a participant under two labels, a withdrawal from only one data set, data that only
-        tables contain, or different files that people wrote.
+        tables contain, and different files that people wrote.
     """
     sources = (one, other)
     for folder in sources:
         _check_source(folder)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"--out {out}: is not empty; expected a new folder")
+        raise UserError(f"--out {out}: the folder is not empty; name a new folder")
     chosen = _by_place(one)
     for place, path in _by_place(other).items():
         # For each run, the longer journal is used, because the shorter one was copied before the
@@ -91,7 +91,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
 
 
 def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[Problem]:
-    """Write the new data set under a temporary name and rename it; return damage in journals."""
+    """Write the new data set under a temporary name and rename the folder; return all damage."""
     draft = draft_of(out)
     if draft.exists():
         shutil.rmtree(draft)
@@ -125,7 +125,7 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     """Yield the contradictions between two data sets."""
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
-        yield f"{one} contains {modes[one]} data, {other} {modes[other]} data"
+        yield f"{one} contains {modes[one]} data, but {other} {modes[other]} data"
     for folder in (one, other):
         for problem in with_former(folder, read_runs(folder)[0]).problems:
             yield f"{folder}: {problem}"
@@ -134,23 +134,24 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
         shorter, longer = sorted((ours[place].read_bytes(), others[place].read_bytes()), key=len)
         if not longer.startswith(shorter):
             yield (
-                f"{place}: the two data sets contain different runs (two people with the same "
-                "number?)"
+                f"{place}: the data sets contain different runs under this name (perhaps of two "
+                "people with the same number)"
             )
     plans = {folder: list(_plans(folder)) for folder in (one, other)}
     names = [{plan.study.name for plan in plans[folder]} for folder in (one, other)]
     if names[0] and names[1] and not names[0] & names[1]:
-        yield f"{one} contains the study {_listed(names[0])}, {other} {_listed(names[1])}"
+        yield f"{one} contains study {_listed(names[0])}, but {other} {_listed(names[1])}"
     for name in sorted(names[0] & names[1]):
         texts = [
             {plan.study_text for plan in plans[folder] if plan.study.name == name}
             for folder in (one, other)
         ]
         if texts[0] != texts[1]:
-            yield f"study '{name}': the study files differ"
+            yield f"study '{name}': the study files in the two data sets differ"
         seeds = {plan.seed for folder in plans for plan in plans[folder] if plan.study.name == name}
         if len(seeds) > 1:
-            yield f"study '{name}': was run with seeds {', '.join(map(str, sorted(seeds)))}"
+            numbers = ", ".join(map(str, sorted(seeds)))
+            yield f"study '{name}' was run with different seeds: {numbers}"
     yield from _people(one, other, {plan.participant for each in plans.values() for plan in each})
 
 
@@ -177,7 +178,7 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add files that people wrote to the chosen files; yield a message for each differing file."""
+    """Add files that people wrote to the chosen files; yield a message for each that differs."""
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }
@@ -186,15 +187,13 @@ def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str
     for place in (Path(README), *sorted((code - made) | decided)):
         found = [folder / place for folder in (one, other) if (folder / place).is_file()]
         if len({path.read_bytes() for path in found}) > 1:
-            yield (
-                f"{place}: your file differs between the two data sets; make the copies the same"
-            )
+            yield (f"{place}: this file differs between the data sets; make the copies the same")
         elif found:
             chosen[place] = found[0]
 
 
 def _write_lists(one: Path, other: Path, out: Path) -> None:
-    """Write the merged lists of withdrawals and backups."""
+    """Write the combined lists of withdrawals and of backups."""
     withdrawn_people: dict[str, object] = {}
     for folder in (one, other):
         withdrawn_people |= {str(entry["participant"]): entry for entry in entries(folder)}

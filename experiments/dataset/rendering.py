@@ -1,7 +1,8 @@
-"""Render the files of a data set as a pure function of its runs.
+"""Render the files of a data set from its runs, without reading or writing files.
 
-`render` generates all files from the journals. `slipscale.experiments.dataset.bids` writes the
-files, and `slipscale.experiments.dataset.verification` compares them with the existing ones.
+`render` generates the content of all files from the journals. `slipscale.experiments.dataset.bids`
+writes the files, and `slipscale.experiments.dataset.verification` compares them with the existing
+ones.
 """
 
 from __future__ import annotations
@@ -50,8 +51,8 @@ README = PurePosixPath("README.md")
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
     """Return the files for a list of runs, keyed by path in the data set.
 
-    If the records of a run are intact but do not match the protocol's table, the run is reported as
-    a problem and has no files.
+    If a run's records are intact but do not match the protocol's table, the run is reported as a
+    problem and no files are generated for it.
     """
     files: dict[PurePosixPath, Content] = {}
     problems: list[Problem] = []
@@ -75,7 +76,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
         except (LookupError, TypeError, ValueError, AttributeError) as error:
             name = "/".join(run.path.parts[-3:])
             problems.append(
-                Problem(file=name, what=f"its records do not match its tables ({error!r})")
+                Problem(file=name, what=f"the run's records do not match its tables ({error!r})")
             )
             continue
         files.update(own)
@@ -102,7 +103,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
 def _sessions(
     participant: str, sessions: dict[str, list[Run]]
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield a participant's sessions table and its sidecar."""
+    """Yield the table of a participant's sessions, and the table's sidecar."""
     described = session_columns()
     path = PurePosixPath(f"sub-{participant}", f"sub-{participant}_sessions.tsv")
     rows = [
@@ -114,7 +115,7 @@ def _sessions(
 
 
 def _session_row(runs: list[Run]) -> tuple[Value, ...]:
-    """Return a session's start time and whether all its runs are complete."""
+    """Return when a session started, and whether all of the session's runs are complete."""
     # A pilot's date is meaningless and would make equal data sets differ.
     person = runs[0].plan.mode == "participant"
     began = min(str(run.records[0].data["started_utc"]) for run in runs)
@@ -123,7 +124,7 @@ def _session_row(runs: list[Run]) -> tuple[Value, ...]:
 
 
 def stem_of(run: Run, task: str) -> PurePosixPath:
-    """Return the path of a task's table and sidecar in a run, without suffix."""
+    """Return the path of a task's table and sidecar in a run, without the suffix."""
     plan = run.plan
     session = [f"ses-{plan.session}"] if plan.session else []
     stem = table_stem(participant=plan.participant, session=plan.session, task=task, run=plan.run)
@@ -139,7 +140,7 @@ def _columns(protocol: Protocol, measured: Iterable[str], study: Study) -> dict[
 def _run_files(
     run: Run, protocol: Protocol, labelled: str
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield the table for a task in one run, and its sidecar."""
+    """Yield the table of one task in a run, and the table's sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
     described = _columns(protocol, gathered.measured(protocol.task), plan.study)
     rows = [
@@ -198,7 +199,7 @@ def _run_files(
 
 
 def _resumes(run: Run) -> list[dict[str, object]]:
-    """Return the equipment and software that were used each time a run was resumed."""
+    """Return the equipment and software used at each resumption of a run."""
     return [
         {
             "time_s": record.time_s,
@@ -261,7 +262,7 @@ def _top(
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:
-    """Return the consent column, whose description contains the text of the consent."""
+    """Return the column of consent, whose description contains the text that participants read."""
     texts = plan.texts()
     asked, read = texts["session.consent_question"], texts["session.consent"].strip()
     return replace(
@@ -273,7 +274,7 @@ def _consent(column: Column, plan: RunPlan) -> Column:
 def _questions(
     people: dict[str, dict[str, Value]], plans: list[RunPlan]
 ) -> dict[str, dict[str, str]]:
-    """Return the name of each question about the participants, with the words for each code."""
+    """Return, for each question about the participants, the words for each answer code."""
     asked: dict[str, dict[str, str]] = {
         name: {} for row in people.values() for name in row if name not in (MODE, COMPLETE)
     }
@@ -287,7 +288,7 @@ def _questions(
 
 
 def _readme(plan: RunPlan, *, simulated: bool) -> str:
-    """Return a data set's README, which states who answered and whether the plate was real."""
+    """Return the text of a README, which states whether participants or pilots answered."""
     study = plan.study
     kinds = {
         "pilot": "**Pilot.** These answers come from people who tried out the study; they are not "

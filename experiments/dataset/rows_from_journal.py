@@ -1,4 +1,4 @@
-"""Collect the records of a journal into trials, as pure functions."""
+"""Collect the records of a journal into trials."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Gathered:
     trials : dict of list
         Finished trials in order, by task.
     voided : list
-        Task, trial number and reason of each voided trial.
+        Task and number of each voided trial, and the reason.
     """
 
     person: dict[str, Value] = field(default_factory=dict)
@@ -68,9 +68,9 @@ class Gathered:
 
 
 def gather(records: list[Record]) -> Gathered:
-    """Return a run's trials and answers from its journal's records, in order.
+    """Return a run's trials and answers, collected from its journal's records in order.
 
-    A trial without an end (because the run was interrupted) is omitted. If a record is damaged, the
+    A trial without an end is omitted, because the run was interrupted. If a record is damaged, the
     current trial and the next trial are flagged, because the record may belong to either trial.
     """
     gathered = Gathered()
@@ -115,7 +115,7 @@ def _flag_damaged(
     damage: bool,
     time_s: float,
 ) -> None:
-    """Flag the trials before and after the damage, and end a trial whose end record is lost."""
+    """Flag the trials before and after damage, and end a trial whose end record was lost."""
     if not damage:
         return
     if current:
@@ -133,7 +133,7 @@ def _flag_voided(gathered: Gathered) -> None:
 
 
 def _trial(step: dict[str, Any], current: TrialRecord | None, time_s: float) -> TrialRecord | None:
-    """Return the trial to which a step belongs: the current one, a new one, or None."""
+    """Return the trial to which a step belongs: the current trial, a new trial or None."""
     if not step["trial"]:
         return None
     trial = trial_from(step["trial"])
@@ -150,7 +150,7 @@ def _flag(row: TrialRecord, flag: str) -> None:
 def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
-    """Store a step's answer in the row of its trial, or among the answers about run or person."""
+    """Store an answer in its trial's row, or among answers about the task or participant."""
     made = answer_from(record.data["answer"])  # adds defaults for older journals
     answer = answer_record(made) or {}
     if row is not None:
@@ -166,7 +166,7 @@ def _answer(
 
 
 def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explorations) -> None:
-    """Add the measures from a finished exploration to a row."""
+    """Add the measures of a finished exploration to a trial's row."""
     if row and step["type"] == "Explore":
         found = of_interval(explorations.measures(), step.get("interval"))
         row.measured = {**row.measured, **found}

@@ -1,9 +1,9 @@
-"""Define the files of a data set: columns and entries with types, units and descriptions.
+"""Define the columns and entries of data set files, with types, units and descriptions.
 
 This definition is used for writing (`slipscale.experiments.dataset.bids`), for reading
 (`slipscale.analysis.reading`) and for generating docs/reference/data-set.md. A protocol declares
 the columns that belong only to its task (see `slipscale.experiments.protocol_parts.base.Protocol`);
-`columns` combines these with the common columns.
+`columns` adds the columns that are common to all tasks.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ TABLE_NAME = re.compile(
 
 
 def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
-    """Return the name of a run's table and sidecar, without suffix; see `TABLE_NAME`."""
+    """Return the file name of a run's table and sidecar without the suffix; see `TABLE_NAME`."""
     return f"{stem(participant, session)}_task-{task}_run-{run}_beh"
 
 
@@ -104,24 +104,24 @@ def columns(
     plate: Quantity | None = None,
     second: Quantity | None = None,
 ) -> dict[str, Column]:
-    """Return all columns of a protocol's table in order, by their names in the file.
+    """Return all columns of a protocol's table in order, keyed by their names in the file.
 
     Parameters
     ----------
     protocol : Protocol
     measured : iterable of str
-        Entries of `MEASURED` that were measured in the run and therefore have columns.
+        Names in `MEASURED` of the quantities measured in the run, each of which has a column.
     quantity : Quantity
-        Quantity of the levels, which determines names, units and descriptions.
+        Quantity of the levels, which determines the names, units and descriptions of columns.
     plate : Quantity, optional
-        Quantity that the plate produces and reads back, if different.
+        Quantity that the plate produces and reads back, if this is not the levels' quantity.
     second : Quantity, optional
         Quantity of a second actuator.
 
     Raises
     ------
     UserError
-        If the protocol declares a column that every task has.
+        If the protocol declares a column that exists in every task.
     """
     common = _common(protocol, quantity)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}
@@ -157,7 +157,7 @@ def columns(
 
 
 def _in(column: Column, quantity: Quantity) -> Column:
-    """Return a column with the placeholders in its unit and description filled in."""
+    """Return a column whose unit and description have their placeholders filled in."""
     return replace(
         column,
         description=filled(column.description, quantity),
@@ -167,7 +167,7 @@ def _in(column: Column, quantity: Quantity) -> Column:
 
 
 def filled(text: str, quantity: Quantity = PLATE_AMPLITUDE) -> str:
-    """Return a text with its placeholders for the quantity filled in."""
+    """Fill in the placeholders for the quantity in a text."""
     return text.format(q=quantity) if "{q." in text else text
 
 
@@ -217,7 +217,7 @@ def _interval_columns(number: int) -> dict[str, Column]:
 
 
 def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
-    """Return the columns that are common to all tasks."""
+    """Return the columns that all tasks have in common."""
     modulated = ("; for a texture, the largest", "; for a texture, its mean")
     largest, mean = modulated if protocol.textures else ("", "")
 

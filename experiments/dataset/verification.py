@@ -1,7 +1,7 @@
-"""Compare a data set with its journals, and report differences by file and row.
+"""Compare a data set with its journals, and report each difference with its file and row.
 
-The journals are the source of truth. Their own integrity is checked by their running hash and by
-the number of records in the sidecars.
+The journals are the source of truth. The integrity of a journal is checked by its running hash and
+by the number of records stored in the sidecars.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ SETTLED = ("Name", "DatasetType", "License", "Authors", "TaskName")
 
 
 def verify(dataset: Path) -> list[Problem]:
-    """Return all damage in a data set's journals, and all differences between files and journals.
+    """Return all damage in journals, and all differences between files and journals.
 
     Raises
     ------
@@ -52,7 +52,7 @@ def verify(dataset: Path) -> list[Problem]:
 
 
 def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Problem]:
-    """Return the differences between a file and the content derived from the journals."""
+    """Return the differences between a file and its content according to the journals."""
     path = dataset / name
     if not path.is_file():
         return [Problem(file=str(name), what="is missing; slipscale data build writes it")]
@@ -76,7 +76,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
 
 
 def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
-    """Compare a table after decompression, because versions of zlib compress differently."""
+    """Compare the decompressed tables, because versions of zlib compress differently."""
     try:
         same = gzip.decompress(path.read_bytes()) == gzip.decompress(content)
     except (OSError, EOFError, zlib.error) as error:
@@ -85,7 +85,7 @@ def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
 
 
 def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
-    """Yield the cells, rows and columns in which a table differs; rows are numbered by line."""
+    """Yield the cells, rows and columns in which a table differs; row numbers are line numbers."""
     try:
         there = _cells(text)
     except csv.Error as error:
@@ -112,7 +112,7 @@ def _row(
     row: Sequence[str] | None,
     right: Sequence[str] | None,
 ) -> Iterator[Problem]:
-    """Yield the differences between a table's row and the journal's; either can be missing."""
+    """Yield the differences between a row of a table and of the journal; one can be missing."""
     if row is None:
         what = f"is missing ({_short(right or ())})"
     elif right is None:
@@ -137,7 +137,7 @@ def _short(row: Sequence[str]) -> str:
 
 
 def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Problem]:
-    """Yield the entries in which a JSON file differs; entries of later versions may be absent."""
+    """Yield the entries in which a JSON file differs; entries that the file lacks are ignored."""
     try:
         there = _settled(json.loads(text))
     except (ValueError, RecursionError) as error:
@@ -149,7 +149,7 @@ def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Probl
 
 
 def _settled(content: object) -> dict[str, object]:
-    """Return the entries that do not depend on Slipscale's version, such as units and levels."""
+    """Return the entries that are the same in all versions, such as units and levels."""
     if not isinstance(content, dict):
         return {}
     if isinstance(content.get(SIDECAR), dict):

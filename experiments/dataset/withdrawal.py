@@ -1,11 +1,11 @@
-"""Withdraw a participant: remove all of the participant's data, and record the withdrawal.
+"""Withdraw a participant: remove all data from the participant, and record the withdrawal.
 
-A withdrawal applies to the data set, its backups and the merged sets that include it. All tasks are
-recorded before the first file is removed, and each step can be repeated, so the same command
-finishes an interrupted withdrawal.
+A withdrawal applies to the data set, its backups and the merged sets that include the data set. All
+tasks are recorded before the first file is removed, and each step can be repeated; the same command
+therefore finishes an interrupted withdrawal.
 
-The label is not used again. The replacement's label is R followed by the old label. Both labels end
-in the same number, which determines the position in the counterbalancing.
+A withdrawn participant's label is not used again. The replacement's label is R followed by the old
+label. Both labels end in the same number, which determines the position in the counterbalancing.
 """
 
 from __future__ import annotations
@@ -30,21 +30,19 @@ from slipscale.faults.suggestions import expected_one_of
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders that contain data from a participant.
-
-    They include results that were derived from all participants.
+    """Return all files and folders that contain data from a participant, including results.
 
     Raises
     ------
     UserError
-        If the data set has no such participant, one of their sessions is running, or a backup or
-        merged set is not connected.
+        If the data set has no such participant, if a session of the participant is running, or if a
+        backup or merged set is not connected.
     """
     return list(_found(dataset, participant, _todo(dataset, participant)))
 
 
 def sources_with(dataset: Path, participant: str) -> list[Path]:
-    """Return a merged set's sources that still contain a participant or are not connected."""
+    """Return those sources of a merged set that contain a participant or are not connected."""
     return [
         source
         for source in lineage.sources(dataset)
@@ -53,17 +51,17 @@ def sources_with(dataset: Path, participant: str) -> list[Path]:
 
 
 def withdraw(dataset: Path, participant: str) -> list[Path]:
-    """Remove a participant, record that they withdrew, and rebuild the data sets.
+    """Remove a participant's data, record the withdrawal, and rebuild the data sets.
 
     Returns
     -------
     list of Path
-        Files and folders that were removed or rewritten without the participant.
+        Files and folders that were removed, or were rewritten without the participant.
 
     Raises
     ------
     UserError
-        As in `theirs`; also if something cannot be removed.
+        If `theirs` raises an error, or if a file or folder cannot be removed.
     """
     todo = _todo(dataset, participant)
     removed = list(_found(dataset, participant, todo))
@@ -86,13 +84,13 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
-    """Return the tasks of a withdrawal outside the data set, either recorded or newly determined.
+    """Return a withdrawal's tasks outside the data set, either recorded or newly determined.
 
     Raises
     ------
     UserError
-        If the data set has no such participant, one of their sessions is running, or a copy of the
-        data is not connected.
+        If the data set has no such participant, if a session of the participant is running, or if a
+        copy of the data is not connected.
     """
     todo = pending(dataset).get(participant)
     if todo is None:
@@ -156,7 +154,7 @@ def _found(dataset: Path, participant: str, todo: Pending) -> Iterator[Path]:
 
 
 def _in_one(folder: Path, participant: str) -> Iterator[Path]:
-    """Yield a participant's folders in one data set, then tables that contain the participant."""
+    """Yield a participant's folders in one data set, then the tables that name the participant."""
     places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
     here = [folder / place for place in places]
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
@@ -167,7 +165,7 @@ def _in_one(folder: Path, participant: str) -> Iterator[Path]:
 
 
 def _shared_tables(folder: Path) -> Iterator[Path]:
-    """Yield the tables shared by several participants, including unfinished drafts."""
+    """Yield the tables that list several participants, including temporary files."""
     for place in ("participants", "phenotype/*"):
         for pattern in (f"{place}.tsv", draft_of(Path(f"{place}.tsv")).as_posix()):
             yield from sorted(folder.glob(pattern))
@@ -181,7 +179,7 @@ def _lines_of(path: Path, participant: str) -> Iterator[int]:
 
 
 def _strike(path: Path, participant: str) -> None:
-    """Remove a participant's rows from a table; delete the table if it has no other rows."""
+    """Remove a participant's rows from a table; delete the table if no other rows remain."""
     lines = path.read_bytes().splitlines(keepends=True)
     named = set(_lines_of(path, participant))
     left = [line for number, line in enumerate(lines) if number not in named]
@@ -208,7 +206,7 @@ def _journals_of(dataset: Path, participant: str) -> list[Path]:
 
 
 def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
-    """Yield the fallback folders with journals of the participant in the same study."""
+    """Yield the fallback folders that contain journals of the participant in the same study."""
     studies = {plan.study_text for path in own if (plan := read_usable(path, most=1)[0])}
     if not own:
         return

@@ -1,6 +1,6 @@
-"""Keep the list of participants who withdrew from a data set, and of unfinished withdrawals.
+"""Keep a data set's list of withdrawn participants and unfinished withdrawals.
 
-An entry is marked as pending before the first file is removed, until all tasks are done.
+From before the first file is removed until all tasks are done, an entry is marked as pending.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ PENDING = "pending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pending:
-    """The tasks of an unfinished withdrawal outside its data set.
+    """The remaining tasks of a withdrawal outside the data set.
 
     Parameters
     ----------
     remove : tuple of Path
-        Folders to be removed entirely: journals in fallback folders and unfinished merges.
+        Folders to be removed entirely: fallback folders of journals, and unfinished merges.
     copies : tuple of Path
         Backups and merged sets that contain the participant.
     merged : tuple of Path
-        The merged sets among the copies, which have their own lists of withdrawals.
+        The merged sets in ``copies``, each of which has its own list of withdrawals.
     """
 
     remove: tuple[Path, ...] = ()
@@ -39,7 +39,7 @@ class Pending:
 
 
 def withdrawn(dataset: Path) -> list[str]:
-    """Return the labels of withdrawn participants in order."""
+    """Return the labels of withdrawn participants in the order of withdrawal."""
     return [str(entry["participant"]) for entry in entries(dataset)]
 
 
@@ -55,7 +55,7 @@ def pending(dataset: Path) -> dict[str, Pending]:
 
 
 def unfinished(dataset: Path) -> Iterator[str]:
-    """Yield a sentence for each unfinished withdrawal that explains how to finish it."""
+    """Yield, for each unfinished withdrawal, a sentence that explains how to finish it."""
     for label in pending(dataset):
         yield (
             f"the withdrawal of participant {label} is not finished: slipscale data withdraw "
@@ -64,7 +64,7 @@ def unfinished(dataset: Path) -> Iterator[str]:
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Record a withdrawal in the list; without ``todo``, mark the withdrawal as finished."""
+    """Record a withdrawal as unfinished with its tasks; without ``todo``, record it as finished."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})
@@ -78,7 +78,7 @@ def note(dataset: Path, participant: str, todo: Pending | None) -> None:
 
 
 def entries(dataset: Path) -> list[dict[str, Any]]:
-    """Return the entries of the list.
+    """Return the entries of the list of withdrawals.
 
     Raises
     ------

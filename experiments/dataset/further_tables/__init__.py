@@ -1,1 +1,1 @@
-"""Tables of data other than trials: finger, headphones, questionnaires, participants."""
+"""Tables of the finger, the headphone test, questionnaires and participants."""

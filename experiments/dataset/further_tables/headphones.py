@@ -18,9 +18,9 @@ from slipscale.experiments.study.headphone_test import (
 
 
 def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, object]:
-    """Return the result of the last attempt and the operator's decision.
+    """Return the result of the last attempt, with the operator's decision.
 
-    ``result`` is passed, failed, not done (with the reason) or broken off.
+    ``result`` is "passed", "failed", "not done" (with the reason) or "broken off".
     """
     reasons = [record.data["reason"] for record in records if record.kind == NO_SOUND]
     attempts: list[dict[str, object]] = [{}]
@@ -50,7 +50,7 @@ def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, ob
 
 
 def _answers(records: list[Record]) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Yield the test's questions and their answers."""
+    """Yield the questions of the headphone test with their answers."""
     step: dict[str, object] = {}
     for record in records:
         if record.kind == "begin":

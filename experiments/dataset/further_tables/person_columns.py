@@ -33,9 +33,9 @@ def questionnaire_columns(
     Parameters
     ----------
     items : Mapping
-        Code of an item -> text of the item, and the text of each answer code.
+        Text of each item and texts of its answer codes, keyed by item code.
     visits : collection of str
-        The columns for session and run that the table has.
+        Which of the columns for the session and for the run the table has.
     """
     which = {
         SESSION: "The participant's session in which the question was asked",
@@ -59,8 +59,8 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
     Parameters
     ----------
     questions : Mapping
-        The study's questions about the participant: name -> the text for each answer code; empty
-        for a number.
+        Text for each answer code of each question about the participant, keyed by the question's
+        name; empty if the answer is a number.
     """
     answers = {
         name: Column(

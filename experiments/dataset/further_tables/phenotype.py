@@ -1,4 +1,4 @@
-"""Render the tables of questionnaires, which BIDS stores in the folder ``phenotype``."""
+"""Render the tables of questionnaires, which are stored in the BIDS folder ``phenotype``."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ FOLDER = PurePosixPath("phenotype")
 
 
 def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, object]]]:
-    """Yield each questionnaire's table, with one row per administration, and its sidecar."""
+    """Yield each questionnaire's table, which has one row per administration, and its sidecar."""
     answers: dict[str, list[Run]] = {}
     for run in runs:
         for questionnaire in run.plan.study.questionnaires:

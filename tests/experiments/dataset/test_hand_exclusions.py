@@ -76,7 +76,7 @@ def test_a_merge_takes_decisions_along_and_refuses_two_that_differ(tmp_path, rec
     assert list(excluded_by_hand(tmp_path / "both")) == ["02", "03"]
     exclude(other, "02", "another reason")
     with pytest.raises(
-        UserError, match=rf"sub-02/{RECORD}: your file differs between the two data sets"
+        UserError, match=rf"sub-02/{RECORD}: this file differs between the data sets"
     ):
         merge(dataset, other, tmp_path / "again")
 

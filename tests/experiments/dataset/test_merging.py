@@ -55,12 +55,12 @@ def test_the_same_run_in_both_is_taken_once_and_the_longer(folders):
     "changes, complaint",
     [
         ({"mode": "participant"}, "contains pilot data.*participant data"),
-        ({"seed": 1}, "was run with seeds 1, 2007"),
+        ({"seed": 1}, "was run with different seeds: 1, 2007"),
         (
             {"study_text": TEXT.replace("repetitions = 1", "repetitions = 2")},
-            "the study files differ",
+            "the study files in the two data sets differ",
         ),
-        ({"study_text": TEXT.replace('"biet2007"', '"other"')}, "contains the study biet2007"),
+        ({"study_text": TEXT.replace('"biet2007"', '"other"')}, "contains study biet2007"),
     ],
 )
 def test_what_contradicts_is_refused_and_nothing_is_written(folders, changes, complaint):
@@ -103,7 +103,7 @@ def test_files_that_people_wrote_come_along_or_contradict(folders):
     one, other, both = folders(["01"], ["02"])
     (one / "code/verbal_codes.tsv").write_text("mine\n")
     (other / "code/verbal_codes.tsv").write_text("theirs\n")
-    with pytest.raises(UserError, match=r"verbal_codes\.tsv: your file differs"):
+    with pytest.raises(UserError, match=r"verbal_codes\.tsv: this file differs"):
         merge(one, other, both)
     (other / "code/verbal_codes.tsv").unlink()
     merge(one, other, both)

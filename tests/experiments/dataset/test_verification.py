@@ -180,9 +180,7 @@ def test_a_run_without_its_header_is_read_with_what_its_sidecar_says(dataset, lo
     lines = lines_of(dataset)
     put(dataset, one_flipped_bit(lines, 0) if lost == 1 else lines[lost:])
     problems = told(build_dataset(dataset))
-    assert (
-        f"{JOURNAL}: line 1: the content of its header is taken from the run's sidecar" in problems
-    )
+    assert f"{JOURNAL}: line 1: the header's content was taken from the run's sidecar" in problems
     assert any("damaged" in problem for problem in problems)
     same = [path.read_bytes() == content for path, content in tables.items()]
     assert sum(same) == (2 if lost == 1 else 1)
