@@ -66,8 +66,8 @@ class PlateDriver(GuardedOutput):
         Delay between `follow` and the plate's response; None if the backend cannot follow a finger.
     tracks : bool
         Whether the plate is driven at the calibrated frequency, so that the resonance can be
-        tracked (`slipscale.hardware.resonance_tracking`). Other backends follow the resonance
-        automatically.
+        tracked (`slipscale.hardware.resonance_tracking`); if False, the backend follows the
+        resonance automatically.
     tracked_hz : float or None
         Drive frequency after the resonance was tracked.
     second_level : float

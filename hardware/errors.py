@@ -1,7 +1,7 @@
 """Define the faults of the rig, with codes for the journal and remedies for the operator.
 
-Backends raise no other exceptions for faults of the rig. `slipscale.hardware.driver` re-exports all
-these faults.
+Backends report every fault of the rig with one of these exceptions. `slipscale.hardware.driver`
+re-exports all these faults.
 """
 
 from __future__ import annotations

@@ -32,7 +32,7 @@ class PlateLimits:
     frequency_min_hz, frequency_max_hz : float
         Allowed frequency band.
     duty : float
-        Largest duty cycle: the fraction of the last `duty_window_s` seconds with vibration.
+        Largest duty cycle: the share of vibration in the last `duty_window_s` seconds.
     duty_window_s : float
         Duration of the window for the duty cycle.
     on_time_s : float

@@ -121,7 +121,7 @@ def _follows(error: BaseException | None) -> bool:
 
 @contextmanager
 def silent_on_signals(driver: PlateDriver) -> Iterator[None]:
-    """Close the driver, which silences the plate, at the end of the block, also after signals."""
+    """Close the driver and silence the plate at the end of the block, also after signals."""
     with signals_raise() as leave:
         try:
             yield

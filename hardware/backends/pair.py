@@ -112,7 +112,7 @@ class PlatePair(PlateDriver):
         # Drivers do not report a fault twice.
         for plate in (self.first, self.second):
             if self._opened and plate.output is not Output.OFF:
-                raise ConnectionLost(f"plate '{plate.name}': did not confirm that it is off")
+                raise ConnectionLost(f"plate '{plate.name}' did not confirm that it is off")
 
     def _close(self) -> None:
         self._both(lambda plate: plate.close())

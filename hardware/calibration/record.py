@@ -38,7 +38,7 @@ class Device(FrozenTable):
     """Calibrated device: its backend, its answer to ``*IDN?``, and the plate's number.
 
     A board and its plate are one unit. Plates that are driven by a generator can be exchanged, and
-    only the number `plate` distinguishes them.
+    only the number `plate` identifies each plate.
     """
 
     backend: str
@@ -115,7 +115,7 @@ class Calibration(FrozenTable):
     ------
     ValidationError
         If values are impossible, or if the readings do not match resonance and gain. Edited files
-        are thus rejected even if the checksum was updated.
+        are rejected even if their checksum was updated.
     """
 
     device: Device

@@ -106,7 +106,7 @@ def _drifts(sweep: Sweep) -> Iterator[str]:
     if abs(drift) > DRIFT:
         yield (
             f"the plate changed during the sweep: downward readings differ by {drift:+.1%} "
-            "from upward ones; let it warm up"
+            "from upward readings; let the plate warm up"
         )
 
 

@@ -25,7 +25,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         nargs="?",
         type=Path,
         help="TOML file with requirements and materials (docs/explanation/plate-models.md); "
-        "default: the paper's",
+        "default: the paper's plate",
     )
     parser.add_argument("--out", type=Path, help="folder for design.json and the figures")
     parser.add_argument("--json", action="store_true", help="print JSON instead of a table")

@@ -99,7 +99,7 @@ class Bench:
             pass
 
     def silence(self) -> None:
-        """Switch the plate off between rules."""
+        """Switch the plate off, and discard late answers."""
         self.answers_to(wire.STOP + b"\n" + self.frame("OUTP OFF"), at_most=1)
         self.drain()
 

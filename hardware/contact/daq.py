@@ -100,7 +100,7 @@ class DaqForces(ContactSource):
         self.take()
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; the time of the last sample is now."""
+        """Return the samples since the last call; the last sample is at the present time."""
         if self._task is None:
             raise SensorFault("daq: not connected")
         try:

@@ -3,7 +3,7 @@
 A stage is also a source of position: its position is the position of the finger on the plate, which
 textures and transients follow.
 
-Each command is one finite movement. The next stroke is commanded when samples are taken, so the
+Each command causes one finite movement. The next stroke is commanded when samples are taken, so the
 stage stops at the end of a stroke if the computer fails. Strokes beyond the travel or the largest
 speed are rejected before anything moves. A stage that rests at a wrong position raises a fault. The
 method `close` stops the stage.

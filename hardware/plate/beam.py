@@ -248,9 +248,9 @@ class BeamSection:
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
         """Return the resonance in Hz for a half-wave length, with shear and rotary inertia.
 
-        This model is not in the paper. The resonance is the lower root of Timoshenko's dispersion
-        relation at q = π/(λ/2), which approaches `frequency_hz` for long waves. The small coupling
-        between stretching and rotation is neglected.
+        The paper does not contain this beam model. The resonance is the lower root of Timoshenko's
+        dispersion relation at q = π/(λ/2), which approaches `frequency_hz` for long waves. The
+        small coupling between stretching and rotation is neglected.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m

@@ -227,7 +227,9 @@ def parse_list_limits(value: str) -> ListLimits:
     """
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
-    _require(limits.points > 1, f"lists hold {limits.points} amplitudes, but must hold at least 2")
+    _require(
+        limits.points > 1, f"a list holds {limits.points} amplitudes, but must hold at least 2"
+    )
     _require(
         limits.step_ms > 0,
         f"the shortest time per amplitude is {limits.step_ms:g} ms, but must be above 0",

@@ -62,7 +62,7 @@ class Judged:
     solution : Solution or None
         Solution; None if the beam model excludes the plate or the plate could not be solved.
     why_not : tuple of str
-        Unmet requirements; empty if the plate meets all of them.
+        Unmet requirements; empty if the plate meets all requirements.
     needs : tuple of str
         Requirements that exceed a driver's default limits and need a plate file.
     """
