@@ -39,9 +39,9 @@ PROMPT = Room("a question or instruction, in large letters", 62, 4)
 OPTION = Room("an answer, next to its key", 60, 1)
 OPTIONS = Room("answers, separated by |, below or next to their keys", 160, 1)
 UNDER_KEY = Room("a word or two below a key", 22, 3)
-FOOT = Room("a line of small print at the foot of a screen", 72, 2)
+FOOT = Room("a line of small print at the bottom of a screen", 72, 2)
 WORD = Room("a few words shown for a moment", 40, 3)
-BANNER = Room("the strip at the top of a pilot's screens: one line", 90, 1)
+BANNER = Room("the one-line strip at the top of a pilot's screens", 90, 1)
 
 # Pattern for keys -> place; the first match applies.
 ROOMS: tuple[tuple[str, Room], ...] = (
@@ -162,7 +162,7 @@ def _fonts(text: str) -> str:
     """Return a remark that names fonts for letters that the window's font lacks."""
     scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
     names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
-    return f" (a font that has these: {', '.join(names)})" if names else ""
+    return f" (fonts that contain these letters: {', '.join(names)})" if names else ""
 
 
 def too_long(key: str, text: str) -> str:

@@ -178,7 +178,7 @@ def texts_hash(texts: Texts) -> str:
 def _unknown(key: str, shipped: Texts) -> str:
     """Return the error message for an unknown key."""
     near = get_close_matches(key, shipped, n=3) or sorted(shipped)
-    return f"unknown text; expected a text such as {', '.join(near)}"
+    return f"unknown text key; expected a key such as {', '.join(near)}"
 
 
 def blanks(text: str) -> set[str] | None:
@@ -209,7 +209,13 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
         found, known = blanks(text), blanks(shipped[key]) or set()
         if found is None or not found <= known:
             filled = ", ".join(f"{{{name}}}" for name in sorted(known)) or "none"
-            yield key, f"its braces cannot be filled in; available: {filled}"
+            yield (
+                key,
+                (
+                    "contains unknown placeholders or unbalanced braces; available "
+                    f"placeholders: {filled}"
+                ),
+            )
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:

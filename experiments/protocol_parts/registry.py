@@ -39,7 +39,7 @@ def load_protocol(name: str) -> Protocol:
     for language, texts in loaded.texts.items():
         if foreign := [key for key in texts if not key.startswith(f"{name}.")]:
             raise UserError(
-                f"{named}: its {language} text '{foreign[0]}' could replace another "
-                f"protocol's; expected a key that begins with '{name}.'"
+                f"{named}: its {language} text '{foreign[0]}' could replace another protocol's "
+                f"text; expected a key that begins with '{name}.'"
             )
     return guarded(replace(loaded, package=package), point)

@@ -137,7 +137,7 @@ def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
 def any_choice(step: Ask, person: SimulatedPerson) -> Value:
     """Answer a `ChoiceQuestion` that has no correct answer by choosing a random option."""
     if isinstance(step.question, ComparisonQuestion):
-        raise UserError(f"'{step.name}' compares surfaces: a pilot cannot answer it by chance")
+        raise UserError(f"'{step.name}' compares surfaces, so a pilot cannot answer it at random")
     options = getattr(step.question, "options", ())
     chosen: str = person.stream(step.name).choice(options)[0]
     return chosen
@@ -165,7 +165,7 @@ def until_number(step: Adjust, person: SimulatedPerson) -> int:
     """Adjust until the surface seems to have reached the number shown, or the end of the range."""
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
-        raise TypeError(f"'{step.name}' shows no number and has no modulus")
+        raise TypeError(f"'{step.name}' requires a number and a modulus")
     beyond = person.reaches(number / modulus) is person.rises
     if person.turned == 0:
         return 0 if person.lapses() else -1 if beyond else 1

@@ -1,4 +1,4 @@
-"""The Builder component and the code that it generates; PsychoPy finds its entry point.
+"""The Builder component and the code that it generates; PsychoPy finds it by its entry point.
 
 The names of methods, parameters and attributes and the form of the code follow PsychoPy.
 """
@@ -30,7 +30,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
     version = "2026.2.0"
     plugin = "slipscale"
     iconFile = FOLDER / "plate.png"  # noqa: N815 - PsychoPy takes the theme's own from there
-    tooltip = "Slipscale plate: vibrate at an amplitude, or a level of the plate's own quantity"
+    tooltip = "Slipscale plate: vibrate at an amplitude, or at a level of the plate's own quantity"
     beta = False
 
     def __init__(
@@ -81,8 +81,8 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
             allowedUpdates=["constant", "set every repeat"],
             label="Amplitude [µm peak to peak, or the plate's unit]",
             hint=(
-                "0 switches the plate off. For a variable of the loop's file: $amplitude, set "
-                "every repeat"
+                "0 switches the plate off. To use a variable of the loop's file, enter "
+                "$amplitude and choose 'set every repeat'"
             ),
         )
 
@@ -116,7 +116,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
 
 
 class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has no types
-    """The plate in the device manager's dialog."""
+    """The plate's settings in the device manager's dialog."""
 
     backendLabel = "Slipscale plate"  # noqa: N815
     deviceClass = "slipscale.experiments.psychopy_plate.SlipscalePlate"  # noqa: N815
@@ -124,15 +124,15 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
     plugin = "slipscale"
 
     def getParams(self) -> tuple[dict[str, Any], list[str]]:  # noqa: N802
-        """Return the parameters of the dialog: the SPEC, in addition to PsychoPy's parameters."""
+        """Return the dialog's parameters in addition to PsychoPy's parameters: the SPEC."""
         spec = Param(
             "",
             valType="str",
             inputType="single",
             categ="Device",
             label="SPEC",
-            hint="Empty: the selected device. Otherwise the same as for slipscale run --plate, "
-            "such as scpi:RESOURCE,gain=20 or a plate file",
+            hint="If empty, the selected device is used. Otherwise, enter the same value as for "
+            "slipscale run --plate, such as scpi:RESOURCE,gain=20 or a plate file",
         )
         return {"spec": spec}, ["spec"]
 

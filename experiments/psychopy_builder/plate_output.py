@@ -41,14 +41,14 @@ class PlateOutput:
         self._on = False
 
     def start(self) -> None:
-        """Ramp to the amplitude; return when it has settled, after some tens of milliseconds."""
+        """Ramp to the amplitude; return when the plate has settled, after tens of milliseconds."""
         self._on = True
         made = self._plate.present(float(self.amplitude_um_pp))
         self.readback_level = made.readback.level
 
     @property
     def columns(self) -> dict[str, float | None]:
-        """The level and its readback, by column names in the plate's quantity."""
+        """The level and its readback, keyed by column names for the plate's quantity."""
         named = self._plate.quantity.key
         return {
             named("amplitude_um_pp"): self.amplitude_um_pp,

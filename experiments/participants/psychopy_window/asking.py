@@ -94,7 +94,7 @@ class Asking(Unmoved):
         return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Process a character; return the outcome if it completes an answer in time."""
+        """Process a character; return the outcome if the character completes an answer in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)
@@ -131,7 +131,7 @@ class Asking(Unmoved):
             self._entry.press(character)
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time limit is over."""
+        """Return the outcome if the time limit has passed."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
             return ScreenResult(timed_out=True)
         return None

@@ -1,9 +1,10 @@
 """Detect a broken connection to the X server, and end the session cleanly.
 
 When the connection breaks, Xlib calls ``exit(1)`` during any call and in any thread, without
-running ``finally`` blocks. The handler installed here only records the loss instead. The next frame
-raises `WindowLost`, which ends the session like any other fault of the rig. X must not be called
-after that, so the window stays open, and the process ends before libraries can close it.
+running ``finally`` blocks. This module installs a handler that only records the loss. The next
+frame raises `WindowLost`, which ends the session like any other fault of the rig. X must not be
+called after the loss, so the window stays open, and the process ends before libraries can close the
+window.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ class WindowLost(RigError):
 
 
 class Connection:
-    """Detects the loss of the X server; does nothing on platforms without X11."""
+    """A detector of the loss of the X server, which does nothing on platforms without X11."""
 
     def __init__(self) -> None:
         self.lost = False
@@ -58,7 +59,7 @@ class Connection:
             self._xlib.XSetIOErrorHandler(_KEPT[-2])
 
     def watch(self, window: Any) -> None:
-        """Watch the display of an open pyglet window; PsychoPy opens a separate display for it."""
+        """Watch the display of an open pyglet window; PsychoPy opens a separate display."""
         if self._xlib is None:
             return
         display = ctypes.cast(window.context.x_display, ctypes.c_void_p)
@@ -67,7 +68,7 @@ class Connection:
         self._poll.register(self._xlib.XConnectionNumber(display), GONE)
 
     def check(self) -> None:
-        """Raise `WindowLost` if the connection is gone."""
+        """Raise `WindowLost` if the connection is broken."""
         if self._poll is not None and self._poll.poll(0):
             self._lose()
         if self.lost:

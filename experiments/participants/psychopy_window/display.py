@@ -96,7 +96,7 @@ def screens() -> list[str]:
 
 
 def check_screen(number: int) -> None:
-    """Raise `UserError` unless the screen exists; PsychoPy would silently use another one."""
+    """Raise `UserError` unless the screen exists; PsychoPy would silently use another screen."""
     available = screens()
     if not 0 <= number < len(available):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(available))
@@ -113,7 +113,7 @@ class Pointer:
         self._mouse: Any = None
 
     def appears(self, window: Any) -> None:
-        """Attach to the open window."""
+        """Attach the pointer to the open window."""
         from psychopy import event  # noqa: PLC0415  loaded with psychopy.visual
 
         self._window = window
@@ -138,7 +138,7 @@ class Display:
     clock : Clock
         The session clock, used to time the frames.
     full_screen : bool
-        Whether to fill the screen and hide the mouse.
+        Whether the window fills the screen and hides the mouse.
     screen : int
         0, 1, ...
     size : tuple of int
@@ -199,7 +199,7 @@ class Display:
         return self._window.winHandle
 
     def show_pointer(self, *, needed: bool) -> None:
-        """Show the mouse if it is needed; a full screen hides it otherwise."""
+        """Show the mouse if it is needed; otherwise, a full-screen window hides the mouse."""
         visible = needed or not self._full_screen
         if visible != self._window.mouseVisible:
             self._window.mouseVisible = visible
@@ -241,7 +241,7 @@ class Display:
 
     @property
     def _unit(self) -> float:
-        """Pixels per unit of a scene."""
+        """Number of pixels per unit of a scene."""
         width, height = self._window.size
         return float(min(height, width / DESIGN_WIDTH))
 

@@ -1,6 +1,6 @@
 """Answer fields, which collect characters and check whether they form a valid answer.
 
-Nothing is clipped, guessed or dropped silently. An invalid entry is rejected with the key of the
+No entry is clipped, guessed or dropped silently. An invalid entry is rejected with the key of the
 text that explains the reason, and the caller records the entry.
 """
 
@@ -41,14 +41,14 @@ AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """The verdict on a valid entry."""
+    """The result of checking a valid entry."""
 
     value: Value
 
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The verdict on an invalid entry.
+    """The result of checking an invalid entry.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Refused:
     reason : str
         The key of the text that explains the refusal, for example "window.not_a_number".
     blanks : Mapping
-        Values for the {placeholders} in this text.
+        Values for the placeholders in this explanation.
     """
 
     entry: str
@@ -69,7 +69,7 @@ Verdict = Accepted | Refused | None
 
 
 def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
-    """Parse a finite number as people type it: decimal point or comma, no exponent.
+    """Parse a finite number as people type it, with a decimal point or comma and no exponent.
 
     Parameters
     ----------
@@ -134,7 +134,7 @@ class Entry(Protocol):
     content: str
 
     def turn(self, notches: int) -> None:
-        """Move up or down a list; does nothing without a list."""
+        """Move up or down the list; fields without a list ignore this call."""
 
     def press(self, character: str) -> Verdict:
         """Process one character; the Enter key sends ``ENTER``."""
@@ -144,7 +144,7 @@ class Entry(Protocol):
 
 
 class TypedEntry:
-    """A line of text that Enter submits; characters beyond the maximum length are refused.
+    """A line of text that the Enter key submits; characters beyond the maximum length are refused.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class TypedEntry:
         )
 
     def press(self, character: str) -> Verdict:
-        """Process one character; on Enter, check the line and clear it if it is refused."""
+        """Process one character; on Enter, check the line, and clear a refused line."""
         if character in (ENTER, "\n"):
             verdict = self._judge()
             if isinstance(verdict, Refused):
@@ -198,7 +198,7 @@ class KeyEntry:
     Parameters
     ----------
     answers : Mapping
-        Maps the key's character, in lower case, to the answer's value.
+        Maps each key's character, in lower case, to the answer's value.
     """
 
     def __init__(self, answers: Mapping[str, Value]) -> None:
@@ -206,7 +206,7 @@ class KeyEntry:
         self._answers = answers
 
     def press(self, character: str) -> Verdict:
-        """Process one key, which is either a valid answer or refused."""
+        """Process one key, which is accepted as the answer or refused."""
         key = character.casefold()
         if key not in self._answers:
             key = AZERTY.get(key, key)
@@ -223,7 +223,7 @@ class KeyEntry:
 
 
 class ListEntry:
-    """A choice from a list, by number or by moving the selection; Enter submits the choice.
+    """A choice from a list, by number or by moving the selection; the Enter key submits the choice.
 
     Parameters
     ----------
@@ -242,7 +242,7 @@ class ListEntry:
         return number - 1 if 1 <= number <= len(self._values) else None
 
     def press(self, character: str) -> Verdict:
-        """Process a digit, or Enter."""
+        """Process a digit or the Enter key."""
         if character == CLEAR:
             self.content = ""
         elif character in (ENTER, "\n"):
@@ -260,7 +260,7 @@ class ListEntry:
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """Move the selection up or down; it stops at the ends of the list."""
+        """Move the selection up or down; the selection stops at the ends of the list."""
         last = len(self._values) - 1
         here = self.place
         if here is None:
@@ -314,13 +314,13 @@ def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:
 
 
 def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
-    """Return the keys for yes and no in the texts' language, and their values."""
+    """Return the keys for yes and no in the participant's language, with their values."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     return {yes: True, no: False}
 
 
 def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Value]:
-    """Return the number keys of a choice and their values: a code, or the number itself."""
+    """Return the number keys of a choice with their values: codes, or the numbers themselves."""
     count = len(question.options)
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(

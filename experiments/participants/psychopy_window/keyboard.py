@@ -2,8 +2,8 @@
 
 The window handles the keyboard layout, but receives keys only when it is polled, once per frame.
 Psychtoolbox timestamps each press in a separate thread, but reports only key positions (on a French
-keyboard it confuses A and Q). Both report the same presses in the same order, so `claim` can assign
-a timestamp to each character.
+keyboard it confuses A and Q). The window and Psychtoolbox report the same presses in the same
+order, so `claim` can assign a timestamp to each character.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TO_THE_END = 1_000_000  # notches; more than any line or list has
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """An input: a ``character``, "erase", "escape", a "turn", a "move" or a "point".
+    """An input of the kind "character", "erase", "escape", "turn", "move" or "point".
 
     ``repeated`` marks inputs that come from holding a key or dragging the mouse. ``notches`` is the
     size of a turn (up or down) or a move (right or left). ``x`` and ``y`` are the pixel coordinates
@@ -55,7 +55,7 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
     heard : int
         Number of presses that the window received.
     stamps_s : iterable of float
-        Unassigned timestamps, in s on the session's clock, in order.
+        Unassigned timestamps in ascending order, in s on the session's clock.
     last_poll_s, poll_s : float
         Times of the previous and the current poll.
 
@@ -92,7 +92,7 @@ class Stamps:
             keyboard.queue_start()
 
     def read(self) -> list[float]:
-        """Return the presses since the last call, in s on the session's clock, in order."""
+        """Return the sorted press times since the last call, in s on the session's clock."""
         presses = []
         for keyboard in self._keyboards:
             while keyboard.flush():
@@ -121,7 +121,7 @@ class Stamps:
 
 
 class Keyboard:
-    """Receives the keys of one window.
+    """The keyboard input of one window.
 
     Parameters
     ----------
@@ -244,8 +244,8 @@ class Keyboard:
 
         X11 sends keys to the smallest window under the pointer that listens for keys. Xlib composes
         accents (dead keys, Compose) only for the window of the input context, not for pyglet's
-        child window, which would receive ^ e as e. The child therefore stops listening, and X11
-        passes the keys on to the outer window.
+        child window, which would receive ^ e as e. The child window therefore stops listening, and
+        X11 passes the keys on to the outer window.
         """
         xlib, handle = self._pyglet.libs.x11.xlib, self._handle
         everything_else = handle._default_event_mask & ~(  # noqa: SLF001  pyglet offers no other way

@@ -109,7 +109,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def lay(text: Text) -> Laid:
-    """Lay out a text as the window does: wrap at spaces, and shrink it if it is too high."""
+    """Lay out a text as the window does: wrapped at spaces, and shrunk if the text is too high."""
     size = text.size
     lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height
@@ -134,7 +134,7 @@ def lay(text: Text) -> Laid:
 
 
 def _lines(text: Text, size: float) -> list[tuple[str, float]]:
-    """Return each line of a text, and its width."""
+    """Return the lines of a text, with their widths."""
     space = _em(" ") * size
     lines: list[tuple[str, float]] = []
     for paragraph in unbroken(text.content).split("\n"):

@@ -73,12 +73,12 @@ class Pointing(Waiting):
         return None if dragged else self._select(x * height_mm, y * height_mm, elapsed_s)
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time limit is over."""
+        """Return the outcome if the time limit has passed."""
         over = self._limit_s is not None and elapsed_s >= self._limit_s
         return ScreenResult(timed_out=True) if over else None
 
     def _select(self, x_mm: float, y_mm: float, elapsed_s: float) -> ScreenResult | None:
-        """Begin the movement at the start, or end it anywhere."""
+        """Begin the movement when the start is selected, or end the movement at any position."""
         if self.expire(elapsed_s):
             return None
         if self._began_s is not None:

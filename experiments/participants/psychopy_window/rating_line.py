@@ -73,14 +73,14 @@ class Marking:
         return self._hand_in(elapsed_s)
 
     def move(self, notches: int) -> None:
-        """Move the mark by notches; the first move begins at its start position."""
+        """Move the mark by a number of notches, initially from its start position."""
         self._notice = ""
         question = self._question
         place = question.start if self._put is None else self._put
         self._put = question.nearest(place + notches * question.key_step)
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Set the mark at the clicked position, or submit the answer on the confirmation below."""
+        """Set the mark at the clicked position, or submit the answer on the confirmation area."""
         if abs(y - LINE_Y) <= NEAR_Y and abs(x) <= LINE_LENGTH / 2 + NEAR_X:
             self._notice = ""
             self._put = self._question.nearest(100 * (x / LINE_LENGTH + 0.5))
@@ -102,7 +102,7 @@ class Marking:
             self._put = self._question.nearest(float(typed))
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time limit is over."""
+        """Return the outcome if the time limit has passed."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
             return ScreenResult(timed_out=True)
         return None
@@ -116,7 +116,7 @@ class Marking:
         return ScreenResult(value=self._put)
 
     def _mark(self) -> Scene:
-        """Return the mark; empty before the mark is set, unless its start position is shown."""
+        """Return the mark, or nothing if the mark is neither set nor shown at its start."""
         question = self._question
         if self._put is None and not question.start_shown:
             return ()

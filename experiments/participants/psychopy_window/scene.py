@@ -1,9 +1,9 @@
-"""The contents of a screen as plain data: texts, key caps and bars, readable from 1 m.
+"""The contents of a screen as plain data: texts, key caps and bars, readable at a distance of 1 m.
 
 Lengths are fractions of the screen height, the origin is at the centre, and y points up. The
-smallest text that participants must read has a size of 0.036. Its x-height is 5.8 mm on a 24 inch
-monitor (0.54 of the size in Noto Sans). At 1 m, this is 20 minutes of arc, four times the size that
-normal vision requires to distinguish letters.
+smallest text that participants must read has a size of 0.036. The x-height of this text is 5.8 mm
+on a 24 inch monitor (0.54 of the size in Noto Sans). At a distance of 1 m, this is 20 minutes of
+arc, four times the size that normal vision requires to distinguish letters.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrow:
-    """An arrow up or down, drawn as a shape because the font has no arrows."""
+    """An arrow that points up or down, drawn as a shape because the font has no arrows."""
 
     x: float
     y: float
@@ -138,7 +138,7 @@ def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
 
 
 def pressed_at(scene: Scene, x: float, y: float) -> str:
-    """Return the characters sent by a touch or click at a point; empty if there is no key."""
+    """Return the characters sent by a touch or click at a point, or "" if there is no key."""
     areas = (item for item in scene if isinstance(item, Area))
     return next((area.presses for area in areas if area.holds(x, y)), "")
 
@@ -184,7 +184,7 @@ def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: boo
 
 
 def button(label: str, presses: str, *, x: float, y: float, width: float, height: float) -> Scene:
-    """Return a wide touch key with a word on it."""
+    """Return a wide touch key with a label."""
     rim = 0.006
     return (
         Box(x=x, y=y, width=width + rim, height=height + rim, colour="accent"),

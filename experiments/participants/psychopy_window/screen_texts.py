@@ -41,7 +41,7 @@ def naming_key(texts: Texts, text: str) -> str:
 
 
 def remaining(limit_s: float | None, elapsed_s: float, texts: Texts, *, y: float) -> Scene:
-    """Return the countdown; empty without a time limit."""
+    """Return the countdown, which is empty if there is no time limit."""
     if limit_s is None:
         return ()
     left_s = max(limit_s - elapsed_s, 0.0)

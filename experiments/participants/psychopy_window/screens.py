@@ -1,7 +1,7 @@
 """Map each step to its screen, independently of any window or clock.
 
-A screen receives keys and the time since it appeared. It returns its contents and, at the end, its
-outcome. Time is always an argument, so tests of screens need not wait.
+A screen receives keys and the time since it appeared, and returns its contents and, at the end, its
+outcome. The time is always an argument, so tests of screens need not wait.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Screen(Protocol):
         """Return the contents of the screen ``elapsed_s`` after it appeared."""
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Process a character; return the outcome if it ended the screen."""
+        """Process a character; return the outcome if the character ended the screen."""
 
     def erase(self) -> ScreenResult | None:
         """Delete the last character; return the outcome if that ended the screen."""
@@ -62,17 +62,17 @@ class Screen(Protocol):
         """Move the mark or the selection right or up by a number of notches."""
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Process a click or touch; return the outcome if it ended the screen."""
+        """Process a click or touch; return the outcome if that ended the screen."""
 
     @property
     def typed(self) -> str:
         """The entry that has been typed but not submitted."""
 
     def offer(self, typed: str) -> None:
-        """Restore an entry from before an interruption."""
+        """Restore an entry that was typed before an interruption."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the screen's time limit is over."""
+        """Return the outcome if the screen's time limit has passed."""
 
 
 SCREENS: dict[type, Callable[..., Screen]] = {

@@ -57,7 +57,7 @@ class Waiting(Unmoved):
         self._maximum_s = maximum_s
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End on the key to continue, but not before the minimum time is over."""
+        """End the screen on the key to continue, but not before the minimum time has passed."""
         if character.casefold() == self._go_on and elapsed_s >= self._minimum_s:
             return ScreenResult()
         return None
@@ -69,13 +69,13 @@ class Waiting(Unmoved):
         """Do nothing, because nothing is typed."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the maximum time is over."""
+        """Return the outcome if the maximum time has passed."""
         if self._maximum_s is not None and elapsed_s >= self._maximum_s:
             return ScreenResult(timed_out=True)
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the time until the key becomes active, in whole seconds; 0 if it is active."""
+        """Return the time until the key becomes active, in whole seconds."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
@@ -103,7 +103,7 @@ class Reading(Waiting):
         )
 
     def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  the text is constant
-        """Return title, text and hint; a single paragraph is centred vertically."""
+        """Return the title, text and hint; a single paragraph is centred vertically."""
         step, text = self._step, self._step.text.strip()
         title = Text(content=step.title, y=0.36, size=scene.TITLE, bold=True)
         if "\n" in text:
@@ -123,7 +123,7 @@ class Exploring(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the task, how to continue, and the countdown if there is a time limit."""
+        """Return the task, a hint on how to continue, and the countdown if time is limited."""
         task = Text(content=self._step.text.strip(), y=0.12, size=0.08, width=1.2, height=0.4)
         wait_s = self.wait_s(elapsed_s)
         if wait_s:
@@ -134,7 +134,7 @@ class Exploring(Waiting):
         return (task, *self._pacer(elapsed_s), *left, *foot)
 
     def _pacer(self, elapsed_s: float) -> Scene:
-        """Return a mark that moves along a line at the requested speed of the stroke, if any."""
+        """Return a mark that moves along a line at the requested stroke speed, if there is one."""
         guide = self._step.guide
         share = guide.place_share(elapsed_s) if guide else None
         if share is None:
@@ -147,7 +147,7 @@ class Exploring(Waiting):
 
 
 class Resting(Waiting):
-    """The screen of a break, which shows the progress."""
+    """The screen of a break, which shows the participant's progress."""
 
     def __init__(self, step: Rest, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s)
@@ -187,7 +187,7 @@ class Telling(Waiting):
         return None
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End when the time is over; this does not count as timed out."""
+        """End the screen when its time has passed, which does not count as timed out."""
         return ScreenResult() if elapsed_s >= self._step.duration_s else None
 
 
@@ -237,7 +237,7 @@ class Adjusting(Waiting):
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End on the key to continue, or on the key that requests the reference."""
+        """End the screen on the key to continue or on the key that requests the reference."""
         again = self._texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return ScreenResult(value=FEEL_AGAIN)

@@ -40,18 +40,19 @@ class PsychoPyWindow:
     pilot : bool
         Whether every screen shows that this is a pilot run.
     full_screen : bool
-        Whether to fill the screen and hide the mouse.
+        Whether the window fills the screen and hides the mouse.
     screen : int
         Monitor number: 0, 1, ...
     size : tuple of int
         Width and height in pixels, if the window does not fill the screen.
     precise_times : bool
-        Whether to take response times from the device's key timestamps if the system supports it.
+        Whether to take response times from the device's key timestamps if the system supports
+        timestamps.
 
     Raises
     ------
     UserError
-        When the context is entered, if there is no display or no screen with this number.
+        If there is no display, or no screen with this number, when the context is entered.
     """
 
     kind: ClassVar[Kind] = "person"
@@ -152,7 +153,7 @@ class PsychoPyWindow:
         return self._perform(screen_for(step, self._texts), watch, turn)
 
     def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
-        """Show a screen until it is over."""
+        """Show a screen until it ends."""
         onset_s = self._show_first(screen, watch)
         away_s = 0.0
         while True:
@@ -194,7 +195,7 @@ class PsychoPyWindow:
             self._show(scene.message(text))
 
     def _show_first(self, screen: Screen, watch: Watch) -> float:
-        """Discard earlier input, show a screen's first frame and return its time."""
+        """Discard earlier input, show a screen's first frame and return the frame's time."""
         if screen.single_key:
             self._await_release(watch)
         self._pointed = screen.pointed
@@ -213,7 +214,7 @@ class PsychoPyWindow:
         return self.display.flip()
 
     def _touched(self, keys: list[Key]) -> Iterator[Key]:
-        """Yield the keys; a touch or click on a drawn key is replaced by its characters."""
+        """Yield the keys; a touch or click on a drawn key is replaced by the key's characters."""
         for key in keys:
             place = self.display.place(key.x, key.y)
             pressed = scene.pressed_at(self._shown, *place) if key.kind == "point" else ""
@@ -241,7 +242,7 @@ class PsychoPyWindow:
         Raises
         ------
         StopRequested
-            If the answer is yes.
+            If the participant confirms the stop.
         """
         began_s = self._clock.now()
         screen = Stopping(self._texts)
@@ -259,7 +260,7 @@ class PsychoPyWindow:
 
 
 def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-    """Pass a key to a screen, unless it came too early or is a repeat of a held key."""
+    """Pass a key to a screen, unless the key came too early or repeats a held key."""
     if key.kind in ("escape", "point") or elapsed_s < 0:
         return None
     if key.kind in ("turn", "move"):

@@ -31,41 +31,46 @@ class Habits(BaseModel):
 
     rounding: Share = setting(
         0.0,
-        "Proportion of estimates that are rounded to a twentieth of the scale. Honda 2022, Sci. "
-        "Rep. 12: multiples of 5 and 10 prevail. Visible in the proportion of round estimates.",
+        "Proportion of estimates that are rounded to a twentieth of the scale. In Honda 2022, "
+        "Scientific Reports 12, multiples of 5 and 10 prevail. The habit is visible in the "
+        "proportion of round estimates.",
         realistic=0.7,
     )
     carry_over: Annotated[float, Field(ge=-2, le=2)] = setting(
         0.0,
-        "Change of the log estimate per µm (peak to peak) of the previous surface: above 0 is "
-        "assimilation. Jesteadt, Luce and Green 1977, J. Exp. Psychol. HPP 3, 92-104, for its "
-        "existence; its size is our assumption. Visible in order: log_slope_per_um_pp_before.",
+        "Change of the log estimate per µm (peak to peak) of the previous surface: values above "
+        "0 mean assimilation. Jesteadt, Luce and Green 1977 (JEP: Human Perception and "
+        "Performance 3, 92-104) found the habit; its size is our assumption. Visible in order: "
+        "log_slope_per_um_pp_before.",
         realistic=0.03,
         unit="1/µm",
     )
     lapses: Share = setting(
         0.0,
-        "Proportion of questions that are answered at random. Wichmann and Hill 2001, Percept. "
-        "Psychophys. 63, 1293-1313: 0 to 5 %. Visible in false alarms in catch steps.",
+        "Proportion of questions that are answered at random. Wichmann and Hill 2001, "
+        "Perception & Psychophysics 63, 1293-1313, report 0 to 5 %. The habit is visible as "
+        "false alarms in catch steps.",
         realistic=0.02,
     )
     regression: Share = setting(
         0.0,
-        "Fraction by which log estimates shrink towards the middle of earlier sensations. Poulton "
-        "1979, Psychol. Bull. 86, 777-803. Visible in a smaller exponent.",
+        "Fraction by which log estimates shrink towards the middle of earlier sensations. "
+        "Source: Poulton 1979, Psychological Bulletin 86, 777-803. The habit is visible as a "
+        "smaller exponent.",
         realistic=0.1,
     )
     range_effect: Share = setting(
         0.0,
-        "Degree to which people fill their scale regardless of the range: 1 gives every range the "
-        "same spread of log estimates. Teghtsoonian 1971, Percept. Psychophys. 10, 147-155: "
-        "exponents decrease with the range. Visible as a larger exponent for a smaller range.",
+        "Degree to which people fill their scale regardless of the range; at 1, log estimates "
+        "have the same spread for every range. According to Teghtsoonian 1971, Perception & "
+        "Psychophysics 10, 147-155, exponents decrease with the range. The habit is visible as "
+        "a larger exponent for a smaller range.",
         realistic=0.1,
     )
     learning: Share = setting(
         0.0,
         "Exponent with which trial-to-trial noise decreases with trial number. Our assumption. "
-        "Visible in the residuals of the first and second halves.",
+        "The habit is visible in the residuals of the first and second halves.",
         realistic=0.1,
     )
     fatigue: Annotated[float, Field(ge=0, le=0.1)] = setting(
@@ -77,35 +82,37 @@ class Habits(BaseModel):
     )
     settling: Share = setting(
         0.0,
-        "Fraction of the sensation that is missing at first touch and appears with 20 s of "
-        "contact; a rest resets it. Dzidek 2017, PLoS ONE 12, e0188000, for the time; the size is "
-        "our assumption. Visible in order: log_slope_per_trial, above 0.",
+        "Fraction of the sensation that is missing at first touch and appears during contact "
+        "with a time constant of 20 s; a rest resets the fraction. The time is from Dzidek "
+        "2017, PLoS ONE 12, e0188000; the size is our assumption. The habit is visible in "
+        "order: log_slope_per_trial above 0.",
         realistic=0.1,
     )
     interval_bias: Annotated[float, Field(ge=-3, le=3)] = setting(
         0.0,
         "Bias towards the last interval of a comparison, in units of the noise of a difference. "
-        "García-Pérez and Alcalá-Quintana 2011, Front. Psychol. 2, 96, for its existence; its size "
-        "is our assumption. Visible in the proportion of answers for the last interval.",
+        "García-Pérez and Alcalá-Quintana 2011, Frontiers in Psychology 2, 96, found the bias; "
+        "its size is our assumption. The bias is visible in the proportion of answers for the "
+        "last interval.",
         realistic=0.2,
         unit="d'",
     )
     anchoring: Share = setting(
         0.0,
         "Fraction of the distance by which a mark on a line stays near its start. Tversky and "
-        "Kahneman 1974, Science 185, 1124-1131, for its existence; its size is our assumption. "
+        "Kahneman 1974, Science 185, 1124-1131, found the habit; its size is our assumption. "
         "Visible in ratings: start_effect.",
         realistic=0.05,
     )
     misread: Share = setting(
         0.0,
         "Proportion of people who rate how sticky a surface is instead of how slippery. Our "
-        "assumption. Visible in the quality flag non_monotone.",
+        "assumption. The habit is visible in the quality flag non_monotone.",
         realistic=0.02,
     )
     dropout: Share = setting(
         0.0,
-        "Proportion of people who stop before the end, equally likely at any trial. Our "
+        "Proportion of people who stop before the end, with equal probability at any trial. Our "
         "assumption. Visible in incomplete runs.",
         realistic=0.03,
     )

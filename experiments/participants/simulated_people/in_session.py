@@ -207,9 +207,9 @@ def turned_until_content(
     Parameters
     ----------
     feel : callable
-        Returns the current sensation, in the study's quantity.
+        Returns the level that is currently felt, in the study's quantity.
     again : int
-        Number of times that the reference was repeated; if above 0, an adjustment continues.
+        Number of times that the reference was repeated; above 0, this call continues an adjustment.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s

@@ -79,65 +79,70 @@ class Population(BaseModel):
         default=AMPLITUDE_UM_PP,
         alias=IN_UM,
         min_length=2,
-        description="Amplitudes at which the sensation is known, ascending; between them it "
-        "follows a monotone cubic, outside them it is constant. Biet 2007, Table "
-        "III; between: our assumption.",
+        description="Ascending amplitudes at which the sensation is known (Biet 2007, Table "
+        "III). We assume that the sensation follows a monotone cubic between these "
+        "amplitudes and is constant outside their range.",
     )
-    unit: str = setting("", "Quantity of the levels; default: µm peak to peak.")
+    unit: str = setting("", "Unit of the levels; default: µm peak to peak.")
     mean_sensation: tuple[Percent, ...] = setting(
         MEAN_SENSATION, "Mean sensation at each amplitude, 0 to 100. Biet 2007, Table III."
     )
     sd_sensation: tuple[AboveZero, ...] = setting(
         SD_SENSATION,
-        "Standard deviation at each amplitude. Biet 2007, Table III (interpreted as the sample "
-        "standard deviation).",
+        "Standard deviation of the sensation at each amplitude, from Biet 2007, Table III "
+        "(interpreted as the sample standard deviation).",
     )
     shared: Share = setting(
         0.55,
         "Proportion of the variance at the lowest and highest amplitudes that is due to the "
-        "person's intercept; the rest, apart from trial-to-trial variance, is due to the exponent. "
-        "Our assumption: the published table does not give the pairing; sensations at the two ends "
-        "then correlate by 0.29.",
+        "person's intercept; the rest, apart from trial-to-trial variance, is due to the "
+        "exponent. Our assumption, with which sensations at the two ends correlate by 0.29; the "
+        "published table does not show which sensations belong to the same person.",
     )
     trial_to_trial: Share = setting(
         0.15, "Proportion of the variance that is due to individual trials. Our assumption."
     )
     noise_sigma: NotNegative = setting(
         0.25,
-        "Between-person differences in trial-to-trial noise: standard deviation of its logarithm. "
+        "Standard deviation, between people, of the logarithm of their trial-to-trial noise. "
         "Our assumption.",
     )
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
-        description="Possible tops of participants' scales. Our assumption: with a free modulus, "
-        "scale tops are round numbers over decades, and the smallest step is a "
-        "hundredth of the top.",
+        description="Possible tops of participants' scales. Our assumption: with a free "
+        "modulus, scale tops are round numbers that span decades, and the smallest "
+        "step is a hundredth of the top.",
     )
     line_shift_sd: NotNegative = setting(
         0.3,
-        "Between-person differences in the use of a rating line: spread of the logit at which "
-        "people place the middle. Our assumption.",
+        "Standard deviation, between people, of the logit at which they place the middle of a "
+        "rating line. Our assumption.",
     )
     line_stretch_sigma: NotNegative = setting(
         0.2,
-        "Between-person differences in how much of the line is used: standard deviation of the log "
-        "factor on the logit. Our assumption.",
+        "Standard deviation, between people, of the log factor by which they stretch logits on "
+        "a rating line. Our assumption.",
     )
     criterion: NotNegative = setting(
         1.6,
-        "Noise of a difference: a change by x is noticed with d' = x / noise. Our "
-        "assumption, chosen so that nearly everyone feels the paper's steps (\"all of "
-        'the subjects feel clearly the difference").',
+        "Change above which a person reports a difference, in units of the noise of a "
+        "difference. Our assumption, chosen so that nearly everyone feels the paper's steps "
+        '("all of the subjects feel clearly the difference").',
     )
-    criterion_sd: NotNegative = setting(0.3, "Spread of criteria across people. Our assumption.")
+    criterion_sd: NotNegative = setting(
+        0.3, "Standard deviation of the criterion between people. Our assumption."
+    )
     noise: AboveZero = setting(
-        2.2, "Change in sensation that gives d' = 1, for the median person. Our assumption."
+        2.2,
+        (
+            "Noise of a difference for the median person: the change in sensation that gives "
+            "d' = 1. Our assumption."
+        ),
     )
     threshold_sigma: NotNegative = setting(
         0.25,
-        "Between-person differences in thresholds: standard deviation of the log noise. Our "
-        "assumption.",
+        "Standard deviation, between people, of the log noise of a difference. Our assumption.",
     )
     exploration_s: AboveZero = setting(3.0, "Median. Our assumption.")
     exploration_sigma: NotNegative = setting(
@@ -149,34 +154,35 @@ class Population(BaseModel):
     )
     pace_sigma: NotNegative = setting(
         0.25,
-        "Between-person differences in the pace of exploring and answering: standard deviation of "
-        "its logarithm. Our assumption.",
+        "Standard deviation, between people, of the logarithm of their pace of exploring and "
+        "answering. Our assumption.",
     )
     reading_words_per_minute: AboveZero = setting(
         238.0,
-        "Silent reading speed. Brysbaert 2019, J. Mem. Lang. 109, 104047: mean of 190 studies.",
+        "Mean silent reading speed in 190 studies (Brysbaert 2019, Journal of Memory and "
+        "Language 109, 104047).",
     )
     reading_sigma: NotNegative = setting(
         0.14,
-        "Standard deviation of the logarithm, between people. Brysbaert 2019: most adults read 175 "
-        "to 300 words per minute.",
+        "Standard deviation of the log reading speed between people. Brysbaert 2019: most "
+        "adults read 175 to 300 words per minute.",
     )
     screen_s: NotNegative = setting(1.0, "Time per screen in addition to reading. Our assumption.")
-    habits: Habits = setting(Habits(), "Habits in addition to the answers; all off by default.")
+    habits: Habits = setting(Habits(), "Response habits, which are all off by default.")
     effects: tuple[tuple[str, str, AboveZero], ...] = setting(
         (),
-        "Factor by which sensation is multiplied in a condition, by name and level of a study "
-        "factor; default: 1. Taken from the study's `simulated`, with its sources.",
+        "Factor by which a condition multiplies sensation, by name and level of a study factor; "
+        "default: 1. The values come from `simulated` in the study file.",
     )
     growths: tuple[tuple[str, str, AboveZero], ...] = setting(
         (),
-        "Factor by which the exponent of sensation is multiplied in a condition; default: 1. Taken "
-        "from the study's `simulated_growth`.",
+        "Factor by which a condition multiplies the exponent of sensation; default: 1. The "
+        "values come from `simulated_growth` in the study file.",
     )
     effect_sds: tuple[tuple[str, NotNegative], ...] = setting(
         (),
-        "Between-person differences in a factor's effects: standard deviation of their logarithm, "
-        "by name of the factor. Taken from the study's `simulated_sd`.",
+        "Standard deviation, between people, of the logarithm of a factor's effects, by name of "
+        "the factor. The values come from `simulated_sd` in the study file.",
     )
     behaviour: str = setting(
         "",

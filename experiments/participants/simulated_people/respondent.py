@@ -57,7 +57,7 @@ def unanswered(protocol: str, name: str) -> str:
     """Return the error message for a question that simulated participants cannot answer."""
     return (
         f"{protocol}: no simulated participant can answer '{name}', so the study cannot be "
-        "piloted; expected an answer for it in the protocol's 'simulated'"
+        "piloted; expected a function for this question in the protocol's 'simulated'"
     )
 
 

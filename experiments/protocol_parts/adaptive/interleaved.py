@@ -60,7 +60,7 @@ class Interleaved:
     ) -> Self:
         """Check the stopping rule for each track; return the tracks before their first trial."""
         if not tracks:
-            raise UserError("interleaved tracks: none given, expected at least one")
+            raise UserError("interleaved tracks: expected at least one track")
         for track in tracks:
             stopping.check(track)
         before = cls(tracks=tracks, stopping=stopping, stream=stream, order=order)

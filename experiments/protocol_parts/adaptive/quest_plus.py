@@ -86,7 +86,10 @@ class QuestPlus:
                 "thresholds, expected equal numbers"
             )
         if weights and not (np.isfinite(weights).all() and min(weights) >= 0 and max(weights) > 0):
-            raise UserError("QUEST+: threshold_weights must be 0 or more, and at least one above 0")
+            raise UserError(
+                "QUEST+: threshold_weights must all be 0 or more, and at least one weight must "
+                "be above 0"
+            )
         cells = len(self.levels) * int(np.prod(self.shape))
         if cells > LARGEST_GRID:
             raise UserError(

@@ -67,7 +67,7 @@ class UpDown:
     def __post_init__(self) -> None:
         where = "staircase"
         if not self.steps_up:
-            raise UserError(f"{where}: steps_up is empty, expected at least one size of step")
+            raise UserError(f"{where}: steps_up is empty, expected at least one step size")
         check_positive(where, "steps_up", self.steps_up)
         check_positive(where, "down_to_up", [self.down_to_up])
         if self.down_after < 1:

@@ -148,7 +148,10 @@ def test_a_text_that_comes_with_a_newer_slipscale_is_asked_for_and_no_old_run_is
         ({"session__rest": ""}, "1 texts are missing: session.rest"),
         ({"session__wellcome": "Hallo"}, r"texts\.de\.session\.wellcome: unknown text"),
         ({"window__progress": "{done} sind vorbei"}, r"window\.progress: {total} is missing"),
-        ({"window__progress": "{done} {total} {x}"}, r"line \d+, window\.progress: its braces"),
+        (
+            {"window__progress": "{done} {total} {x}"},
+            r"line \d+, window\.progress: contains unknown",
+        ),
         ({"comparing__options": "das erste | das zweite"}, "expected 3 answers"),
         ({"window__yes_key": "n"}, "expected two different letters"),
         ({"window__decimal": "'"}, r"window\.decimal: expected a point or a comma"),

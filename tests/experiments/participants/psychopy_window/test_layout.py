@@ -69,7 +69,7 @@ def test_the_countdown_of_a_line_scale_is_clear_of_the_question(language, lines)
 )
 def test_letters_that_the_font_lacks_are_named_with_a_font_that_has_them(words, font):
     (fault,) = faults((Text(content=words, y=0.0),))
-    assert f"(a font that has these: {font})" in fault
+    assert f"(fonts that contain these letters: {font})" in fault
 
 
 STUDY = """name = "mine"

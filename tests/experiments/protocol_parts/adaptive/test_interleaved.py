@@ -133,7 +133,7 @@ def test_a_rule_that_does_not_fit_its_method_is_refused():
         Stopping(most_trials=10, reversals=5).check(QUEST.start())
     with pytest.raises(UserError, match=r"has a spread of 0\.1\S+ before any answer"):
         Stopping(most_trials=10, threshold_sd_log10=0.5).check(QUEST.start())
-    with pytest.raises(UserError, match="none given"):
+    with pytest.raises(UserError, match="at least one track"):
         begun(0, Stopping(most_trials=10))
     Stopping(most_trials=10, threshold_sd_log10=0.1).check(QUEST.start())
 

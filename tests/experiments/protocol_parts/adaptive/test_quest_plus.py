@@ -207,7 +207,7 @@ def test_the_truth_is_recovered_over_400_runs():
         ({"lapses": (0.0, 0.6)}, "the largest lapse is 0.6, expected 0 to 0.5"),
         ({"guess": 0.99}, "guess is 0.99, expected 0 to 0.95"),
         ({"threshold_weights": (1.0,)}, "1 threshold_weights for 11 thresholds"),
-        ({"threshold_weights": (0.0,) * 11}, "one above 0"),
+        ({"threshold_weights": (0.0,) * 11}, "must be above 0"),
         ({"slopes": tuple(np.arange(1, 9000.0))}, "cells, more than 2000000"),
     ],
 )

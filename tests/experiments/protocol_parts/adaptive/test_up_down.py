@@ -184,7 +184,7 @@ def test_psychopys_staircase_takes_the_same_levels():
         ({"start_level": math.nan}, "the first level is nan"),
         ({"lowest_level": 0.0}, "the lowest level is 0, expected 1e-09 or more on the log10 scale"),
         ({"highest_level": 1e-4}, "expected above the lowest"),
-        ({"steps_up": ()}, "at least one size of step"),
+        ({"steps_up": ()}, "at least one step size"),
         ({"steps_up": (0.1, -0.1)}, "steps_up is -0.1"),
         ({"steps_up": (5.0,)}, "larger than the whole range of levels"),
         ({"down_after": 5}, "down_after is 5, expected one of 1, 2, 3, 4"),
