@@ -33,7 +33,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
     Parameters
     ----------
     spec : str
-        As for ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE`` or a
+        Plate as in ``slipscale run --plate``: ``mock``, ``serial:PORT``, ``scpi:RESOURCE`` or a
         laboratory's own backend. A script need not call `check` in every frame: by default, the
         heartbeat of a serial board continues as long as the script runs.
     """
@@ -51,22 +51,22 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.limits.quantity
 
     def present(self, level: float) -> Presentation:
-        """Ramp to an amplitude in µm peak to peak; return when it has settled.
+        """Ramp to an amplitude in µm peak to peak; return when the amplitude has settled.
 
         Raises
         ------
         UserError, PlateFault
-            As in `slipscale.hardware.driver.PlateDriver.present`; the plate is then silent or
-            unchanged.
+            See `slipscale.hardware.driver.PlateDriver.present`; after an error, the plate is silent
+            or unchanged.
         """
         return self._plate.present(VirtualSurface(level=float(level)))
 
     def read_back(self) -> float | None:
-        """Return the amplitude that the plate reports, in µm peak to peak, or None."""
+        """Return the amplitude that the plate reports in µm peak to peak, if any."""
         return self._plate.read_back().level
 
     def check(self) -> None:
-        """Raise a `PlateFault` if the plate has failed; fast enough for every frame."""
+        """Raise a `PlateFault` if the plate has failed; call this function in every frame."""
         self._plate.check()
 
     def silence(self) -> None:
@@ -74,12 +74,12 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         self._plate.silence()
 
     def close(self) -> None:
-        """Stop the plate and release it."""
+        """Stop and release the plate."""
         self._plate.close()
         atexit.unregister(self.close)
 
     def isSameDevice(self, other: object) -> bool:  # noqa: N802 - PsychoPy's name
-        """Return whether another device, or its parameters, refers to this plate."""
+        """Return whether a device, or a dictionary of device parameters, refers to this plate."""
         spec = other.get("spec") if isinstance(other, dict) else getattr(other, "spec", None)
         return bool(spec == self.spec)
 

@@ -16,15 +16,15 @@ class QuantityTable(FrozenTable):
     """Quantity that the plate produces, in which levels are given."""
 
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = setting(
-        PLATE_AMPLITUDE.name, "A lower-case noun, such as voltage."
+        PLATE_AMPLITUDE.name, "Name of the quantity, a lower-case noun such as voltage."
     )
-    unit: Text = setting(PLATE_AMPLITUDE.unit, "The unit as written: V, m/s², N.")
+    unit: Text = setting(PLATE_AMPLITUDE.unit, "Unit as it is written, such as V, m/s² or N.")
     convention: Literal["peak to peak", "peak", "RMS", ""] = setting(
-        "peak to peak", "The convention, if the unit leaves it open; may be empty."
+        "peak to peak", "Convention that the unit does not contain, such as RMS; may be empty."
     )
-    judged: Text = setting(PLATE_AMPLITUDE.judged, "The quality that participants judge, a noun.")
+    judged: Text = setting(PLATE_AMPLITUDE.judged, "Attribute that participants judge, a noun.")
     falls: Annotated[bool, Field(strict=True)] = setting(
-        False, "Whether that quality falls with the quantity."
+        False, "Whether the judged attribute decreases as the quantity increases."
     )
 
     @classmethod

@@ -1,7 +1,7 @@
-"""Choices for the analysis, fixed in the study file before anyone sees the data.
+"""Choices for the analysis, which are fixed in the study file before anyone sees the data.
 
-The choices form the ``[analysis]`` table of a study file. All keys are optional and default to the
-values given here. The report states which choices were fixed in advance.
+The choices form the ``[analysis]`` table of a study file. All keys are optional. The report states
+which choices were fixed in advance.
 """
 
 from __future__ import annotations
@@ -76,18 +76,19 @@ Share = Annotated[float, Field(ge=0, le=1)]
 
 
 class Thresholds(FrozenTable):
-    """Criteria for flagging a participant's data; only flags in ``exclusions`` exclude data."""
+    """Criteria that flag a participant's data; only flags in ``exclusions`` exclude data."""
 
     falling_steps: Annotated[int, Field(ge=1)] | None = setting(
         None,
-        "Flag non_monotone: the mean estimate decreases on at least this many steps from one "
-        "amplitude to the next; default: the number reached by at most 1 in 20 participants who "
-        "feel no difference (3 of 3 steps, 4 of 4, 5 of 6).",
+        "Flag non_monotone: the mean estimate decreases on at least this number of steps from "
+        "one amplitude to the next. The default is the number that at most 1 in 20 participants "
+        "who feel no difference would reach (3 of 3 steps, 4 of 4, 5 of 6).",
         unit="steps",
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = setting(
         2,
-        "Flag constant: at most this many different estimates across three or more amplitudes.",
+        "Flag constant: a participant gives at most this number of different estimates for three "
+        "or more amplitudes.",
         unit="different estimates",
     )
     zero_share: Share = setting(
@@ -101,13 +102,14 @@ class Thresholds(FrozenTable):
         0.05, "Flag fast: largest accepted proportion of answers faster than fast_s."
     )
     fast_s: Annotated[float, Field(gt=0)] = setting(
-        0.2, "Response time below which an answer counts as fast."
+        0.2, "Response time below which the flag fast counts an answer."
     )
     outlier_sd: Annotated[float, Field(gt=0)] = setting(
         4.5,
-        "Flag outlying: an estimate deviates from the participant's own pattern by more than this "
-        "number of robust standard deviations (1.4826 times the median absolute deviation of the "
-        "log residuals; the variance is the mean of this amplitude's and the overall variance).",
+        "Flag outlying: an estimate deviates from the participant's own pattern by more than "
+        "this number of robust standard deviations. A robust standard deviation is 1.4826 times "
+        "the median absolute deviation of the log residuals; its square is averaged over the "
+        "amplitude and all amplitudes.",
         unit="robust standard deviations",
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = setting(
@@ -147,14 +149,15 @@ class AnalysisChoices(FrozenTable):
 
     normalisation: Normalisation | None = setting(
         None,
-        "Method for putting estimates on a common scale; default: scale_top if every trial has "
-        "one, otherwise grand_maximum.",
+        "Method that puts the estimates of all participants on a common scale; default: "
+        "scale_top if every trial has a scale top, otherwise grand_maximum.",
     )
     zero_rule: ZeroRule = setting(
         "exclude", "Treatment of zero estimates before taking logarithms."
     )
     standard_deviation: SdConvention = setting(
-        "sample", "Standard deviation in Table III: sample divides by n - 1, population by n."
+        "sample",
+        "Standard deviation in Table III: sample divides by n - 1, and population divides by n.",
     )
     exclusions: Annotated[tuple[QualityFlag, ...], AfterValidator(_no_outcome)] = setting(
         (), "Flags that exclude a participant from every analysis."
@@ -164,52 +167,55 @@ class AnalysisChoices(FrozenTable):
     )
     primary: Primary = setting(
         "ranks",
-        "Primary analysis, on which the report's answer and the power analysis are based: ranks "
-        "(Friedman test and Holm-corrected pairwise Wilcoxon tests; keeps estimates of zero) or "
-        "logarithms (repeated-measures ANOVA and Holm-corrected pairwise t-tests). All other tests "
-        "are reported as secondary.",
+        "Primary analysis, on which the report's answer and the power analysis are based. ranks: "
+        "Friedman test and Holm-corrected pairwise Wilcoxon tests, which include estimates of "
+        "zero. logarithms: repeated-measures ANOVA and Holm-corrected pairwise t-tests. All "
+        "other tests are reported as secondary.",
     )
     tests: tuple[Test, ...] | None = setting(
-        None, 'Tests to run; default: all. The others are reported as "not chosen".'
+        None,
+        'Tests to run; default: all tests. Tests that are not listed are reported as "not chosen".',
     )
     confidence: Annotated[float, Field(gt=0.5, lt=1)] = setting(
         0.95, "Confidence level of all intervals.", unit="share, 0 to 1"
     )
     equivalence_ratio: Annotated[float, Field(gt=1, allow_inf_nan=False)] = setting(
         1.25,
-        "Two amplitudes count as equivalent if the ratio of their geometric means lies between 1/x "
-        "and x, where x is this value (two one-sided tests). The default is the bioequivalence "
-        "bound, 0.80 to 1.25; set the smallest difference that matters to you.",
+        "Two amplitudes count as equivalent if the ratio of their geometric means lies between "
+        "1/x and x, where x is this value (two one-sided tests). The default is the limit for "
+        "bioequivalence, 0.80 to 1.25; set the smallest ratio that matters in your study.",
         unit="ratio",
     )
     group: str | None = setting(
         None,
-        "Column of participants.tsv with each participant's group, to compare groups; default: "
-        "group, if it exists.",
+        "Column of participants.tsv that contains each participant's group, for comparisons of "
+        "groups; default: the column `group`, if it exists.",
     )
     threshold_curve: ThresholdCurve | None = setting(
         None,
-        "Psychometric function for thresholds: weibull, log_logistic and log_normal are functions "
-        "of the log level; gumbel, logistic and normal of the level itself. Default: weibull, or "
-        "normal for comparisons on both sides of a standard.",
+        "Psychometric function for thresholds: weibull, log_logistic and log_normal are "
+        "functions of the logarithm of the level; gumbel, logistic and normal are functions of "
+        "the level itself. Default: weibull, or normal if comparisons lie on both sides of a "
+        "standard.",
     )
     threshold_share: Annotated[float, Field(gt=0, lt=1)] = setting(
         0.5,
-        "Position of the threshold on the curve, corrected for guesses and lapses: 0.5 is halfway "
-        "between the asymptotes.",
+        "Height of the psychometric curve at the threshold, corrected for guesses and lapses: "
+        "0.5 is halfway between the asymptotes.",
         unit="share, 0 to 1",
     )
     threshold_reversals: Annotated[int, Field(strict=True, ge=2, multiple_of=2)] | None = setting(
         None,
-        "Also report staircase thresholds as the mean of this number of final reversals per track "
-        "(Levitt 1971); must be even; default: not reported.",
+        "Number of final reversals per track whose mean is also reported as a staircase "
+        "threshold (Levitt 1971); must be even. By default, such means are not reported.",
         unit="reversals",
     )
     threshold_friction: Literal["level_means", "trials"] | None = setting(
         None,
-        "Also report thresholds in measured friction, as a function of each trial's change in the "
-        "coefficient (trials) or of its mean per participant and level (level_means: noise in "
-        "individual measurements does not flatten the curve); default: not reported.",
+        "Report thresholds in measured friction as well. trials: the curve is a function of each "
+        "trial's change in the coefficient of friction. level_means: of the mean change per "
+        "participant and level, so that noise in single measurements does not flatten the curve. "
+        "By default, these thresholds are not reported.",
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = setting(
         0.2,
@@ -219,6 +225,6 @@ class AnalysisChoices(FrozenTable):
     )
     codebook: str | None = setting(
         None,
-        "Codebook for verbal reports: a path relative to the data set; default: the shipped "
+        "Path of the codebook for verbal reports, relative to the data set; default: the shipped "
         "codebook.",
     )

@@ -1,7 +1,7 @@
 """Check keys of a study against each other.
 
-Each check yields errors with their locations in the file. A check receives only the valid keys, so
-it is skipped if a key that it needs is invalid.
+Each check yields errors with their locations in the file. A check receives only valid keys, and is
+skipped if a required key is invalid.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def named_twice(table: str, names: list[str]) -> Iterator[Fault]:
 def impossible(
     place: Place, task: Options, before: list[Options], data: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield an error for each reason why a task is impossible in this study."""
+    """Yield an error for each reason that makes a task impossible in this study."""
     protocol, own = load_protocol(task.protocol), Levels.of(data)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
@@ -50,12 +50,13 @@ def impossible(
         yield (*place, "protocol"), {"msg": str(error)}
         return
     if protocol.texts and protocol.instructions not in texts:
-        message = f"its instructions '{protocol.instructions}' are not among its texts"
+        message = f"the protocol has no text for its instructions '{protocol.instructions}'"
         yield (*place, "protocol"), {"msg": message}
     columns = {*protocol.design, *protocol.stimulus, *protocol.response}
     shared = columns & {factor.name for factor in data.get("factors", ())}
     yield from (
-        (place, {"msg": (f"has a column '{name}', which is also a factor")}) for name in shared
+        (place, {"msg": (f"the protocol's column '{name}' has the name of a factor")})
+        for name in shared
     )
     levels, textures = data.get("levels"), data.get("textures")
     if levels is None or textures is None:
@@ -67,7 +68,7 @@ def impossible(
         possible = protocol.possible_levels(task, context) if protocol.possible_levels else ()
         yield from own.unpresentable(place, *sorted(set(possible)))
         if not protocol.trials(task, context):
-            yield place, {"msg": f"has no trials with these {own.quantity.levels}"}
+            yield place, {"msg": f"the task has no trials with these {own.quantity.levels}"}
     except UserError as error:
         yield place, {"msg": str(error)}
 
@@ -78,7 +79,7 @@ def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault
     if data.get("textures") and not presented:
         yield (
             ("textures", 0),
-            {"msg": ("no task presents them; add a task that does, such as magnitude_estimation")},
+            {"msg": ("no task presents textures; add one, such as magnitude_estimation")},
         )
 
 
@@ -99,7 +100,7 @@ def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> 
 
 
 def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield errors for an unknown language, ambiguous names and untranslated questions."""
+    """Yield errors about an unknown language, ambiguous names and untranslated questions."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
     language, questions = data.get("language"), data.get("about_you", ())
     yield from named_twice("about_you", [question.name for question in questions])

@@ -1,8 +1,8 @@
-"""Factors that a study crosses with its levels: stimulus parameters or other conditions.
+"""Factors of a study, which are crossed with its levels: parameters or other conditions.
 
 Each combination of the factors' levels is a condition. A task is run once per condition; the order
-of conditions follows a Williams design across participants. The protocol is not aware of
-conditions: its trials are renumbered, and each factor becomes a column of the task's table.
+of conditions follows a Williams design across participants. Protocols do not handle conditions:
+trials are renumbered here, and each factor becomes a column of the task's table.
 """
 
 from __future__ import annotations
@@ -48,28 +48,31 @@ class Factor(FrozenTable):
     """A factor: a stimulus parameter, or a condition announced to the participant."""
 
     name: Label = Field(
-        description="Column of the factor in the data. If it is the key of a parameter, such as "
-        "finger_speed_mm_s, the factor changes that parameter in the stimulus and the "
+        description="Column of the factor in the data. If the name is the key of a parameter, "
+        "such as finger_speed_mm_s, the factor changes that parameter in the stimulus and the "
         "textures."
     )
     levels: Annotated[
         tuple[float | Words, ...], Field(min_length=2, max_length=MOST_CONDITIONS)
-    ] = Field(description="Levels, all different: numbers for a parameter, otherwise words.")
-    description: str = setting("", "Description of the column, for the data set.")
+    ] = Field(
+        description="Levels of the factor, all different: numbers if the factor is a "
+        "parameter, otherwise words."
+    )
+    description: str = setting("", "Description of the factor's column in the data set.")
     instructions: dict[str, dict[str, Words]] = Field(
         default_factory=dict,
-        description="Text that the participant reads before a condition: for each language, a "
-        "table from level to text.",
+        description="Texts that the participant reads before a condition: for each language, a "
+        "table with one text per level.",
     )
     simulated: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = Field(
         default_factory=dict,
-        description="Factor by which a level multiplies the sensation of simulated people; "
+        description="Number by which a level multiplies the sensation of simulated people; "
         "default: 1.",
     )
     simulated_growth: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = (
         Field(
             default_factory=dict,
-            description="Factor by which a level multiplies the exponent of simulated people's "
+            description="Number by which a level multiplies the exponent of simulated people's "
             "sensation, without changing the strongest sensation; default: 1.",
         )
     )
@@ -77,8 +80,8 @@ class Factor(FrozenTable):
         default=0,
         ge=0,
         allow_inf_nan=False,
-        description="Standard deviation, between simulated people, of the natural logarithm of the "
-        "factor of each level.",
+        description="Standard deviation across simulated people of the natural logarithm of each "
+        "level's multiplier.",
         json_schema_extra={"unit": "none"},
     )
 
@@ -91,16 +94,16 @@ class Condition:
 
     @property
     def label(self) -> str:
-        """The condition as text, used in the key of random numbers."""
+        """The condition as a text, which is part of the seed of random numbers."""
         return " ".join(f"{name}={factor_level(value)}" for name, value in self.values.items())
 
     def context(self, context: Context, plate: Quantity) -> Context:
-        """Return the context that a protocol receives in this condition.
+        """Return the context for a protocol in this condition.
 
         Raises
         ------
         UserError
-            If a parameter's level is out of range.
+            If a factor's level is out of the parameter's range.
         """
         fields: dict[str, Any] = {
             field: value
@@ -117,7 +120,7 @@ class Condition:
 
 
 def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield the errors in a study's factor, given the study's valid fields."""
+    """Yield the errors in a factor, given the study's valid fields."""
     levels = Levels.of(study)
     field = field_of(factor.name, levels.made, PARAMETERS)
     if len(set(factor.levels)) < len(factor.levels):
@@ -129,7 +132,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     if field and not (levels.vary or study.get("textures")):
         yield (
             (*place, "name"),
-            {"msg": "is a parameter, but the study has no texture or [stimulus]"},
+            {"msg": "the study has no texture or [stimulus] with this parameter"},
         )
     known = {factor_level(each) for each in factor.levels}
     tables: dict[Place, Mapping[str, object]] = {
@@ -139,7 +142,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
     tables |= {("instructions", language): texts for language, texts in factor.instructions.items()}
     for key, table in tables.items():
         if strange := sorted(set(table) - known):
-            message = f"{', '.join(strange)}: expected levels of the factor"
+            message = f"unknown levels {', '.join(strange)}; expected levels of the factor"
             yield (*place, *key), {"msg": message}
     language = study.get("language", "en")
     if factor.instructions and known - set(factor.instructions.get(language, {})):
@@ -151,7 +154,7 @@ def uncrossable(place: Place, factor: Factor, study: Mapping[str, Any]) -> Itera
 def _unplayable(
     place: Place, factor: Factor, levels: Levels, study: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield errors for levels of a parameter that the study's stimuli cannot present."""
+    """Yield errors for a factor's levels that the study's stimuli cannot present."""
     if words := [each for each in factor.levels if isinstance(each, str)]:
         yield (*place, "levels"), {"msg": f"expected numbers, not '{words[0]}'"}
         return
@@ -169,7 +172,7 @@ def _unplayable(
 
 
 def second_levels(second: SecondPlate | None, factors: Iterable[Factor]) -> tuple[float, ...]:
-    """Return the levels of a second actuator; empty if there is none."""
+    """Return the levels of the second actuator; empty without a second actuator."""
     named = (each.levels for each in factors if second and each.name == second.factor)
     return tuple(level for level in next(named, ()) if isinstance(level, float))
 
@@ -179,7 +182,7 @@ def second_faults(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fa
     named = [each for each in factors if each.name == second.factor]
     levels = second_levels(second, named)
     if not named:
-        yield ("factors",), {"msg": f"expected one named {second.factor}, for [second_plate]"}
+        yield ("factors",), {"msg": f"[second_plate] requires a factor named {second.factor}"}
     elif len(levels) < len(named[0].levels) or not 0 <= min(levels) <= max(levels) <= second.level:
         limit = second.quantity.quantity.short(second.level)
         message = f"expected the levels of {second.factor} to be numbers from 0 to {limit}"
@@ -202,7 +205,7 @@ def crossed(
     language: str,
     second: SecondPlate | None = None,
 ) -> Protocol:
-    """Return a protocol that runs once per condition; without factors, the unchanged protocol."""
+    """Return a protocol that repeats another protocol in each condition, if there are factors."""
     if not factors:
         return protocol
     conditions = conditions_of(factors)
@@ -236,7 +239,7 @@ def crossed(
 
 
 def ordered(conditions: Sequence[Condition], context: Context) -> list[Condition]:
-    """Return the conditions in a participant's order."""
+    """Return the conditions in the order for a participant."""
     (order,) = williams_blocks(
         len(conditions),
         1,
@@ -271,17 +274,17 @@ def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Colu
 
 @dataclass(frozen=True, slots=True)
 class _Shift:
-    """The renumbering of the steps in one condition.
+    """Renumbering of the trials in one condition.
 
     Parameters
     ----------
     before, after : int
-        Number of trials in previous conditions, and expected number of trials in the remaining
+        Number of trials in the previous conditions, and expected number in the remaining
         conditions.
     factors : Mapping
-        The condition's column values.
+        Values of the condition in the factors' columns.
     second : str
-        The factor that sets the level of a second actuator; empty if there is none.
+        The factor that sets a second actuator's level; empty without a second actuator.
     """
 
     before: int
@@ -317,7 +320,7 @@ class _Shift:
 
 
 def _renumbered(steps: Steps, shift: _Shift) -> Generator[Step, Answer, int]:
-    """Yield steps with continued trial numbers, and return the number of the last trial."""
+    """Yield steps whose trial numbers continue, and return the last trial number."""
     last, answer = shift.before, None
     while True:
         try:

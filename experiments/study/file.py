@@ -1,6 +1,6 @@
 """Find, read and validate study files; all errors are reported at once, with line numbers.
 
-For the allowed keys, see `slipscale.experiments.study.model.Study`.
+`slipscale.experiments.study.model.Study` defines the allowed keys.
 """
 
 from __future__ import annotations
@@ -44,19 +44,19 @@ def parse_study(text: str, source: str) -> Study:
     text : str
         The study file's text.
     source : str
-        The file's name, which appears in messages.
+        The file's name for error messages.
 
     Raises
     ------
     UserError
-        If the text is not valid. The message lists every error with its line or key and the
+        If the text is not valid. The message lists every error with its line or key, and the
         expected value.
     """
     return parse_toml(text, source, Study, names=file_names)
 
 
 def file_names(table: dict[str, Any]) -> FileNames:
-    """Return the names that a study file's keys have in the study's quantity."""
+    """Return the names of keys in a study file, which depend on the study's quantity."""
     tasks = table.get("tasks")
     named = {str(t.get("protocol")) for t in tasks if isinstance(t, dict)} if tasks else set()
     known = named & set(protocol_names())
@@ -97,12 +97,12 @@ def _shipped_files() -> dict[str, Traversable]:
 
 
 def study_text(name: str) -> str:
-    """Return the text of a study file, or of a shipped study by name.
+    """Return the text of a shipped study or of a study file.
 
     Raises
     ------
     UserError
-        If neither exists, or the file cannot be read as text.
+        If there is no such study or file, or if the file cannot be read as text.
     """
     if shipped := _shipped_files().get(name):
         return shipped.read_text(encoding="utf-8")
@@ -119,13 +119,13 @@ def study_text(name: str) -> str:
 
 
 def parse_whole(text: str, name: str) -> tuple[Study, str]:
-    """Return the study defined by a file's text, and the text including its texts files.
+    """Return the study that a text defines, and the text with its texts files inserted.
 
     Raises
     ------
     UserError
-        As in `parse_study`; also if the study's own language lacks a text, or if a text does not
-        fit on the screen.
+        If the text is not valid (see `parse_study`), if the study's own language lacks a text, or
+        if a text does not fit on the screen.
     """
     whole = with_images(with_own_language(text, name), name)
     study = parse_study(whole, name)
@@ -134,7 +134,7 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
 
 
 def read_study(name: str) -> tuple[Study, str]:
-    """Return a study and its complete text, including the contents of its texts files."""
+    """Return a study and its complete text, which includes the content of its texts files."""
     text = study_text(name)
     LOG.info("read study %s: %d characters", name, len(text))
     try:

@@ -1,11 +1,11 @@
-"""Test before the tasks that headphones are worn and that noise is heard in both ears.
+"""Test whether headphones are worn and whether noise is heard in both ears.
 
 The test plays 200 Hz tones, of which one is quieter and one is in antiphase (Woods, Siegel, Traer
 and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
-the air. The test detects headphones that are not worn, not plugged in or not selected. The test by
-Milne et al. (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but rejects a
-fifth of the headphone users. The antiphase tone cannot reveal a silent side, so noise is first
-played to each ear. If a participant fails, the operator decides what to do.
+the air. The test thus detects headphones that are not worn, not plugged in or not selected. The
+test by Milne et al. (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but
+rejects a fifth of the headphone users. The antiphase tone cannot reveal a silent side, so noise is
+first played to each ear separately. If a participant fails, the operator decides what to do.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ MISHEARD = 0.02
 
 
 class HeadphoneTest(FrozenTable):
-    """A test in which loudspeakers change which of three tones seems quietest."""
+    """A test in which a different tone seems quietest with loudspeakers than with headphones."""
 
     level_db: Annotated[float, Field(strict=True, le=0, ge=-60)] = setting(
         -20.0, "Level of the tones relative to full scale.", unit="dB re full scale"
@@ -59,12 +59,12 @@ class HeadphoneTest(FrozenTable):
         return self
 
     def steps(self, context: Context, texts: Texts, noise: NoiseInEar | None) -> Steps:
-        """Yield the steps of the test, repeated as often as the operator requests.
+        """Yield the steps of the test, which is repeated as often as the operator requests.
 
         Parameters
         ----------
         context : Context
-            The run's context, which determines the order of the tones.
+            Context of the run, which determines the order of the tones.
         texts : Mapping
         noise : NoiseInEar or None
             The study's masking noise for each ear; None if the study uses no noise.
@@ -87,7 +87,7 @@ class HeadphoneTest(FrozenTable):
     def _ears(
         self, attempt: int, context: Context, texts: Texts, noise: NoiseInEar | None
     ) -> Generator[Ask, Answer, list[str] | None]:
-        """Ask in which ear the noise is heard; return the misheard ears, or None without sound."""
+        """Ask in which ear noise is heard; return the misheard ears, or None without sound."""
         if noise is None:
             return []
         wrong = []
@@ -140,7 +140,7 @@ class HeadphoneTest(FrozenTable):
         return right
 
     def _decision(self, right: int, wrong_ears: list[str]) -> Ask:
-        """Return the question that the operator has to decide, in English."""
+        """Return the question about a failed test, which the operator answers (in English)."""
         ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
         elsewhere = " was heard elsewhere" if wrong_ears else ""
         prompt = (
@@ -157,7 +157,7 @@ class HeadphoneTest(FrozenTable):
         )
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return functions that answer in pilots like people who wear headphones."""
+        """Return functions that answer in pilots as people with headphones would."""
         named = [f"{NOISE}_{ear}" for ear in EARS]
         tones = [f"{TONE}_{number}" for number in range(1, self.trials + 1)]
         return {
@@ -172,7 +172,7 @@ def _ear(name: str) -> Ears:
 
 
 def _hears(step: Ask, person: SimulatedPerson) -> Value:
-    """Return the correct answer, with occasional errors."""
+    """Return the correct answer or, occasionally, an error."""
     sound = step.played.sound if step.played else None
     if isinstance(sound, NoiseInEar):
         return sound.ear

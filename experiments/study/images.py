@@ -20,9 +20,9 @@ def with_images(text: str, source: str) -> str:
     Parameters
     ----------
     text : str
-        The study file's text. Text that is not TOML or names no image is returned unchanged.
+        The study file's text. It is returned unchanged if it is not TOML or names no image.
     source : str
-        The study file's name; images are located in the same folder.
+        The study file's path; images are located in the same folder.
 
     Raises
     ------
@@ -50,7 +50,7 @@ def with_images(text: str, source: str) -> str:
 
 
 def _greys(source: str, name: str) -> Greys:
-    """Return the rows of grey values of an image next to a study file."""
+    """Return the rows of grey values of an image in the study file's folder."""
     if Path(name).name != name or "\\" in name or not name.lower().endswith(".png"):
         raise UserError(
             f"{source}: image: {name!r}: expected the name of a PNG file next to the study file, "
@@ -70,12 +70,14 @@ def _greys(source: str, name: str) -> Greys:
     if values.ndim > 2:  # noqa: PLR2004 - rows and columns, or also colours
         opaque, colours = values[..., 3:], values[..., :3]
         if (colours != colours[..., :1]).any() or (opaque != 1).any():
-            raise UserError(f"{source}: image {path}: it is in colour, expected a greyscale image")
+            raise UserError(
+                f"{source}: image {path}: the image must be greyscale, but is in colour"
+            )
         values = values[..., 0]
     if values.size > MOST_PIXELS:
         rows, columns = values.shape
         raise UserError(
-            f"{source}: image {path}: {columns} x {rows} pixels, expected at most {MOST_PIXELS:,} "
-            "in all; reduce the image"
+            f"{source}: image {path}: {columns} x {rows} pixels are too many; reduce the image to "
+            f"at most {MOST_PIXELS:,} pixels"
         )
     return tuple(bytes(row) for row in np.round(values * WHITE).astype(np.uint8))

@@ -1,7 +1,7 @@
-"""Validate each key of a study, using the keys before it.
+"""Validate each key of a study, given the valid keys that precede it.
 
-Each function receives the key's value and the valid keys before it, as pydantic passes them, and
-returns the value. All errors are raised at once, with their locations in the file.
+As a pydantic validator, each function receives a key's value and the preceding keys, and returns
+the value. All errors are raised at once, with their locations in the file.
 """
 
 from __future__ import annotations
@@ -63,19 +63,19 @@ def valid_vary(value: str, info: ValidationInfo) -> str:
 
 
 def valid_stimulus(value: StimulusTable | None, info: ValidationInfo) -> StimulusTable | None:
-    """Require the fixed parameters if, and only if, a parameter is varied."""
+    """Require fixed parameters if a parameter is varied, and none otherwise."""
     vary = info.data.get("vary", "")
     if value is None and vary:
         raise ValueError(f"expected the table [stimulus], because {vary} is varied")
     if value is not None and not vary:
-        raise ValueError("expected vary, the key of the parameter that the levels vary")
+        raise ValueError("expected vary, the key of the varied parameter")
     if value is not None:
         refuse(value.faults(_levels(info).vary), within=True)
     return value
 
 
 def valid_plate(value: PlateSettings, info: ValidationInfo) -> PlateSettings:
-    """Require a limit in the plate's quantity."""
+    """Require a limit that is given in the plate's quantity."""
     refuse(_levels(info).unstated(("plate",), value))
     return value
 
@@ -88,7 +88,7 @@ def valid_stroke(value: Stroke | None, info: ValidationInfo) -> Stroke | None:
 
 
 def valid_levels(value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-    """Require different levels that the plate can present."""
+    """Require levels that differ and that the plate can present."""
     faults = list(_levels(info).unpresentable(("levels",), *value))
     if len(set(value)) < len(value):
         faults.append((("levels",), {"msg": "expected different values"}))
@@ -97,7 +97,7 @@ def valid_levels(value: tuple[float, ...], info: ValidationInfo) -> tuple[float,
 
 
 def valid_textures(value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
-    """Require textures that the plate can play, with different names."""
+    """Require textures that the plate can play and that have different names."""
     faults = list(named_twice("textures", [texture.name for texture in value]))
     for number, texture in enumerate(value):
         faults += _levels(info).beyond(("textures", number), texture.surface())
@@ -110,7 +110,7 @@ def valid_textures(value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Te
 
 
 def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Factor, ...]:
-    """Require factors that can be crossed, with different names."""
+    """Require factors that can be crossed and that have different names."""
     faults = list(named_twice("factors", [factor.name for factor in value]))
     for number, factor in enumerate(value):
         faults += uncrossable(("factors", number), factor, info.data)
@@ -125,7 +125,7 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
 
 
 def valid_tasks(tables: object, info: ValidationInfo) -> object:
-    """Return the options of each task, and require tasks that are possible in this study."""
+    """Return the options of each task; require tasks that are possible in this study."""
     if not isinstance(tables, list | tuple):
         raise ValueError("expected [[tasks]] tables, each with a protocol")  # noqa: TRY004 - pydantic gathers ValueErrors
     faults: list[Fault] = []
@@ -149,7 +149,7 @@ def valid_tasks(tables: object, info: ValidationInfo) -> object:
 
 
 def valid_sessions(value: tuple[str, ...]) -> tuple[str, ...]:
-    """Require different labels."""
+    """Require sessions with different labels."""
     if len({label.casefold() for label in value}) < len(value):
         raise ValueError("expected different values")
     return value
@@ -168,7 +168,7 @@ def _levels(info: ValidationInfo) -> Levels:
 
 
 def _task(table: object, info: ValidationInfo) -> Options:
-    """Return the options from one [[tasks]] table."""
+    """Return the options given in one [[tasks]] table."""
     if isinstance(table, Options):
         return table
     name = table.get("protocol") if isinstance(table, dict) else None

@@ -1,8 +1,8 @@
-"""Define the meaning of a study's levels, and check whether they can be presented.
+"""Define the meaning of a study's levels, and check whether the levels can be presented.
 
 A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
-parameter. A level can be presented if it is in range, does not exceed the plate's limit, and if the
-plate, the serial line and the air film respond fast enough
+parameter. A level can be presented if it is in range and does not exceed the plate's limit, and if
+the plate, the serial line and the air film respond fast enough
 (`slipscale.stimuli.modulation.LEAST_FOLLOWED`).
 """
 
@@ -41,9 +41,9 @@ class Levels:
     limit_level : float
         The largest value that the plate may produce.
     vary : str
-        The field of the varied parameter; empty if none is varied.
+        The field of the varied parameter; empty without a varied parameter.
     stimulus : StimulusTable or None
-        The fixed parameters.
+        The stimulus's fixed parameters.
     """
 
     made: Quantity
@@ -53,7 +53,7 @@ class Levels:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Levels:
-        """Return the levels defined by the valid fields of a study."""
+        """Return the meaning of levels, given the valid fields of a study."""
         table: QuantityTable = fields.get("made", QuantityTable())
         if attribute := fields.get("attribute"):
             table = table.model_copy(update={"judged": attribute})
@@ -69,7 +69,7 @@ class Levels:
 
     @classmethod
     def stated(cls, content: Mapping[str, Any]) -> Levels:
-        """Return the levels defined in a study file. Raises `ValueError` if a table is invalid."""
+        """Return the meaning of levels in a study file. Raises `ValueError` for invalid tables."""
         stimulus = content.get("stimulus")
         return cls.of(
             {
@@ -93,7 +93,7 @@ class Levels:
     def context(
         self, levels: tuple[float, ...], textures: tuple[Texture, ...] = (), task: str = ""
     ) -> Context:
-        """Return a context without a participant, to determine what a protocol would present."""
+        """Return a context without a participant, which shows what a protocol would present."""
         return Context(
             seed=0,
             participant="",
@@ -107,7 +107,7 @@ class Levels:
         )
 
     def surface(self, level: float) -> Stimulus | None:
-        """Return the surface for a level; None if ``[stimulus]`` is missing. Raises `UserError`."""
+        """Return the surface with a level; None without ``[stimulus]``. Raises `UserError`."""
         return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
@@ -118,7 +118,7 @@ class Levels:
             yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
-        """Yield the errors of levels that cannot be presented, with the reasons."""
+        """Yield an error that states the reason for each level that cannot be presented."""
         possible = []
         for level in levels:
             try:
@@ -145,12 +145,13 @@ class Levels:
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:
-        """Yield the keys that a table in another quantity must set, because defaults are in µm."""
+        """Yield the keys that must be set in another quantity, because their defaults are in µm."""
         quantity = self.made if place[0] == "plate" else self.quantity
         if quantity.in_um_pp:
             return
         for key, field in type(table).model_fields.items():
             left_out = in_um(key) != key and key not in table.model_fields_set
             if left_out and field.default is not None:
-                message = f"is missing; its default is in µm, expected {quantity.unit_in_full}"
+                unit = quantity.unit_in_full
+                message = f"is missing; expected a value in {unit}, because the default is in µm"
                 yield (*place, key), {"msg": message}

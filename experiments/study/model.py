@@ -1,4 +1,4 @@
-"""The study definition, frozen and validated as a whole.
+"""Define the immutable definition of a study, which is validated as a whole.
 
 All errors are reported at once, each with its location. A check that depends on another key is
 skipped if that key is invalid; for example, levels are not checked if the plate's table is invalid.
@@ -87,20 +87,20 @@ class Study(FrozenTable):
     made: QuantityTable = Field(
         default=QuantityTable(),
         validation_alias="quantity",
-        description="Quantity that the plate produces and in which levels are given; default: the "
-        "vibration amplitude in µm peak to peak. For other quantities, key names end "
-        "in the unit.",
+        description="Quantity that the plate produces, in which levels are given; default: the "
+        "vibration amplitude in µm peak to peak. If it is another quantity, the names of keys "
+        "end in the unit of that quantity.",
     )
     attribute: str = setting(
         "",
         "Attribute that participants judge: a noun such as roughness, used in prompts, columns, "
-        "axes and reports. Default: slipperiness, or `judged` from [quantity].",
+        "axes and reports. The default is `judged` in [quantity], or slipperiness.",
     )
     attribute_falls: Switch = setting(
         False,
         "Whether the attribute decreases with the level, as roughness may with spatial period. "
-        "Forced choice then asks which surface is less rough for a higher level, and trend tests "
-        "expect a decrease.",
+        "If so, a forced choice for the higher level asks which surface is less rough, and trend "
+        "tests expect a decrease.",
     )
     attribute_words: Annotated[dict[str, StatedWords], AfterValidator(valid_attribute_words)] = (
         Field(
@@ -113,9 +113,9 @@ class Study(FrozenTable):
     )
     vary: Annotated[str, AfterValidator(valid_vary)] = setting(
         "",
-        "Key of the [stimulus] parameter that is varied, such as spatial_period_mm: all levels of "
-        "the study are then values of that parameter. Default: levels are values of the plate's "
-        "quantity.",
+        "Key of the [stimulus] parameter that is varied, such as spatial_period_mm: all levels "
+        "of the study are then values of that parameter. By default, levels are values of the "
+        "plate's quantity.",
     )
     stimulus: Annotated[StimulusTable | None, AfterValidator(valid_stimulus)] = setting(
         None,
@@ -133,7 +133,7 @@ class Study(FrozenTable):
     ] = setting(
         (),
         "Vibration amplitudes of the plain surfaces, all different; 0 is the plate at rest. Omit "
-        "them if the study has textures only.",
+        "this key if the study has textures only.",
     )
     textures: Annotated[
         tuple[Texture, ...], Field(max_length=MOST), AfterValidator(valid_textures)
@@ -145,9 +145,8 @@ class Study(FrozenTable):
     factors: Annotated[tuple[Factor, ...], Field(max_length=4), AfterValidator(valid_factors)] = (
         setting(
             (),
-            "Factors that are crossed with the levels: each task is run in every combination "
-            "of factor "
-            "levels, in orders balanced across participants.",
+            "Factors that are crossed with the levels. Each task is run in every combination of "
+            "factor levels; the order is balanced across participants.",
             validate_default=True,
         )
     )
@@ -160,39 +159,39 @@ class Study(FrozenTable):
     )
     task_order: Literal["fixed", "counterbalanced"] = setting(
         "fixed",
-        "Order of the tasks; counterbalanced: every second participant has the reverse order.",
+        "Order of the tasks. counterbalanced: every second participant has the reverse order.",
     )
     sessions: Annotated[
         tuple[EntityLabel, ...], Field(max_length=MOST), AfterValidator(valid_sessions)
     ] = setting(
         (),
-        "Session labels in order, all different; by default, there is one session, or sessions are "
-        "ordered by the number at the end of their labels.",
+        "Labels of the sessions in order, all different. By default, any label is accepted, and "
+        "the number at its end determines the order.",
     )
     runs: AtLeastOne = setting(1, "Number of runs per session.", unit="runs")
     visits: Literal["advance", "same"] = setting(
         "advance",
-        "Effect of each further session or run on the counterbalancing. advance: it takes the next "
-        "position (the next Williams row, the other task order); same: it keeps the participant's "
-        "position. The surface order is drawn again in both cases.",
+        "Position of further sessions and runs in the counterbalancing. advance: each takes the "
+        "next position (the next Williams row, the other task order). same: all keep the "
+        "participant's position. Each run has a new order of surfaces in either case.",
     )
     keys: ParticipantKeys = setting(
         ParticipantKeys(),
-        "Participant keys, if different from the defaults: for a keypad, a response box "
-        "or a pedal.",
+        "Keys for the participant that differ from the defaults, for a keypad, a response box or "
+        "a pedal.",
     )
     informed_consent: Switch = setting(
         False,
-        "Whether the participant is asked for consent before anything else; the texts "
-        "`session.consent...` describe it. Without consent the run stops.",
+        "Whether the participant is first asked for consent, as described by the texts "
+        "`session.consent...`. Without consent, the run does not continue.",
     )
     about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = setting(
         (), "Questions about the participant, asked before the tasks."
     )
     questionnaires: Annotated[tuple[Questionnaire, ...], Field(max_length=MOST)] = setting(
         (),
-        "Questionnaires with several items, before or after the tasks; each is saved in a separate "
-        "table.",
+        "Questionnaires with several items, presented before or after the tasks. Each "
+        "questionnaire has a separate table.",
     )
     headphone_test: HeadphoneTest | None = setting(
         None,
@@ -201,40 +200,40 @@ class Study(FrozenTable):
     )
     stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = setting(
         None,
-        "Requirements for strokes, and what happens to trials that do not meet them; default: "
-        "none.",
+        "Requirements for strokes, and the treatment of trials that do not meet these "
+        "requirements; default: no requirements.",
     )
     masking_noise: MaskingNoise | None = setting(
         None, "Pink noise in the headphones while the plate may be audible; default: none."
     )
     private_files: Switch = setting(
         True,
-        "Whether only the owner can read journals and data set files, if the system supports file "
-        "ownership; false: the system's default permissions.",
+        "Whether only their owner can read journals and data set files. If false, or if the "
+        "system does not support it, the system's default permissions apply.",
     )
     analysis: AnalysisChoices = setting(
         AnalysisChoices(), "The planned data analysis, fixed before anyone sees the data."
     )
     simulated: Simulated | None = setting(
         None,
-        "What the study assumes about simulated people; default: the shipped population, or the "
-        "assumption listed for the quantity.",
+        "Assumptions about simulated people; default: the shipped population, or the assumption "
+        "that Slipscale lists for the quantity.",
     )
-    cost: Cost | None = setting(None, "Costs of the study; default: no cost is computed.")
+    cost: Cost | None = setting(None, "Costs of the study; by default, costs are not computed.")
     texts_files: tuple[Words, ...] = setting(
         (),
-        "Files in the study file's folder with the texts for another language; `slipscale study "
-        "texts` writes a template to fill in.",
+        "Names of files with the texts for other languages, in the study file's folder; "
+        "`slipscale study texts` writes a template.",
     )
     texts: Annotated[dict[str, dict[str, object]], AfterValidator(valid_texts)] = Field(
         default_factory=dict,
         validate_default=True,
-        description="Texts that replace the shipped ones: one table per language, keyed by text "
+        description="Texts that replace the shipped texts: one table per language, keyed by text "
         "name.",
     )
 
     def __repr__(self) -> str:
-        """Return a one-line summary: name, title, participants, tasks and amplitudes."""
+        """Summarise the study in one line: name, title, participants, tasks and amplitudes."""
         tasks = ", ".join(task.protocol for task in self.tasks)
         levels, q = ", ".join(f"{each:g}" for each in self.levels), self.quantity
         return (
@@ -248,11 +247,11 @@ class Study(FrozenTable):
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity of all levels: the plate's quantity, or the varied parameter."""
+        """The quantity of all levels: that of the plate or of the varied parameter."""
         return self._levels.quantity
 
     def words_of(self, language: str) -> AttributeWords | None:
-        """Return the words for the judged attribute; None for a language that the study defines."""
+        """Return the words for the judged attribute in a language, if known."""
         words = ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
         if own := self.attribute_words.get(language):
             usual = ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])
@@ -272,11 +271,11 @@ class Study(FrozenTable):
 
     @property
     def second_levels(self) -> tuple[float, ...]:
-        """The levels of the second actuator; empty if there is none."""
+        """The levels of the second actuator; empty without a second actuator."""
         return second_levels(self.second_plate, self.factors)
 
     def quantity_notes(self, name: str) -> dict[str, dict[str, str]]:
-        """Return the description of the quantity for records; empty for the default quantity."""
+        """Return the quantity's description for records; empty for the default quantity."""
         if self.quantity.of_plate:
             return {}
         return {name: QuantityTable.stating(self.quantity).model_dump()}
@@ -296,7 +295,7 @@ class Study(FrozenTable):
 
     @property
     def varied(self) -> Varied | None:
-        """The varied stimulus, at the first level; None if levels are in the plate's quantity."""
+        """The varied stimulus at the first level; None if levels are in the plate's quantity."""
         return self._levels.varied(self.levels)
 
     @property

@@ -1,8 +1,8 @@
-"""Read the texts files of languages that a study defines, and insert them into the study's text.
+"""Read a study's texts files, which define further languages, and insert them into its text.
 
-The texts files are inserted when the study is read, because the stored text of the study is the
-record of what a participant read. Slipscale ships only languages that its developers could check,
-because participants cannot detect a bad translation.
+The texts files are inserted when the study is read, because the study's stored text must record
+what participants read. Slipscale ships only languages that its developers could check, because
+participants cannot detect a bad translation.
 """
 
 from __future__ import annotations
@@ -55,16 +55,16 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     Parameters
     ----------
     text : str
-        The study file's text. Text that is not TOML or lists no texts files is returned unchanged.
+        The study file's text. It is returned unchanged if it is not TOML or lists no texts files.
     source : str
-        The study file's name; texts files are located in the same folder.
+        The study file's path; texts files are located in the same folder.
     absent : bool
         Whether to ignore missing files.
 
     Raises
     ------
     UserError
-        If a texts file cannot be read or is invalid, or if its language already exists.
+        If a texts file cannot be read, is invalid or defines an existing language.
     """
     if KEY not in text:
         return text
@@ -106,14 +106,14 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         tomllib.loads(whole)
     except tomllib.TOMLDecodeError:
         raise UserError(
-            f"{source}: its texts cannot be combined with those of {', '.join(named)}; "
+            f"{source}: [texts] cannot be combined with the texts of {', '.join(named)}; "
             "expected tables such as [texts.en.session], not texts = {...}"
         ) from None
     return whole
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Return the language of a texts file, and its texts except empty ones."""
+    """Return the language of a texts file, and all texts that are not empty."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -150,10 +150,10 @@ def _leaves(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str
 
 
 def check_words(study: Study, source: str) -> None:
-    """Raise `UserError` unless every text that the study defines can be shown on the screen.
+    """Raise `UserError` unless every text in a study can be shown on the screen.
 
-    Call this function only for studies that are about to run. A recorded study keeps its texts,
-    even if Slipscale has added or removed keys since.
+    Check only studies that are about to run: a recorded study keeps its texts, even if Slipscale
+    has since added or removed keys of texts.
     """
     faults = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
@@ -165,7 +165,7 @@ def check_words(study: Study, source: str) -> None:
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
-    """Yield the key of each faulty text (empty for the whole language) and the error."""
+    """Yield the key of each faulty text, and the error; the key is empty for a whole language."""
     yield from unshown(own)
     if language in languages():
         return
@@ -175,7 +175,7 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
     if lacking := missing(own, brought):
         named = ", ".join(lacking[:MOST_NAMED])
         more = f" and {len(lacking) - MOST_NAMED} more" if len(lacking) > MOST_NAMED else ""
-        remedy = f"slipscale study texts {source} --language {language} --out FILE writes them all"
+        remedy = f"slipscale study texts {source} --language {language} --out FILE writes all texts"
         yield (
             "",
             (
@@ -186,7 +186,7 @@ def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tu
 
 
 def brought_texts(study: Study, language: str) -> dict[str, str]:
-    """Return the texts of a study's protocols in a language, or in English if untranslated."""
+    """Return the texts of a study's protocols in a language; untranslated texts are in English."""
     brought: dict[str, str] = {}
     for task in study.tasks:
         brought |= protocol_texts(load_protocol(task.protocol), language)
@@ -194,7 +194,7 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 
 
 def check_own_code(language: str) -> None:
-    """Raise `UserError` unless a study can define a language with this code."""
+    """Raise `UserError` unless a study can define a language that has this code."""
     if not CODE.fullmatch(language):
         raise UserError(f"--language {language}: expected a language code, such as de or pt-BR")
     if language in languages():
@@ -205,7 +205,7 @@ def check_own_code(language: str) -> None:
 
 
 def with_room_for(text: str, source: str, language: str) -> str:
-    """Return a study's complete text, with an empty table for a language without texts."""
+    """Return a study's complete text, which includes a table for a language, empty if necessary."""
     whole = with_own_language(text, source, absent=True)
     if language not in parse_toml(whole, source, _Table).root.get("texts", {}):
         whole += f"\n[texts.{_key(language)}]\n"
@@ -213,9 +213,9 @@ def with_room_for(text: str, source: str, language: str) -> str:
 
 
 def template(study: Study, language: str) -> str:
-    """Return a template of a texts file: each key with its English text and screen position.
+    """Return a template of a texts file, which contains each key, English text and screen position.
 
-    Existing texts in that language are included.
+    Existing texts in the language are included.
     """
     own = flatten(study.texts.get(language, {}))
     english = to_translate(brought_texts(study, language))
@@ -250,5 +250,5 @@ def _key(part: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a TOML string; except for one character, JSON has the same escapes."""
+    """Return a text as a TOML string, whose escapes differ from JSON in one character."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

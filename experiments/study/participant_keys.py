@@ -1,7 +1,7 @@
-"""The keys that participants use, for laboratories with a keypad, a response box or a pedal.
+"""Keys that participants use on a keyboard, a keypad, a response box or a pedal.
 
 All of these devices act as keyboards that send characters. The screen shows which keys to use.
-Numbers and choices need no setting, because they use the digit keys and Enter.
+Numbers and choices are always answered with the digit keys and Enter.
 """
 
 from __future__ import annotations
@@ -22,13 +22,15 @@ class ParticipantKeys(FrozenTable):
     """The ``[keys]`` table of a study file."""
 
     go_on: Key = setting(
-        "space", "Key to continue: space, enter, or the character that the key sends."
+        "space",
+        "Key with which the participant continues: space, enter, or the character that "
+        "the key sends.",
     )
     yes: Key = setting(
         "",
-        "Character of the key for yes; default: the letter that the participant's language uses.",
+        'Character of the key for "yes"; default: the letter in the participant\'s language.',
     )
-    no: Key = setting("", "Character of the key for no.")
+    no: Key = setting("", 'Character of the key for "no".')
     numbers: Literal["typed", "spoken"] = setting(
         "typed",
         "typed: the participant enters numbers. spoken: the participant speaks them, and the "
@@ -36,13 +38,13 @@ class ParticipantKeys(FrozenTable):
     )
     touch: Switch = setting(
         False,
-        "Whether the participant answers on a touch screen or with a mouse: the screen then shows "
-        "buttons for numbers, choices and continuing. A keyboard also works.",
+        "Whether the participant answers on a touch screen or with a mouse; the screen then "
+        "shows buttons for numbers, choices and continuing. A keyboard also works.",
     )
     again: Key = setting(
         "",
-        "Character of the key that presents the reference again, in matching; default: r, or a if "
-        "r is the key to continue.",
+        "Character of the key that presents the reference again in a matching task; default: r, "
+        "or a if r is the key to continue.",
     )
 
     @field_validator("go_on")
@@ -57,7 +59,7 @@ class ParticipantKeys(FrozenTable):
         if self.again and not _is_character(self.again):
             raise ValueError("again: expected one character")
         if self.again.casefold() == self.go_on.casefold():
-            raise ValueError("expected again to differ from go_on")
+            raise ValueError("again must not be the same key as go_on")
         return self
 
     @model_validator(mode="after")
@@ -70,7 +72,7 @@ class ParticipantKeys(FrozenTable):
         return self
 
     def texts(self) -> dict[str, str]:
-        """Return texts that name the keys; they replace the texts of the language."""
+        """Return the texts that name the keys, which replace texts of the language."""
         again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
         named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:

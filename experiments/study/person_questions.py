@@ -1,6 +1,6 @@
-"""Questions about the participant, answered by a choice or by a whole number within bounds.
+"""Questions about the participant, answered with a choice or a whole number within bounds.
 
-The data contain an answer's code; the participant reads the answer in their language.
+The data contain the code of an answer; participants read the answer in their language.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the options; raise ValueError unless all options differ in every language."""
+    """Return the options; raise ValueError unless the options differ in every language."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
@@ -43,13 +43,13 @@ def distinct(
 
 
 class PersonQuestion(FrozenTable):
-    """A question about the participant, never about their name.
+    """A question about the participant, which must not concern the participant's name.
 
     Either ``options`` or, for a whole number, ``minimum`` and ``maximum`` are required.
     """
 
     name: Label = Field(
-        description="Column of participants.tsv for the answer: letters, digits and _."
+        description="Column of participants.tsv that stores the answer: letters, digits and _."
     )
     options: (
         Annotated[tuple[Words, ...], Field(min_length=FEWEST_ANSWERS, max_length=MOST_OPTIONS)]
@@ -59,14 +59,14 @@ class PersonQuestion(FrozenTable):
         | None
     ) = setting(
         None,
-        "The possible answers, all different. Up to nine options have one number key each; more "
-        "are shown as a scrolling list, answered by number, arrow keys or mouse. In a table, each "
-        "code stored in the data has its words in each language; in a list, the words are also the "
-        "codes, in every language.",
+        "Possible answers, all different. Each of up to nine options has a number key; longer "
+        "lists scroll, and are answered with numbers, arrow keys or a mouse. In a table, each "
+        "code that is stored in the data has words in each language; in a list, the words are "
+        "also the codes, in every language.",
     )
     minimum: Whole | None = setting(
         None,
-        "Smallest whole number that can be typed, if there are no options.",
+        "Smallest whole number that can be typed, if the question has no options.",
         unit="unit of the question",
     )
     maximum: Whole | None = setting(
@@ -99,14 +99,14 @@ class PersonQuestion(FrozenTable):
         return self
 
     def languages(self) -> Iterator[tuple[str, str]]:
-        """Yield each key that contains words, together with the code of each language."""
+        """Yield each key that contains words, with the code of each language in that key."""
         for words in self.options.values() if isinstance(self.options, dict) else ():
             yield from (("options", language) for language in words)
         if isinstance(self.prompt, dict):
             yield from (("prompt", language) for language in self.prompt)
 
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
-        """Yield the key and a message for every text that is missing in a given language."""
+        """Yield a key and a message for every text that is missing in a language."""
         if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
             yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
         shipped = f"about_you.{self.name}" in shipped_texts(language)
@@ -122,7 +122,7 @@ class PersonQuestion(FrozenTable):
         Raises
         ------
         UserError
-            If the study has no words for the question in that language.
+            If the study has no words for the question in the language.
         """
         if faults := [f"about_you: {sentence}" for _, sentence in self.faults(language)]:
             raise UserError("; ".join(faults))
@@ -138,9 +138,9 @@ class PersonQuestion(FrozenTable):
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
     def levels(self, language: str) -> dict[str, str]:
-        """Return the words for each code that the data can contain; empty for number questions.
+        """Return the words for each answer code; empty for a question for a number.
 
-        If the study has no words in that language, words in another language are returned.
+        If the study has no words in the language, words in another language are returned.
         """
         if isinstance(self.options, dict):
             return {
@@ -155,7 +155,7 @@ def unanswerable(
 ) -> Iterator[Fault]:
     """Yield the location and a message for each question that cannot be asked in a language.
 
-    ``known`` contains the available languages. Words in any other language are also errors.
+    ``known`` contains the available languages. Words in other languages are also reported.
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:

@@ -1,7 +1,7 @@
-"""Questionnaires: many items, usually with the same answer options, recorded by item code.
+"""Questionnaires, whose items usually share answer options and are recorded by item code.
 
-An item is a question about the participant. Its answers are not stored with the answers to
-`about_you`, but in one table per questionnaire (BIDS folder ``phenotype``).
+An item is a question about the participant. Unlike answers to `about_you`, answers to items are
+stored in one table per questionnaire (BIDS folder ``phenotype``).
 """
 
 from __future__ import annotations
@@ -36,13 +36,15 @@ class Item(FrozenTable):
     """An item of a questionnaire."""
 
     name: Label = Field(
-        description=("Code of the item, which is also its column in the questionnaire's table.")
+        description=(
+            "Code of the item, which is also the name of its column in the questionnaire's table."
+        )
     )
     prompt: Words | Translated = Field(
         description="Text of the item, or a table with the text in each language."
     )
     options: Answers | None = setting(
-        None, "Answers to this item, if they differ from the questionnaire's."
+        None, "Possible answers to this item, if they differ from the answers of the questionnaire."
     )
 
     @field_validator("name")
@@ -60,21 +62,22 @@ class Questionnaire(FrozenTable):
 
     name: Label = Field(description="Name of the questionnaire's table, phenotype/<name>.tsv.")
     description: Words = Field(
-        description="What the questionnaire measures, and its source, for readers of the data set."
+        description="Description of the questionnaire for readers of the data set: its purpose "
+        "and source."
     )
     title: Words | Translated | None = setting(None, "Title shown above the instructions.")
     instructions: Words | Translated | None = setting(
         None, "Text shown before the first item; default: none."
     )
     options: Answers = Field(
-        description="The possible answers, as in `about_you`: in a table, each code stored in the "
-        "data has its words in each language."
+        description="Possible answers, as in `about_you`. In a table, each code that is stored "
+        "in the data has words in each language."
     )
     when: Literal["before", "after"] = setting(
         "before", "Whether the questionnaire is presented before or after the tasks."
     )
     items: Annotated[tuple[Item, ...], Field(min_length=1, max_length=MOST_ITEMS)] = Field(
-        description="The items, in the order of presentation."
+        description="Items in the order of presentation."
     )
 
     _distinct = field_validator("options")(distinct)
@@ -87,12 +90,12 @@ class Questionnaire(FrozenTable):
         ]
 
     def asks(self, language: str, texts: Mapping[str, str]) -> list[Ask]:
-        """Return the steps that ask the items in a language.
+        """Return the steps that ask for each item in a language.
 
         Raises
         ------
         UserError
-            If an item, the title or the instructions have no words in that language.
+            If an item, the title or the instructions have no words in the language.
         """
         for words in (self.title, self.instructions):
             if isinstance(words, dict) and language not in words:
@@ -112,7 +115,7 @@ class Questionnaire(FrozenTable):
             yield ask
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return simulated answers for pilots: a random answer to each item."""
+        """Return functions for pilots that answer each item at random."""
         return {(self.name, item.name): any_choice for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:
@@ -124,7 +127,7 @@ class Questionnaire(FrozenTable):
 
 
 def _words(given: str | dict[str, str], language: str) -> str:
-    """Return the words in a language or, if there are none, in another language."""
+    """Return the words in a language or, if these are missing, in another language."""
     if isinstance(given, str):
         return given
     return given.get(language, next(iter(given.values())))
@@ -146,7 +149,7 @@ def unusable(
     known : collection of str
         All available languages.
     taken : collection of str
-        Names already used in the study, for tasks and for questions about the participant.
+        Names in the study of tasks and of questions about the participant.
     """
     names = set(taken)
     for number, each in enumerate(questionnaires):
@@ -187,7 +190,7 @@ def unusable(
 def _place(
     place: tuple[str | int, ...], index: int, key: str, *, own: bool
 ) -> tuple[str | int, ...]:
-    """Return the location of an item's error; options usually belong to the questionnaire."""
+    """Return the location of an error in an item, whose options may belong to the questionnaire."""
     if key == "options" and not own:
         return (*place, "options")
     return (*place, "items", index, key)
@@ -198,6 +201,6 @@ def _unread(
 ) -> Iterator[str]:
     if isinstance(words, dict):
         if language not in words:
-            yield f"there are no words in '{language}'"
+            yield f"expected words in '{language}'"
         if not set(words) <= set(known):
             yield f"expected languages among {', '.join(known)}"

@@ -48,7 +48,7 @@ def check_labels(*, participant: str, session: str, run: str) -> None:
 
 
 def _last_number(label: str) -> int | None:
-    """Return the number at the end of a label (P01 gives 1), or None if there is none."""
+    """Return the number at the end of a label (1 for P01); None without a number."""
     found = re.search(r"[0-9]{1,18}$", label)
     return int(found[0]) if found else None
 
@@ -71,17 +71,17 @@ class RunPlan:
     Parameters
     ----------
     study_name, study_text : str
-        The study file's name and complete text, stored in the journal's first record.
+        The study file's name and complete text, which the journal's first record contains.
     participant, session, run : str
-        Labels: letters and digits. ``session`` may be empty.
+        Labels of letters and digits. ``session`` may be empty.
     seed : int
-        The study's seed, or its replacement from the command line.
+        The seed in the study file or, if given, on the command line.
     language : str
-        The language on the participant's screen.
+        The language of the participant's screen.
     mode : {"participant", "pilot"}
-        Stored in every record, so that a pilot cannot be mistaken for a participant's run.
+        Whether the run is a participant's or a pilot; stored in all data.
     order_version : int
-        Version of the rule that generates orders; it must not change when a run is resumed.
+        Version of the rule that generates orders, which must be the same when a run is resumed.
     population : str
         The `Population` that a pilot simulates (see
         `slipscale.experiments.participants.simulated_people.population`), as JSON with all
@@ -116,10 +116,10 @@ class RunPlan:
 
     @property
     def row(self) -> int:
-        """The participant's position in the counterbalancing, from 0: the last number in the label.
+        """The participant's position in the counterbalancing, from 0, given by the label.
 
-        If a label has no number, its position is derived from a hash of the label. Such positions
-        are not balanced.
+        The position follows from the number at the label's end. Without a number, the position is
+        derived from a hash of the label, and such positions are not balanced.
         """
         number = _last_number(self.participant)
         if number is not None:
@@ -133,13 +133,13 @@ class RunPlan:
         Raises
         ------
         UserError
-            If the study defines sessions, and this session is not one of them.
+            If the study defines sessions, but not this session.
         """
         study = self.study
         if study.sessions and self.session not in study.sessions:
             raise UserError(
-                f"--session '{self.session}': the study plans {', '.join(study.sessions)}; "
-                "expected one of them"
+                f"--session '{self.session}': expected one of the study's sessions: "
+                f"{', '.join(study.sessions)}"
             )
         session = (
             study.sessions.index(self.session)
@@ -160,7 +160,7 @@ class RunPlan:
         )
 
     def heading(self, plate: str) -> tuple[str, ...]:
-        """Return the operator's heading: participant, study, plate."""
+        """Return the heading for the operator: participant, study and plate."""
         session = f", session {self.session}" if self.session else ""
         pilot = ("PILOT",) if self.mode == "pilot" else ()
         return (
@@ -176,7 +176,7 @@ class RunPlan:
         Raises
         ------
         UserError
-            If one of the study's protocols has no texts in the run's language.
+            If a protocol of the study has no texts in the run's language.
         """
         brought: dict[str, str] = {}
         for options in self.study.tasks:
@@ -191,7 +191,7 @@ class RunPlan:
         return {**texts, **self.study.keys.texts()}
 
     def context(self, task: str = "") -> Context:
-        """Return the information about the run that a task's protocol receives."""
+        """Return the context of the run, which the protocol of a task receives."""
         return Context(
             seed=self.seed,
             participant=self.participant,
@@ -209,7 +209,7 @@ class RunPlan:
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:
-        """Return the tasks in this participant's order."""
+        """Return the tasks in the order for this participant."""
         study = self.study
         tasks = [
             (
@@ -236,7 +236,7 @@ class RunPlan:
         )
 
     def simulated_answers(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return the functions that answer the questions in a pilot, by task and question."""
+        """Return the functions that answer in a pilot, keyed by task and question."""
         answers = {
             (protocol.task, name): answer
             for protocol, _ in self.tasks()
@@ -251,12 +251,12 @@ class RunPlan:
     def person_questions(self) -> list[Ask]:
         """Return the questions about the participant, in the run's language.
 
-        Items of questionnaires are not included, but their texts are checked.
+        Items of questionnaires are only checked for missing texts.
 
         Raises
         ------
         UserError
-            If a question or a questionnaire has no text in that language.
+            If a question or a questionnaire has no text in the run's language.
         """
         texts = self.texts()
         for questionnaire in self.study.questionnaires:
@@ -302,7 +302,7 @@ class RunPlan:
 
 
 def _spoken(steps: Steps) -> Steps:
-    """Yield the steps, with number questions changed so that the operator types the answers."""
+    """Yield the steps, but let the operator type the answers to questions for a number."""
     answer: Answer = None
     while True:
         try:
@@ -317,7 +317,7 @@ def _spoken(steps: Steps) -> Steps:
 
 
 def _consent(texts: Texts) -> Steps:
-    """Yield the consent text, and ask the question until the participant consents."""
+    """Yield the consent text, and the question until the participant consents."""
     options = tuple((code, texts[f"session.consent_{code}"]) for code in ("yes", "no"))
     question = ChoiceQuestion(prompt=texts["session.consent_question"], options=options)
     yield Instruct(title=texts["session.consent_title"], text=texts["session.consent"])

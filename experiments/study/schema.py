@@ -1,7 +1,7 @@
-"""Generate the JSON Schema of study files, for editors and for the reference documentation.
+"""Generate the JSON Schema of study files for editors and reference documentation.
 
 The schema is generated on request, because it includes the protocols that a laboratory has
-installed. A stored schema would report the options of these protocols as errors.
+installed. With a stored schema, their options would be errors.
 """
 
 from __future__ import annotations
@@ -80,14 +80,14 @@ def study_schema() -> Schema:
 
 
 def _in_seconds(levels: list[str]) -> str:
-    """Return a pattern that matches keys of levels in seconds, but no other keys in seconds."""
+    """Return a pattern that matches the keys of levels in seconds, but not of other times."""
     varied = [each.parameter for each in PARAMETERS.values() if each.parameter.unit == "s"]
     nouns = [each.quantity(PLATE_AMPLITUDE).nouns for each in varied]
     return f"^({'|'.join([*nouns, *(key.removesuffix('_um_pp') for key in levels)])})_s$"
 
 
 def _in_toml(key: str, value: Schema) -> Schema:
-    """Return a property as it can appear in a TOML file: without null, with its unit."""
+    """Return the schema of a property in a TOML file: without null, and with a unit."""
     value = {name: entry for name, entry in value.items() if name != "title"}
     choices = [each for each in value.pop("anyOf", []) if each.get("type") != "null"]
     value = {**choices[0], **value} if len(choices) == 1 else value
@@ -104,6 +104,6 @@ def _in_toml(key: str, value: Schema) -> Schema:
 
 
 def _type(value: Schema) -> str | None:
-    """Return the type of a property's values, or of their elements if the values are lists."""
+    """Return the type of a property's values or, for lists, of the elements."""
     found = value.get("items", value).get("type")
     return None if found is None else str(found)

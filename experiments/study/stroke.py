@@ -1,13 +1,14 @@
-"""Stroke control: the finger's speed, force and direction, and the response to deviations.
+"""Control the speed, force and direction of strokes, and respond to deviations.
 
-Rules:
+The rules are:
 
 - a window is a target with a tolerance, such as 80 mm/s ± 30 %; a factor named
   ``finger_speed_mm_s`` or ``normal_force_n`` replaces the target in its conditions;
 - the finger's mean speed, mean normal force and direction in an exploration are compared with the
   windows, unless no sensor measures them;
-- with ``passive``, a stage moves at the speed and in the direction, and only the force is compared;
-- a trial with any exploration outside its window is rejected (voided) and repeated, at most
+- with ``passive``, a stage moves with the target speed and direction, and only the force is
+  compared;
+- a trial with any exploration outside a window is rejected (voided) and repeated, at most
   ``repeat`` times.
 """
 
@@ -42,14 +43,14 @@ Share = Annotated[float, Field(strict=True, gt=0, le=1)]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stroked:
-    """Measured properties of an exploration; None if not measured.
+    """Measurements of an exploration; values that were not measured are None.
 
     Parameters
     ----------
     speed_mm_s, normal_n : float or None
         Mean speed and mean normal force.
     forward_share : float or None
-        Proportion of the path along the stroke that leads to larger positions.
+        Proportion of the path along the stroke in the direction of larger positions.
     """
 
     speed_mm_s: float | None = None
@@ -58,53 +59,59 @@ class Stroked:
 
 
 class Stroke(FrozenTable):
-    """The required strokes, and the response to deviations."""
+    """Requirements for strokes, and the response to deviations."""
 
     speed_mm_s: Positive | None = setting(
-        None, "Speed of the finger; default: any. A factor named finger_speed_mm_s replaces it."
+        None,
+        "Required speed of the finger; default: any speed. A factor named "
+        "finger_speed_mm_s replaces this speed.",
     )
     speed_share: Share = setting(
         0.3,
-        "Largest accepted deviation of the mean speed, as a fraction of the speed.",
+        "Largest accepted deviation of the mean speed, as a fraction of the required speed.",
         unit="share, 0 to 1",
     )
     normal_force_n: Positive | None = setting(
         None,
-        "Normal force of the finger; default: any. A factor named normal_force_n replaces it.",
+        "Required normal force of the finger; default: any force. A factor named normal_force_n "
+        "replaces this force.",
         unit="N",
     )
     force_share: Share = setting(
         0.4,
-        "Largest accepted deviation of the mean force, as a fraction of the force.",
+        "Largest accepted deviation of the mean force, as a fraction of the required force.",
         unit="share, 0 to 1",
     )
     direction: Literal["any", "forward", "backward"] = setting(
         "any",
-        "Direction of the strokes: forward is towards larger positions of the sensor, and the "
-        "finger is lifted before the next stroke.",
+        "Direction of the strokes. forward: towards larger positions of the sensor. In forward "
+        "and backward strokes, the finger is lifted between strokes.",
     )
     passive: Switch = setting(
         False,
-        "Whether a stage makes the strokes while the finger rests; --position then selects the "
+        "Whether a stage moves the plate while the finger rests; --position then selects the "
         "stage.",
     )
-    pacer: Switch = setting(True, "Whether a mark on the participant's screen moves at this speed.")
+    pacer: Switch = setting(
+        True, "Whether a mark on the participant's screen moves at the required speed."
+    )
     stroke_mm: Positive = setting(40.0, "Length of a stroke, after which the mark reverses.")
     feedback_s: Seconds = setting(
         1.5,
-        "Duration of the text that tells the participant what to change after an exploration "
-        "outside the limits; 0: no text.",
+        "Duration of the text that advises the participant after an exploration outside the "
+        "limits; if 0, no text is shown.",
     )
     reject: Switch = setting(
         True,
-        "Whether a trial outside the limits is rejected; otherwise a column states the outcome.",
+        "Whether a trial outside the limits is rejected. In either case, a column of the data "
+        "states the outcome.",
     )
     repeat: Count = setting(
         2, "Maximum number of times that a rejected trial is repeated.", unit="repetitions"
     )
 
     def faults(self, plate: PlateSettings) -> Iterator[Fault]:
-        """Yield an error for each requirement that the study's sensors cannot measure."""
+        """Yield an error for each requirement that needs a missing sensor."""
         position = bool(plate.position)
         if self.passive and not (position and self.speed_mm_s):
             message = "expected speed_mm_s, and a stage as position in [plate]"
@@ -117,7 +124,7 @@ class Stroke(FrozenTable):
             yield ("stroke", "normal_force_n"), {"msg": "expected force in [plate]"}
 
     def guide(self, factors: Mapping[str, Value]) -> Guide:
-        """Return the instructions for strokes in a condition."""
+        """Return the instructions for stroking in a condition."""
         return Guide(
             speed_mm_s=_number(factors, SPEED, self.speed_mm_s),
             normal_force_n=_number(factors, FORCE, self.normal_force_n),
@@ -128,7 +135,7 @@ class Stroke(FrozenTable):
         )
 
     def outside(self, guide: Guide, found: Stroked) -> tuple[str, ...]:
-        """Return the deviations of an exploration; empty if it is within all windows."""
+        """Return the deviations of an exploration; empty without deviations."""
         pairs = (
             (
                 None if self.passive else found.speed_mm_s,
@@ -151,7 +158,7 @@ class Stroke(FrozenTable):
 
 
 def guided(steps: Steps, stroke: Stroke, texts: Texts) -> Steps:
-    """Yield steps, with the instructions for strokes added to explorations."""
+    """Yield steps after adding instructions for stroking to explorations."""
     answer: Answer = None
     while True:
         try:

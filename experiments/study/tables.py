@@ -1,4 +1,4 @@
-"""Tables of a study file for the plate, masking noise, textures, costs and so on."""
+"""Define tables of a study file, such as plate, masking noise, textures and costs."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 class Cost(FrozenTable):
     """The costs of the study, for ``slipscale study show --timeline``."""
 
-    currency: Words = setting("EUR", "Name of the currency, as printed.")
+    currency: Words = setting("EUR", "Name of the currency, as printed in results.")
     per_person: Amount = setting(0.0, "Payment per participant.", unit="currency")
     per_rig_hour: Amount = setting(
         0.0, "Cost of an hour at the rig, including the experimenter.", unit="currency per hour"
@@ -53,7 +53,7 @@ class Cost(FrozenTable):
 
 
 class Simulated(FrozenTable):
-    """The growth of simulated people's sensations with the levels, if the study assumes one."""
+    """The growth of simulated people's sensations with the levels."""
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
         None,
@@ -63,34 +63,36 @@ class Simulated(FrozenTable):
     )
     exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = setting(
         1.0,
-        "Exponent of the sensation without weber, applied to the level as a fraction of the range.",
+        "Exponent of the sensation if weber is not set; it applies to the level as a fraction of "
+        "the range.",
         unit="none",
     )
 
 
 class PlateSettings(FrozenTable):
-    """The plate that a study uses, and limits that differ from the defaults."""
+    """Settings of the plate that a study uses."""
 
     file: str = setting(
         "",
-        "Plate file, or plate name in the plates folder; sessions with participants, and their "
-        "checks, are refused on any other plate.",
+        "Path of a plate file, or name of a plate in the plates folder. Sessions with "
+        "participants, and the checks before them, are rejected on any other plate.",
     )
     level: Positive = setting(
         PlateLimits().level,
-        "Largest amplitude that may be presented; a larger amplitude in the study is an error.",
+        "Largest amplitude that may be presented. A study with a larger amplitude is rejected.",
     )
     tolerance: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
         None,
         "Largest accepted difference between measured and commanded amplitude, as a fraction of "
-        "the commanded one; default: the plate's own limit. A value narrower than the plate's "
-        "applies; a wider one is ignored.",
+        "the commanded amplitude; default: the plate's own limit. A value above the plate's own "
+        "limit is ignored.",
         unit="share, 0 to 1",
     )
     tolerance_level: Positive | None = setting(
         None,
-        "The same tolerance as an amplitude; the larger of the two applies. In a threshold study, "
-        "the plate's tolerance must be smaller than the study's finest difference.",
+        "Largest accepted difference between measured and commanded amplitude, as an amplitude. "
+        "If `tolerance` allows more, `tolerance` applies. In a threshold study, the plate's "
+        "tolerance must be smaller than the study's finest difference.",
     )
     track_resonance: str = setting(
         "",
@@ -98,16 +100,20 @@ class PlateSettings(FrozenTable):
         "frequencies before a trial if a generator or sound card drives the plate; default: the "
         "calibrated frequency. A driver board tracks its resonance automatically.",
     )
-    track_every_s: Positive = setting(120.0, "Shortest time between two such measurements.")
+    track_every_s: Positive = setting(
+        120.0, "Shortest time between two measurements of the resonance."
+    )
     position: str = setting(
         "",
-        "SPEC of the finger-position sensor, such as lasers:/dev/ttyUSB1; default: the position is "
-        "not measured. Pilots simulate it; `--position` overrides it.",
+        "SPEC of the finger-position sensor, such as lasers:/dev/ttyUSB1; default: the position "
+        "is not measured. Pilots simulate the sensor; the command-line option `--position` "
+        "overrides this key.",
     )
     force: str = setting(
         "",
         "SPEC of the sensor for normal and lateral force, such as load_cells:/dev/ttyUSB2; "
-        "default: forces are not measured. Pilots simulate them; `--force` overrides it.",
+        "default: forces are not measured. Pilots simulate the sensor; the command-line option "
+        "`--force` overrides this key.",
     )
 
 
@@ -116,8 +122,8 @@ class SecondPlate(FrozenTable):
 
     quantity: QuantityTable = Field(description="Quantity of the second actuator's levels.")
     level: Positive = Field(
-        description="Largest level. A factor named `second_` and this key, such as "
-        "second_voltage_v_peak, sets the level of each condition.",
+        description="Largest level of the second actuator. A factor whose name is `second_` and "
+        "the name of this key, such as second_voltage_v_peak, sets the level in each condition.",
     )
 
     @property
@@ -127,10 +133,13 @@ class SecondPlate(FrozenTable):
 
 
 class StatedWords(FrozenTable):
-    """The words for an attribute in a language."""
+    """Words for an attribute in one language."""
 
     adjective: Words = Field(
-        description=("Adjective, as in “How slippery is it?”; in the feminine form.")
+        description=(
+            "Adjective, as in “How slippery is it?”, in the feminine form if the "
+            "language has genders."
+        )
     )
     noun: Words = Field(description="Noun, as in “slipperiness”.")
     masculine: str = setting("", "The adjective's masculine form.")
@@ -138,7 +147,7 @@ class StatedWords(FrozenTable):
 
 
 def _field(parameter: Parameter) -> object:
-    """Return a field for a parameter that checks the parameter's range."""
+    """Return a field that checks the range of a parameter."""
     bounds: dict[str, Any] = {"gt": parameter.above, "ge": parameter.least, "le": parameter.most}
     return Field(
         default=None,
@@ -160,24 +169,28 @@ else:
 
 
 class StimulusTable(_Parameters):
-    """The fixed parameters in a study that varies one."""
+    """Fixed parameters of the stimulus, in a study that varies another parameter."""
 
     kind: Kind = setting(
         "grating",
-        "grating: a wave along the stroke or in time; transient: one change, at a position, a "
-        "force or a time after contact; map: the greys of an image.",
+        "Kind of texture. grating: a wave along the stroke or in time. transient: one change at "
+        "a position, a force or a time after contact. map: the grey values of an image.",
     )
     waveform: Waveform | None = setting(None, "Shape of a grating over one period; default: sine.")
-    shape: Shape | None = setting(None, "Course of a transient's transition; default: cosine.")
+    shape: Shape | None = setting(None, "Shape of a transient's transition; default: cosine.")
 
     image: str | None = setting(
         None,
-        "Greyscale PNG file in the study file's folder, for a map: one row of pixels along the "
-        "stroke, or several.",
+        "Name of a greyscale PNG file in the study file's folder, for a map. The image has one "
+        "or more rows of pixels along the stroke.",
     )
-    pixels: str | None = setting(None, "Content of the image; inserted when the study is read.")
+    pixels: str | None = setting(
+        None, "Content of the image, which Slipscale inserts when it reads the study."
+    )
     columns: int | None = setting(
-        None, "Pixels per row of the image; inserted when the study is read.", unit="pixels"
+        None,
+        "Number of pixels per row of the image, which Slipscale inserts when it reads the study.",
+        unit="pixels",
     )
 
     @property
@@ -200,10 +213,10 @@ class StimulusTable(_Parameters):
             else:
                 yield (field,), {"msg": f"does not belong to a {self.kind}"}
         if vary in self._given:
-            yield (vary,), {"msg": "is varied; expected it to be omitted"}
+            yield (vary,), {"msg": "is varied and must be omitted"}
 
     def varied(self, vary: str, level: float) -> Varied:
-        """Return the stimulus for one value of the varied parameter.
+        """Return the stimulus with one value of the varied parameter.
 
         Raises
         ------
@@ -215,7 +228,7 @@ class StimulusTable(_Parameters):
 
 
 class Texture(StimulusTable):
-    """A texture that the study presents as an additional surface."""
+    """A texture that the study presents in addition to plain surfaces."""
 
     name: Label = Field(description="Name of the texture in the data: letters, digits and _.")
 
@@ -229,5 +242,5 @@ class Texture(StimulusTable):
         return self
 
     def surface(self, label: str = "") -> TextureSurface:
-        """Return the texture as a surface, whose label does not identify the texture."""
+        """Return the surface of the texture, with a label that does not reveal the texture."""
         return KINDS[self.kind](label=label, **self._given)

@@ -183,7 +183,11 @@ def test_a_resumed_run_and_the_tables_of_its_journal_have_the_same_levels(tmp_pa
         ("voltages_v_peak", "levels", "levels: unknown key"),
         ("voltages_v_peak", "voltages_v_peek", r"did you mean 'voltages_v_peak'"),
         ("120.0]", "180.0]", "180.0 is beyond the plate's 170.0 V peak"),
-        ("voltage_v_peak = 170.0\n", "", "plate.voltage_v_peak: is missing; its default is in µm"),
+        (
+            "voltage_v_peak = 170.0\n",
+            "",
+            "plate.voltage_v_peak: is missing; expected a value in V peak",
+        ),
         (
             'protocol = "magnitude_estimation"',
             'protocol = "difference_threshold"\nstandard_v_peak = 40.0',

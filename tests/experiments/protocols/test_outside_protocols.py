@@ -175,7 +175,10 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
     [
         ({"simulated": {}}, "no simulated participant can answer 'grip'"),
         ({"texts": {"fr": GRIP.texts["fr"]}}, "has no texts in 'en', only in fr"),
-        ({"instructions": "grip.intro"}, "its instructions 'grip.intro' are not among its texts"),
+        (
+            {"instructions": "grip.intro"},
+            "the protocol has no text for its instructions 'grip.intro'",
+        ),
         (
             {"texts": {"en": {"session.rest": "Rest!", **GRIP.texts["en"]}}},
             "its en text 'session.rest' could replace another protocol's",

@@ -175,12 +175,16 @@ def test_over_participants_each_condition_follows_each_other_equally_often(cross
     [
         ('"left", "right"]', '"left", "left"]', "expected different values"),
         ('name = "direction"', 'name = "phase"', "'phase' is already a column of every task"),
-        ('name = "direction"', 'name = "catch"', "has a column 'catch', which is also a factor"),
+        (
+            'name = "direction"',
+            'name = "catch"',
+            "the protocol's column 'catch' has the name of a factor",
+        ),
         ('"finger_speed_mm_s"\nl', '"spatial_period_mm"\nl', "spatial_period_mm is already varied"),
         ("[20.0, 50.0]", "[20.0, 360.0]", "reproduces only 19.5% of a sinusoidal depth"),
         ("[20.0, 50.0]", '["slow", "fast"]', "expected numbers, not 'slow'"),
         ('right = "Stroke to the right."', "", "expected a text in 'en' for each level"),
-        ("left = ", "up = ", "up: expected levels of the factor"),
+        ("left = ", "up = ", "unknown levels up; expected levels of the factor"),
     ],
 )
 def test_factors_that_contradict_the_study_are_refused(old, new, said):
@@ -192,7 +196,7 @@ def test_factors_that_contradict_the_study_are_refused(old, new, said):
 @pytest.mark.parametrize(
     "old, new, said",
     [
-        ("second_voltage_v_peak", "voltage", "expected one named second_voltage_v_peak"),
+        ("second_voltage_v_peak", "voltage", "requires a factor named second_voltage_v_peak"),
         ("[0.0, 100.0]", "[0.0, 151.0]", "to be numbers from 0 to 150 V peak"),
         ("[0.0, 100.0]", '["off", "on"]', "to be numbers from 0 to 150 V peak"),
     ],

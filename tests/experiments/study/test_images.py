@@ -62,8 +62,12 @@ def test_an_image_is_inserted_into_the_study_and_a_session_needs_no_file(tmp_pat
         (None, "maps.png", "it is not a PNG file"),
         (None, "../leaf.png", "without a folder"),
         (None, "leaf.jpg", "the name of a PNG file"),
-        ([[0] * 200] * 100, "leaf.png", "200 x 100 pixels, expected at most 16,384"),
-        ([[[1, 0, 0]]], "leaf.png", "it is in colour"),
+        (
+            [[0] * 200] * 100,
+            "leaf.png",
+            "200 x 100 pixels are too many; reduce the image to at most 16,384",
+        ),
+        ([[[1, 0, 0]]], "leaf.png", "must be greyscale"),
     ],
 )
 def test_a_file_that_is_no_map_is_refused_with_its_name(greys, image, said, tmp_path):

@@ -154,7 +154,7 @@ def test_a_task_without_trials_is_refused():
         '"magnitude_estimation"', '"descending_difference"\ncatch_steps = 0'
     )
     with pytest.raises(
-        UserError, match=r"line 5, item 1 of tasks: has no trials with these amplitudes"
+        UserError, match=r"line 5, item 1 of tasks: the task has no trials with these amplitudes"
     ):
         parse_study(text, "study.toml")
 
@@ -239,5 +239,6 @@ def test_a_study_in_another_quantity_must_state_the_plates_limit():
     with pytest.raises(UserError) as caught:
         parse_study(text, "volts.toml")
     assert str(caught.value) == (
-        "volts.toml: plate.voltage_v_peak: is missing; its default is in µm, expected V peak"
+        "volts.toml: plate.voltage_v_peak: is missing; expected a value in V peak, "
+        "because the default is in µm"
     )

@@ -198,7 +198,7 @@ def test_an_item_is_asked_again_where_the_operator_wants(plan, laboratory):
             (', fr = "Énoncé 2"', ""),
             "prompt of item 2 of items of item 1 of questionnaires: 'q02' has no prompt in 'fr'",
         ),
-        ((', fr = "Vous"', ""), "title of item 1 of questionnaires: there are no words in 'fr'"),
+        ((', fr = "Vous"', ""), "title of item 1 of questionnaires: expected words in 'fr'"),
         (
             ('en = "You"', 'tlh = "You"'),
             "title of item 1 of questionnaires: expected languages among en, fr",

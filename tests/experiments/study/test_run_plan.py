@@ -137,7 +137,9 @@ def test_without_planned_sessions_visits_are_counted_by_their_numbers(plan):
 
 
 def test_a_session_that_the_study_does_not_plan_is_refused(plan):
-    with pytest.raises(UserError, match="--session 'mid': the study plans pre, post"):
+    with pytest.raises(
+        UserError, match="--session 'mid': expected one of the study's sessions: pre, post"
+    ):
         plan(with_keys(VISITS), session="mid").context()
 
 

@@ -122,7 +122,7 @@ def test_every_fault_of_the_textures_is_told_at_once():
         (
             '[[tasks]]\nprotocol = "magnitude_estimation"',
             "",
-            "line 6, item 1 of textures: no task presents them",
+            "line 6, item 1 of textures: no task presents textures",
         ),
     ],
 )

@@ -209,7 +209,7 @@ def test_levels_in_volts_keep_the_plates_unit_in_the_stimulus():
         (
             "mean_um_pp",
             "spatial_period_mm = 1.0\nmean_um_pp",
-            "is varied; expected it to be omitted",
+            "is varied and must be omitted",
         ),
         ("depth_um_pp = 0.4", "depth_um_pp = 0.9", r"2\.9 is beyond the plate's 2\.5 µm p-p"),
         (
