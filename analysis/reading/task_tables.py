@@ -107,7 +107,7 @@ def task_trials(
             frame[BEFORE_CONDITION] = frame["task"]
         for factor in crossed:
             frame[f"{FACTOR}{factor}"] = labels(frame, factor, "")
-            frame["task"] += f"_{factor}_" + labels(frame, factor, "").astype(str).map(plain)
+            frame["task"] += f"_{factor}-" + labels(frame, factor, "").astype(str).map(plain)
         frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
         for word in words:
             frame[word] = labels(frame, word, "").astype(str)

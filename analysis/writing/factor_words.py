@@ -18,15 +18,18 @@ UNITS = {
     "_n": "N",
     "_v": "V",
 }
+#: Name of a stimulus parameter that is not a noun -> noun.
+NOUNS = {"from": "initial level"}
 
 
 def factor_name(factor: str) -> str:
     """Return a factor's name without its unit.
 
-    >>> factor_name("finger_speed_mm_s"), factor_name("hand")
-    ('finger speed', 'hand')
+    >>> factor_name("finger_speed_mm_s"), factor_name("hand"), factor_name("from_um_pp")
+    ('finger speed', 'hand', 'initial level')
     """
-    return factor.removesuffix(_end(factor)).replace("_", " ")
+    name = factor.removesuffix(_end(factor)).replace("_", " ")
+    return NOUNS.get(name, name)
 
 
 def factor_level(factor: str, level: str) -> str:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import pandas as pd
 
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
+from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection
 from slipscale.analysis.writing.numbers import counted
 
@@ -29,6 +31,26 @@ def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
     return []
 
 
+def _paragraphs(
+    names: list[list[str]], answers: list[list[str]], remarks: list[list[str]]
+) -> list[str]:
+    """Return each task's answers, and its remarks, which name their task if there are several."""
+    texts = []
+    for (name,), own_answers, own_remarks in zip(names, answers, remarks, strict=True):
+        lead = f"{name}: " if len(names) > 1 else ""
+        texts += [*own_answers, *([lead + " ".join(own_remarks)] if own_remarks else [])]
+    return texts
+
+
+def _design(count: int, what: str) -> list[str]:
+    return [f"{counted(count, 'trial', 'trials')} of {what}"] if count else []
+
+
+def _heading(name: str, head: str) -> list[Markup]:
+    """Return the heading of a task, unless it repeats the heading of the section."""
+    return [] if name == head else [html.heading(name)]
+
+
 def of_one_statistic(
     name: str,
     trials: TaskTrials,
@@ -38,8 +60,9 @@ def of_one_statistic(
     question: str,
     what: str,
     title: str,
+    named: Callable[[T, Quantity], str],
     answers: TaskTexts[T],
-    sentences: TaskTexts[T] | None = None,
+    remarks: TaskTexts[T] = _none,
     doubts: TaskTexts[T] = _none,
     heading: str = "",
     blocks: Callable[[T, Mapping[str, str], float, Quantity], list[Markup]],
@@ -60,9 +83,11 @@ def of_one_statistic(
         with one item per task.
     question, what, title : str
         Question in the summary, noun for the trials, and heading of the results sentences.
-    answers, sentences, doubts : callable
-        Return texts, given the result and the confidence level; ``sentences`` defaults to
-        ``answers``.
+    named : callable
+        Returns the name of a task, with its label and condition.
+    answers, remarks, doubts : callable
+        Return texts for the summary, further texts for the results section, and caveats, given the
+        result and the confidence level.
     heading : str
         Heading of the section. The default is ``title``.
     blocks : callable
@@ -84,13 +109,13 @@ def of_one_statistic(
         found = analysis.inference.found(statistic)
         return [] if found is None else [question.format(q=analysis.dataset.quantity)]
 
-    def design(analysis: Analysis) -> list[str]:
-        count = len(analysis.dataset.of(trials))
-        return [f"{counted(count, 'trial', 'trials')} of {what}"] if count else []
-
-    def written(analysis: Analysis, write: TaskTexts[T]) -> list[str]:
+    def by_task(analysis: Analysis, write: TaskTexts[T]) -> list[list[str]]:
         level, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
-        return [text for task in results(analysis) for text in write(task, level, quantity)]
+        return [write(task, level, quantity) for task in results(analysis)]
+
+    def concluded(analysis: Analysis) -> dict[str, list[str]]:
+        names = by_task(analysis, lambda task, _level, quantity: [named(task, quantity)])
+        return {title: _paragraphs(names, by_task(analysis, answers), by_task(analysis, remarks))}
 
     def drawn(analysis: Analysis) -> Mapping[str, Figure]:
         own, quantity = analysis.dataset.of(trials), analysis.dataset.quantity
@@ -112,6 +137,7 @@ def of_one_statistic(
         head = (heading or title).format(q=quantity)
         written = ReportSection(head, shown="closed" if closed else "open")
         for task in results(analysis):
+            written.blocks += _heading(named(task, quantity), head)
             written.blocks += blocks(task, svgs, level, quantity)
         return written
 
@@ -120,10 +146,10 @@ def of_one_statistic(
         trials=trials,
         statistics=(statistic,),
         questions=asked,
-        design=design,
-        answers=lambda analysis: written(analysis, answers),
-        doubts=lambda analysis: written(analysis, doubts),
-        sentences=lambda analysis: {title: written(analysis, sentences or answers)},
+        design=lambda analysis: _design(len(analysis.dataset.of(trials)), what),
+        answers=lambda analysis: list(chain.from_iterable(by_task(analysis, answers))),
+        doubts=lambda analysis: list(chain.from_iterable(by_task(analysis, doubts))),
+        sentences=concluded,
         sections=(section,),
         figures=drawn,
         tables=tables,

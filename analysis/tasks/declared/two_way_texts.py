@@ -64,14 +64,19 @@ def anova_sentence(
     return (
         f"In an analysis of variance of log estimates with {factor} and {quantity.name} as "
         f"within-participant factors (n = {n}, Greenhouse–Geisser-corrected), estimates "
-        f"{means} between {levels}, {_statistics(effects[0])}; the effect of "
+        f"{means} between {levels}, {effect_text(effects[0])}; the effect of "
         f"{quantity.name} {growth} between {levels} (interaction), "
-        f"{_statistics(effects[2])}."
+        f"{effect_text(effects[2])}."
     )
 
 
-def _statistics(found: Effect) -> str:
+def effect_text(found: Effect) -> str:
+    """Return F, its degrees of freedom, p and the effect size."""
     return (
-        f"F({found.df1:.3g}, {found.df2:.4g}) = {number(found.F)}, {p_value(found.p)}, partial "
-        f"η² = {unit_number(found.eta2_partial)}"
+        f"F({_degrees(found.df1)}, {_degrees(found.df2)}) = {number(found.F)}, "
+        f"{p_value(found.p)}, partial η² = {unit_number(found.eta2_partial)}"
     )
+
+
+def _degrees(df: float) -> str:
+    return number(df, 0 if df == round(df) else 2)

@@ -17,6 +17,7 @@ from slipscale.analysis.tasks.identification.statistics import (
 )
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 
 if TYPE_CHECKING:
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.stimuli.quantity import Quantity
+
+
+def _named(task: TaskIdentification) -> str:
+    return task_name("Identification", task.task)
 
 
 def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> str:
@@ -37,7 +42,7 @@ def _answer(task: TaskIdentification, confidence: float, quantity: Quantity) -> 
     )
     people = counted(task.participants, "participant", "participants")
     return (
-        f"Identification ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
+        f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
         f"{people}: {number(task.corrected_bits)} of {number(task.most_bits)} bits were "
         f"transferred (uncorrected: {number(task.information_bits)}), as if "
         f"{number(2**task.corrected_bits, 1)} {quantity.stimuli} were identified without "
@@ -49,7 +54,7 @@ def _doubts(task: TaskIdentification, _confidence: float, _quantity: Quantity) -
     if task.trials_per_cell >= TRIALS_PER_CELL:
         return []
     text = (
-        f"Identification ({task.task}): each participant has {task.trials_per_cell:.1f} trials per "
+        f"{_named(task)}: each participant has {task.trials_per_cell:.1f} trials per "
         f"cell of the table; with fewer than {TRIALS_PER_CELL}, individual information is "
         "overestimated despite the correction."
     )
@@ -66,7 +71,6 @@ def _blocks(
         lambda reason: f"not computed ({reason})",
     )
     return [
-        html.heading(task.task),
         *html.figure_if_drawn(
             svgs,
             f"identification_{task.task}",
@@ -120,6 +124,7 @@ ANALYSIS = of_one_statistic(
     question="How many {q.stimuli} can be identified?",
     what="identification",
     title="Identification",
+    named=lambda task, _q: _named(task),
     answers=lambda task, level, q: [_answer(task, level, q)],
     doubts=_doubts,
     blocks=_blocks,

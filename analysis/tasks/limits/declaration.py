@@ -22,14 +22,19 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
 HEADS = ("Participant", "Ascending", "Descending", "Threshold", "Transitions")
 
 
+def _named(task: TaskLimits) -> str:
+    return task_name("Method of limits", task.task)
+
+
 def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
-    threshold, named = task.threshold_um_pp, f"Method of limits ({task.task})"
+    threshold, named = task.threshold_um_pp, _named(task)
     if isinstance(threshold, NotComputed):
         return f"{named}: no threshold was computed ({threshold.reason})."
     standard = task.standard_um_pp
@@ -40,12 +45,6 @@ def _threshold(task: TaskLimits, confidence: float, quantity: Quantity) -> str:
         f"{quantity.value(f'{threshold.mean:.3g}')}{of}, {level_of(confidence)} CI "
         f"{bracketed(threshold.interval, lambda value: number(value, 3))}."
     )
-
-
-def _sentences(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
-    """Return one paragraph on the threshold and the constant error."""
-    parts = [_threshold(task, confidence, quantity), *_remarks(task, confidence, quantity)]
-    return [" ".join(parts)]
 
 
 def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[str]:
@@ -80,7 +79,6 @@ def _blocks(
         for each in task.people
     ]
     return [
-        html.heading(task.task),
         *html.figure_if_drawn(
             svgs,
             f"limits_{task.task}",
@@ -124,8 +122,9 @@ ANALYSIS = of_one_statistic(
     question="At which {q.level} does the answer change in series of {q.levels}?",
     what="the method of limits",
     title="Method of limits",
+    named=lambda task, _q: _named(task),
     answers=lambda task, level, q: [_threshold(task, level, q)],
-    sentences=_sentences,
+    remarks=_remarks,
     blocks=_blocks,
     figures=lambda task, _trials, q: {f"limits_{task.task}": transitions(task, q)},
     rows=lambda task: flat_rows({"task": task.task}, task.people),

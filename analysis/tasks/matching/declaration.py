@@ -22,6 +22,7 @@ from slipscale.analysis.writing.numbers import (
     p_value,
     reliable,
 )
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, VERMILION, canvas, styled
 
@@ -51,8 +52,10 @@ def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
 def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
     """Return a sentence on the matches to one reference."""
     written = measured(quantity)
+    named = task_name("Matching", found.task)
+    lead = "" if named == "Matching" else f"{named}: "
     what = (
-        f"{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
+        f"{lead}{quantity.with_convention(f'{found.reference_um_pp:g}')} was matched by "
         f"{quantity.value(written(found.mean_um_pp))} "
         f"({counted(found.matches, 'match', 'matches')} by "
         f"{counted(found.participants, 'participant', 'participants')})"
@@ -202,6 +205,7 @@ ANALYSIS = of_one_statistic(
     question="Which {q.level} feels the same as a reference?",
     what="matching",
     title="Matching",
+    named=lambda task, _q: task_name("Matching", task[0].task),
     answers=lambda task, level, q: [_answer(each, level, q) for each in task],
     blocks=blocks,
     figures=lambda task, trials, q: {

@@ -32,6 +32,7 @@ from slipscale.analysis.writing.numbers import (
     reliable,
 )
 from slipscale.analysis.writing.points import SIZE
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, ORANGE, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -49,16 +50,20 @@ def _mean(found: MeanOrReason, digits: int = 2) -> str:
     )
 
 
+def _named(task: TaskPointing) -> str:
+    return task_name("Pointing", task.task)
+
+
 def _answers(task: TaskPointing, confidence: float, _q: Quantity) -> list[str]:
     """Return a sentence on each condition and on the effect of feedback."""
     return [
-        *(_throughput(task.task, each, confidence) for each in task.conditions),
+        *(_throughput(_named(task), each, confidence) for each in task.conditions),
         *_gain(task, confidence),
     ]
 
 
 def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
-    named = f"Pointing ({task}), feedback {found.feedback}"
+    named = f"{task}, feedback {found.feedback}"
     people = counted(len(found.people), "participant", "participants")
     return fold(
         found.throughput_bit_s,
@@ -78,7 +83,7 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
     verb = "changed" if reliable(rate.p, confidence) else "did not change reliably"
     return [
         (
-            f"Pointing ({task.task}): with feedback, throughput {verb} (difference "
+            f"{_named(task)}: with feedback, throughput {verb} (difference "
             f"{number(rate.mean)} bit/s, t({rate.df}) = {number(rate.t)}, "
             f"{p_value(rate.p)}), and movement time changed by {number(time.mean, 3)} s, "
             f"{level_of(confidence)} CI "
@@ -87,9 +92,9 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
     ]
 
 
-def _sentences(task: TaskPointing, confidence: float, q: Quantity) -> list[str]:
-    """Return sentences on throughput, on regressions and on omitted cells."""
-    sentences = _answers(task, confidence, q)
+def _remarks(task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
+    """Return sentences on regressions and on omitted cells."""
+    sentences = []
     for each in task.conditions:
         sentences.append(
             f"Feedback {each.feedback}: movement time = a + b × index of difficulty, with "
@@ -121,7 +126,6 @@ def _blocks(
         for each in task.conditions
     ]
     return [
-        html.heading(task.task),
         *html.figure_if_drawn(
             svgs,
             f"pointing_{task.task}",
@@ -182,8 +186,9 @@ ANALYSIS = of_one_statistic(
     question="How fast and how precisely do people point?",
     what="pointing",
     title="Pointing",
+    named=lambda task, _q: _named(task),
     answers=_answers,
-    sentences=_sentences,
+    remarks=_remarks,
     blocks=_blocks,
     figures=lambda task, _trials, _q: {f"pointing_{task.task}": movement_times(task)},
     rows=_rows,

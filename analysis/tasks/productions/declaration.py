@@ -31,12 +31,13 @@ from slipscale.analysis.writing.points import (
     draw_standard,
     make_logarithmic,
 )
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
 
 
 def _title(found: TaskProductions) -> str:
-    return f"Magnitude production ({found.task})"
+    return task_name("Magnitude production", found.task)
 
 
 def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
@@ -95,12 +96,6 @@ def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> l
     return texts
 
 
-def _sentences(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return one paragraph on exponents and biases."""
-    own = (found, confidence, quantity)
-    return [" ".join([*_answers(*own), *_biases(*own)])]
-
-
 def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
     """Return sentences on the effects of start and limits, and on catch trials."""
     texts = []
@@ -135,7 +130,6 @@ def _blocks(
     """Return the figure and the tables for one task."""
     levels = quantity.levels
     return [
-        html.heading(_title(task)),
         *html.figure_if_drawn(
             svgs,
             f"productions_{task.task}",
@@ -216,10 +210,9 @@ ANALYSIS = of_one_statistic(
     question="Which {q.levels} match given numbers for {q.judged}?",
     what="magnitude production",
     title="Magnitude production",
+    named=lambda task, _q: _title(task),
     answers=_answers,
-    sentences=lambda task, level, q: [
-        " ".join([*_answers(task, level, q), *_biases(task, level, q)])
-    ],
+    remarks=_biases,
     blocks=_blocks,
     figures=lambda task, trials, q: {
         f"productions_{task.task}": productions(task, trials[trials["task"] == task.task], q)

@@ -38,6 +38,7 @@ from slipscale.analysis.writing.numbers import (
     reliable,
     unit_number,
 )
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 
@@ -95,7 +96,7 @@ def _sentences(analysis: Analysis) -> list[str]:
     """Return one sentence per task and factor."""
     confidence = analysis.dataset.choices.confidence
     return [
-        f"{each.task}, {factor_name(each.factor)}: {'; '.join(parts)}."
+        f"{task_name('Ratings', each.task)}, {factor_name(each.factor)}: {'; '.join(parts)}."
         for each in analysis.inference[CONDITIONS] or ()
         if (parts := list(_parts(each, confidence)))
     ]
@@ -125,10 +126,10 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     written = ReportSection("Ratings by condition")
     rows = [
         [
-            each.task,
-            each.factor,
-            pair.from_surface,
-            pair.to_surface,
+            task_name("Ratings", each.task),
+            factor_name(each.factor),
+            factor_level(each.factor, pair.from_surface),
+            factor_level(each.factor, pair.to_surface),
             str(pair.participants),
             cell(pair.difference, lambda mean: number(mean.mean)),
             cell(pair.difference, lambda mean: bracketed(mean.interval, number)),

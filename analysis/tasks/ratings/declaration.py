@@ -33,6 +33,7 @@ from slipscale.analysis.writing.numbers import (
     unit_number,
 )
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import GREY, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -42,7 +43,7 @@ COLUMNS = {"sd": "standard_deviation", "at_left": "at_left_end", "at_right": "at
 
 def _title(found: TaskRatings) -> str:
     kind = "Visual analogue scale" if found.categories is None else "Category scale"
-    return f"{kind} ({found.task})"
+    return task_name(kind, found.task)
 
 
 def _answer(found: TaskRatings, quantity: Quantity) -> str:
@@ -124,7 +125,6 @@ def _blocks(
 ) -> list[Markup]:
     """Return the figure and the tables for one task."""
     return [
-        html.heading(_title(task)),
         *html.figure_if_drawn(
             svgs,
             f"ratings_{task.task}",
@@ -242,8 +242,9 @@ ANALYSIS = with_conditions(
         question="Where on a scale between two words do the {q.stimuli} lie?",
         what="a rating scale",
         title="Rating scales",
+        named=lambda task, _q: _title(task),
         answers=lambda task, _, q: [_answer(task, q)],
-        sentences=lambda task, level, q: [f"{_answer(task, q)} {_tests(task, level, q)}"],
+        remarks=lambda task, level, q: [_tests(task, level, q)],
         heading="Ratings on a scale",
         blocks=_blocks,
         figures=lambda task, trials, q: {

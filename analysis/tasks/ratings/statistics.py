@@ -309,11 +309,11 @@ RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
     ),
     families=(
         Family(
-            name="ratings on a line, Friedman's test",
+            name="ratings, Friedman's test",
             read=lambda tasks: _ps(task.friedman for task in tasks),
         ),
         Family(
-            name="ratings on a line, Page's test",
+            name="ratings, Page's test",
             read=lambda tasks: _ps(task.page_trend for task in tasks),
         ),
         Family(

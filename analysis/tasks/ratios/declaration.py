@@ -18,12 +18,13 @@ from slipscale.analysis.tasks.ratios.statistics import RATIOS, TRIALS, TaskRatio
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, counted, level_of, number, significant
 from slipscale.analysis.writing.points import SIZE, draw_means, draw_people, make_logarithmic
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, INK, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
 
 def _title(found: TaskRatios, quantity: Quantity) -> str:
-    return f"Ratio judgements against {quantity.value(found.standard_um_pp)} ({found.task})"
+    return task_name(f"Ratio judgements against {quantity.value(found.standard_um_pp)}", found.task)
 
 
 def _answer(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
@@ -65,7 +66,6 @@ def _blocks(
 ) -> list[Markup]:
     """Return the figure and the table for one task."""
     return [
-        html.heading(_title(task, quantity)),
         *html.figure_if_drawn(
             svgs,
             f"ratios_{task.name}",
@@ -140,8 +140,9 @@ ANALYSIS = of_one_statistic(
     question="How many times as {q.adjective} as a standard is each {q.stimulus}?",
     what="ratio judgement",
     title="Ratio judgements",
+    named=_title,
     answers=lambda task, level, q: [_answer(task, level, q)],
-    sentences=lambda task, level, q: [f"{_answer(task, level, q)} {_ratios(task, level, q)}"],
+    remarks=lambda task, level, q: [_ratios(task, level, q)],
     blocks=_blocks,
     figures=lambda task, trials, q: {
         f"ratios_{task.name}": ratios(task, trials[trials["task"] == task.task], q)

@@ -9,13 +9,20 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from slipscale.analysis.json_form import renamed
+from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import computed
 from slipscale.analysis.tasks.declared.flat_table import flat_rows
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
-from slipscale.analysis.tasks.same_different.statistics import SAME_DIFFERENT, TRIALS, TaskPairs
+from slipscale.analysis.tasks.same_different.statistics import (
+    SAME_DIFFERENT,
+    TRIALS,
+    PairSensitivity,
+    TaskPairs,
+)
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
 from slipscale.analysis.writing.points import SIZE, draw_means
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import ORANGE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
@@ -25,11 +32,19 @@ HEADS = (
 )
 
 
-def _answer(task: TaskPairs) -> str:
+def _named(task: TaskPairs) -> str:
+    return task_name("Same–different", task.task)
+
+
+def _pair(pair: PairSensitivity, quantity: Quantity) -> str:
+    return f"{with_unit(pair.first, quantity)} and {with_unit(pair.second, quantity)}"
+
+
+def _answer(task: TaskPairs, quantity: Quantity) -> str:
     """Return a sentence with d' of each pair."""
-    pairs = [f"{number(each.d_prime)} ({each.first} and {each.second})" for each in task.pairs]
+    pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
     return (
-        f"Same–different ({task.task}), {counted(task.answers, 'answer', 'answers')} from "
+        f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
         f"{counted(task.participants, 'participant', 'participants')}: d' by the "
         f"differencing model was {joined(pairs)}."
     )
@@ -41,7 +56,7 @@ def _blocks(
     """Return the figure and the table for one task."""
     rows = [
         [
-            f"{each.first} – {each.second}",
+            _pair(each, quantity),
             str(each.participants),
             f"{each.different} of {each.different_n}",
             f"{each.same} of {each.same_n}",
@@ -53,13 +68,12 @@ def _blocks(
         for each in task.pairs
     ]
     return [
-        html.heading(task.task),
         *html.figure_if_drawn(
             svgs,
             f"same_different_{task.task}",
             f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of all "
             "answers pooled. At d' = 0, participants cannot tell the pair apart.",
-            "d' of " + ", ".join(f"{each.first} and {each.second}" for each in task.pairs),
+            "d' of " + ", ".join(_pair(each, quantity) for each in task.pairs),
         ),
         html.table(
             html.columns(*HEADS, left=1),
@@ -93,7 +107,8 @@ ANALYSIS = of_one_statistic(
     question="Which pairs of {q.stimuli} can be told apart?",
     what="same–different",
     title="Same–different",
-    answers=lambda task, _level, _q: [_answer(task)],
+    named=lambda task, _q: _named(task),
+    answers=lambda task, _level, q: [_answer(task, q)],
     blocks=_blocks,
     figures=lambda task, _trials, _q: {f"same_different_{task.task}": sensitivities(task)},
     rows=lambda task: flat_rows(

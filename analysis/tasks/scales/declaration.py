@@ -21,13 +21,14 @@ from slipscale.analysis.tasks.scales.transitivity import Consistency
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import tip
 from slipscale.analysis.writing.numbers import DASH, bracketed, counted, joined, number, p_value
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, PALE, canvas, styled
 from slipscale.stimuli.quantity import Quantity, capitalised
 
 
 def _title(found: TaskScale) -> str:
     form = "Paired comparison" if found.consistency else "Triads"
-    return f"{form} of {len(found.surfaces)} surfaces ({found.task})"
+    return task_name(f"{form} of {len(found.surfaces)} surfaces", found.task)
 
 
 def _fit(found: TaskScale) -> str:
@@ -90,7 +91,6 @@ def _blocks(
     """Return the figure and the tables for one task."""
     values = bool(task.consistency) or computed(task.differences) is not None
     return [
-        html.heading(_title(task)),
         *html.figure_if_drawn(
             svgs,
             f"scale_{task.task}",
@@ -217,6 +217,7 @@ ANALYSIS = of_one_statistic(
     question="Where do the {q.stimuli} lie on a single scale of {q.judged}?",
     what="paired comparison",
     title="Paired comparison",
+    named=lambda task, _q: _title(task),
     answers=lambda task, _level, q: [_answer(task, q)],
     heading="Scales of {q.judged}",
     blocks=_blocks,

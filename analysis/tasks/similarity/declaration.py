@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from slipscale.analysis.reading.surface_labels import with_unit
 from slipscale.analysis.statistics.not_computed import NotComputed, all_computed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.similarity.reading import TRIALS
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, TaskMap
 from slipscale.analysis.writing import html
-from slipscale.analysis.writing.numbers import counted, number, unit_number
+from slipscale.analysis.writing.numbers import counted, joined, number, unit_number
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.figure_style import BLUE, GREY, canvas, styled
 
 if TYPE_CHECKING:
@@ -20,27 +22,38 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from slipscale.analysis.json_form import JsonObject
+    from slipscale.stimuli.quantity import Quantity
+
+
+def _named(found: TaskMap | NotComputed) -> str:
+    return (
+        "Dissimilarities"
+        if isinstance(found, NotComputed)
+        else task_name("Dissimilarities", found.task)
+    )
 
 
 def _answer(found: TaskMap | NotComputed) -> str:
     """Return a sentence on the stress of maps with different numbers of dimensions."""
     if isinstance(found, NotComputed):
         return f"No map of the dissimilarities was computed: {found.reason}."
-    stress = ", ".join(unit_number(value, 3) for value in found.stress.values())
+    stress = joined(
+        [f"{unit_number(value, 3)} ({place}D)" for place, value in found.stress.items()]
+    )
     people = counted(found.participants, "participant", "participants")
-    dimensions = ", ".join(map(str, found.stress))
     return (
-        f"Non-metric multidimensional scaling of {len(found.items)} items ({found.task}; {people}) "
-        f"has a stress-1 of {stress} with {dimensions} dimensions."
+        f"{_named(found)}, {len(found.items)} items, {people}: the stress-1 of non-metric "
+        f"multidimensional scaling is {stress}."
     )
 
 
-def _blocks(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup]:
+def _blocks(
+    task: TaskMap | NotComputed, svgs: Mapping[str, str], quantity: Quantity
+) -> list[Markup]:
     if isinstance(task, NotComputed):
         return [html.paragraph(f"No map was computed: {task.reason}.", "note")]
     axes = [f"Axis {place + 1}" for place in range(len(next(iter(task.coordinates.values()))))]
     return [
-        html.heading(task.task),
         *html.figure_if_drawn(
             svgs,
             f"similarity_{task.task}",
@@ -48,11 +61,14 @@ def _blocks(task: TaskMap | NotComputed, svgs: Mapping[str, str]) -> list[Markup
             "against the number of dimensions (0 if distances and dissimilarities are in the same "
             "order). Stress falls with every added dimension; a dimension that barely lowers "
             "stress is not needed.",
-            "Map of " + ", ".join(task.items),
+            "Map of " + ", ".join(with_unit(item, quantity) for item in task.items),
         ),
         html.table(
             html.columns("Item", *axes, left=1),
-            [[item, *map(number, place)] for item, place in task.coordinates.items()],
+            [
+                [with_unit(item, quantity), *map(number, place)]
+                for item, place in task.coordinates.items()
+            ],
             "Coordinates on the map's principal axes.",
         ),
         *([_weights(task, axes)] if task.people else []),
@@ -113,8 +129,9 @@ ANALYSIS = of_one_statistic(
     question="How different do pairs of {q.stimuli} feel, and along how many dimensions?",
     what="dissimilarities",
     title="Dissimilarities",
+    named=lambda task, _q: _named(task),
     answers=lambda task, _level, _q: [_answer(task)],
-    blocks=lambda task, svgs, _level, _q: _blocks(task, svgs),
+    blocks=lambda task, svgs, _level, q: _blocks(task, svgs, q),
     figures=lambda task, _trials, _q: {
         f"similarity_{each.task}": similarity(each) for each in all_computed([task])
     },

@@ -12,13 +12,13 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     Estimate,
     PsychometricFunction,
 )
-from slipscale.analysis.tasks.thresholds import sentences as apa_thresholds
 from slipscale.analysis.tasks.thresholds.statistics import (
     COMPARED,
     ParticipantThreshold,
     TaskThresholds,
 )
 from slipscale.analysis.writing import html
+from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.numbers import (
     DASH,
     bracketed,
@@ -58,7 +58,6 @@ def blocks(
         f"asymptote, at most 6 %.{fitted}",
     )
     return [
-        html.heading(apa_thresholds.title(task, quantity)),
         *html.figure_if_drawn(svgs, f"thresholds_{task.task}", caption, alt),
         html.details(_range(task, quantity), [each_participant]),
         *_factors(task, quantity),
@@ -94,7 +93,12 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
     titles = ("Threshold by", "Level", "Participants", quantity.heading("Threshold"), "CI")
     for factor in task.population.factors:
         rows = [
-            [factor.name, each.name, str(each.n), *_interval_cells(each.threshold_um_pp)]
+            [
+                factor_name(factor.name),
+                factor_level(factor.name, each.name),
+                str(each.n),
+                *_interval_cells(each.threshold_um_pp),
+            ]
             for each in factor.levels
         ]
         tables.append(
@@ -106,7 +110,9 @@ def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
         )
         compared = [
             [
-                f"{each.second} compared with {each.first}",
+                " compared with ".join(
+                    factor_level(factor.name, name) for name in (each.second, each.first)
+                ),
                 *_interval_cells(each.change),
                 p_value(each.p),
                 p_value(each.p_holm),

@@ -18,6 +18,7 @@ from slipscale.analysis.writing.numbers import (
     significant,
     unit_number,
 )
+from slipscale.analysis.writing.task_names import task_name
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import Quantity, capitalised
 
@@ -40,14 +41,14 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
     >>> task = SimpleNamespace(task="differencethreshold", standard_um_pp=1.2, method="")
     >>> title(task, PLATE_AMPLITUDE)
-    'Difference threshold at 1.2 µm (differencethreshold)'
+    'Difference threshold at 1.2 µm'
     """
     if found.method == COMPARED:
         standard = quantity.value(found.standard_um_pp or 0)
-        return f"Constant stimuli around {standard} ({found.task})"
+        return task_name(f"Constant stimuli around {standard}", found.task)
     if found.standard_um_pp is None:
-        return f"Detection threshold ({found.task})"
-    return f"Difference threshold at {quantity.value(found.standard_um_pp)} ({found.task})"
+        return task_name("Detection threshold", found.task)
+    return task_name(f"Difference threshold at {quantity.value(found.standard_um_pp)}", found.task)
 
 
 def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
@@ -156,8 +157,8 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
     return f"{text}."
 
 
-def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
-    """Return all sentences on a task for the results section."""
+def remarks(task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
+    """Return sentences on fits, catch trials, conditions and cautions."""
     parts = []
     fits = [each.fit for each in task.participants if each.fit]
     if fits:
@@ -192,4 +193,4 @@ def sentences(task: TaskThresholds, confidence: float, quantity: Quantity) -> li
             for each in factor.contrasts
         ]
         parts += [str(each) for each in CAUTIONS if each.applies(task)]
-    return [answer(task, confidence, quantity), *([" ".join(parts)] if parts else [])]
+    return parts

@@ -12,10 +12,10 @@ from slipscale.experiments.study.file import shipped_studies
 #: Study -> what its result begins with, and has a number after it.
 RESULTS = {
     "biet2007": r"exponent of participants' power functions of amplitude was \d",
-    "constant_stimuli": r"Difference threshold at 1\.2 µm \(constantstimuli\): \d",
-    "detection_threshold": r"Detection threshold \(detectionthreshold\): \d",
-    "difference_threshold": r"Difference threshold at 1\.2 µm \(differencethreshold\): \d",
-    "magnitude_production": r"Magnitude production .* an exponent of \d",
+    "constant_stimuli": r"Difference threshold at 1\.2 µm: \d",
+    "detection_threshold": r"Detection threshold: \d",
+    "difference_threshold": r"Difference threshold at 1\.2 µm: \d",
+    "magnitude_production": r"Magnitude production, .* an exponent of \d",
     "matching": r"0\.8 µm \(peak to peak\) was matched by \d",
     "meyer2015": r"d' by the differencing model was \d",
     "paired_comparison": r"to the most slippery, scale values were −?\d\.\d\d \(1 µm\), ",

@@ -165,7 +165,7 @@ def test_the_power_is_computed_or_taken_in(frozen, tmp_path, capsys):
         (["--out", "new", "--power", "none"], "expected the folder that slipscale power --out"),
         (["--out", "new", "--power", "odd"], "power.json is not a result of slipscale power"),
         (["--out", "new", "--power", "odd", "--compute-power", "9"], "expected only one of them"),
-        (["--out", "file.txt/new"], "file.txt is a file; expected a folder"),
+        (["--out", "file.txt/new"], "file.txt is a file; name a folder"),
     ],
 )
 def test_what_cannot_be_frozen_is_told_in_a_sentence(frozen, here, capsys, options, sentence):

@@ -174,7 +174,7 @@ def test_each_task_has_its_thresholds_and_the_report_its_figures(analysis, tmp_p
     report = write_analysis(analysis, tmp_path)
     page = report.read_text(encoding="utf-8")
     assert "Constant stimuli around 1.2 µm (bothsides)" in page
-    assert "Detection threshold (detectionthreshold)" in page
+    assert "Detection threshold: " in page
     for task in found:
         assert (tmp_path / f"thresholds_{task.task}.svg").exists()
     for name in ("Paired comparison of 7 surfaces (pairs)", "Triads of 7 surfaces (triads)"):

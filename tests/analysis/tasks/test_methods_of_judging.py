@@ -60,11 +60,11 @@ def piloted(tmp_path_factory):
 
 def test_each_condition_of_a_factor_is_reported_as_a_task_and_effects_are_found(piloted):
     limits_of, categories = piloted.inference[LIMITS], piloted.inference[RATINGS]
-    assert [task.task for task in limits_of] == ["limits_hand_left", "limits_hand_right"]
+    assert [task.task for task in limits_of] == ["limits_hand-left", "limits_hand-right"]
     left, right = limits_of
     assert left.threshold_um_pp.mean > right.threshold_um_pp.mean + 0.1
     means = {task.task: task.surfaces[-1].mean for task in categories}
-    assert means["categoryscale_hand_left"] < means["categoryscale_hand_right"] - 0.5
+    assert means["categoryscale_hand-left"] < means["categoryscale_hand-right"] - 0.5
     assert [task.categories for task in categories] == [4, 4]
 
 
@@ -78,9 +78,9 @@ def test_ratings_are_compared_between_the_levels_of_a_factor(piloted, page):
         task.task: np.mean([each.mean for each in task.surfaces])
         for task in piloted.inference[RATINGS]
     }
-    change = means["categoryscale_hand_right"] - means["categoryscale_hand_left"]
+    change = means["categoryscale_hand-right"] - means["categoryscale_hand-left"]
     assert pair.difference.mean == pytest.approx(change)
-    assert "categoryscale, hand: right minus left: " in page(piloted)
+    assert "Ratings, hand: right minus left: " in page(piloted)
 
 
 def test_three_conditions_are_compared_by_ranks_over_surfaces_rated_in_all():
@@ -113,14 +113,16 @@ def test_three_conditions_are_compared_by_ranks_over_surfaces_rated_in_all():
 def test_the_report_holds_every_task_with_its_numbers(piloted, page):
     text = page(piloted)
     for said in (
-        "Method of limits (limits_hand_left), 12 series from 3 participants",
-        "Identification (identification_hand_right), 24 answers from 3 participants",
+        "Method of limits, hand left, 12 series from 3 participants",
+        "Identification, hand right, 24 answers from 3 participants",
         "mean categories, from 1 (lowest) to 4, were",
+        "Category scale, hand left: Ratings d",
+        "Category scale, hand right: Ratings d",
         "trials per cell of the table",
     ):
         assert said in text, said
     named = {name for kind in KINDS for name in kind.figures(piloted)}
-    assert {"limits_limits_hand_left", "identification_identification_hand_right"} <= named
+    assert {"limits_limits_hand-left", "identification_identification_hand-right"} <= named
 
 
 def of(frame):

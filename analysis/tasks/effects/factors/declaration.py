@@ -28,6 +28,7 @@ from slipscale.analysis.writing.numbers import (
     number,
     p_value,
 )
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     from markupsafe import Markup
@@ -54,7 +55,7 @@ def sentences(analysis: Analysis) -> list[str]:
             parts = "; ".join(_parts(change, confidence))
             if parts:
                 level = factor_level(each.factor, change.condition)
-                texts.append(f"{name} {level} compared with {first}: {parts}.")
+                texts.append(f"{capitalised(name)} {level} compared with {first}: {parts}.")
     return texts
 
 
@@ -81,13 +82,14 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
     section = ReportSection("Factors")
     quantity, level = analysis.dataset.quantity, level_of(analysis.dataset.choices.confidence)
     for found in analysis.inference[FACTORS] or ():
-        section.blocks += [html.heading(found.factor), _means(found, quantity)]
+        name = factor_name(found.factor)
+        section.blocks += [html.heading(capitalised(name)), _means(found, quantity)]
         if isinstance(found.anova, NotComputed):
             reason = f"The analysis of variance was not computed: {found.anova.reason}."
             section.blocks.append(html.paragraph(reason, "note"))
         else:
             anova = found.anova
-            section.blocks.append(anova_table(found.factor, anova.effects, anova.n, quantity))
+            section.blocks.append(anova_table(name, anova.effects, anova.n, quantity))
         section.blocks.append(_changes(found, level))
     return section
 
@@ -95,10 +97,12 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
 def _means(found: FactorEffects, quantity: Quantity) -> Markup:
     levels = list(found.conditions[0].geometric_means)
     return html.table(
-        html.columns(found.factor, "n", *map(quantity.value, levels), left=1),
+        html.columns(
+            capitalised(factor_name(found.factor)), "n", *map(quantity.value, levels), left=1
+        ),
         [
             [
-                each.condition,
+                factor_level(found.factor, each.condition),
                 str(each.n),
                 *(grouped(each.geometric_means[level]) for level in levels),
             ]
@@ -114,13 +118,13 @@ def _changes(found: FactorEffects, level: str) -> Markup:
     heads = ("Ratio of geometric means", "Ratio, mixed model", "Exponent", "Exponent, mixed model")
     return html.table(
         html.columns(
-            f"Compared with {found.conditions[0].condition}",
+            f"Compared with {factor_level(found.factor, found.conditions[0].condition)}",
             *((head, f"{level} CI") for head in heads),
             left=1,
         ),
         [
             [
-                each.condition,
+                factor_level(found.factor, each.condition),
                 cell(each.log_ratio, lambda one: _written(one.mean, one.interval, exp)),
                 cell(each.mixed_log_ratio, lambda one: _written(one.value, one.interval, exp)),
                 cell(each.exponent, lambda one: _written(one.mean, one.interval, float)),

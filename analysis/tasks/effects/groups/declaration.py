@@ -10,6 +10,7 @@ from markupsafe import Markup
 from slipscale.analysis.reading.cells import listed
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.repeated_measures.two_way import Effect
+from slipscale.analysis.tasks.declared.two_way_texts import effect_text
 from slipscale.analysis.tasks.effects.groups.statistics import GROUPS, GroupComparison
 from slipscale.analysis.tasks.effects.groups.welch import GroupDifference, Welch
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
@@ -130,11 +131,7 @@ def _verb(found: Effect, confidence: float) -> str:
 
 
 def _statistics(found: Effect, confidence: float) -> str:
-    text = (
-        f"F({found.df1:.3g}, {found.df2:.4g}) = {number(found.F)}, {p_value(found.p)}, partial "
-        f"η² = {unit_number(found.eta2_partial)}"
-    )
-    bounds = found.eta2_partial_interval
+    text, bounds = effect_text(found), found.eta2_partial_interval
     if bounds is None:
         return text
     return f"{text}, {level_of(confidence)} CI {bracketed(bounds, unit_number)}"

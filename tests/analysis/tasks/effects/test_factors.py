@@ -101,7 +101,7 @@ def test_a_fit_at_a_bound_is_named_as_in_the_exported_script(analysis, page, tmp
 def test_the_report_names_conditions_and_what_they_change(analysis, page):
     text = page(analysis)
     assert "speed and period as within-participant factors (n = 10" in text
-    assert "speed slow compared with fast: the ratio of geometric means was 0.63" in text
+    assert "Speed slow compared with fast: the ratio of geometric means was 0.63" in text
 
 
 def test_levels_are_reported_with_the_unit_of_their_factor(table, tmp_path):
@@ -112,7 +112,7 @@ def test_levels_are_reported_with_the_unit_of_their_factor(table, tmp_path):
     columns = {"columns": COLUMNS | {"factor": "finger_speed_mm_s"}}
     told = " ".join(sentences(analyse(load(path, parse_mapping(columns, "here")))))
     assert "with finger speed and period as within-participant factors" in told
-    assert "finger speed 20 mm/s compared with 5 mm/s: " in told
+    assert "Finger speed 20 mm/s compared with 5 mm/s: " in told
 
 
 def test_conditions_that_are_numbers_are_in_their_order(table, tmp_path):

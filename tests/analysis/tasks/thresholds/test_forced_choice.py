@@ -9,7 +9,7 @@ import pytest
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
-from slipscale.analysis.tasks.thresholds.sentences import sentences
+from slipscale.analysis.tasks.thresholds.sentences import remarks
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
@@ -85,10 +85,10 @@ def test_a_participant_without_an_own_threshold_is_named_and_counts_in_the_popul
     (found,) = thresholds(frame)
     assert isinstance(found.participants[3].function, NotComputed)
     assert found.population.n == 4
-    assert LAPSES_UNKNOWN in sentences(found, 0.95, PLATE_AMPLITUDE)[1]
+    assert LAPSES_UNKNOWN in " ".join(remarks(found, 0.95, PLATE_AMPLITUDE))
     caught = replace(found, participants=(replace(found.participants[0], catch_trials=4),))
-    assert LAPSES_UNKNOWN not in sentences(caught, 0.95, PLATE_AMPLITUDE)[1]
-    compared = sentences(replace(found, method="comparison"), 0.95, PLATE_AMPLITUDE)[1]
+    assert LAPSES_UNKNOWN not in " ".join(remarks(caught, 0.95, PLATE_AMPLITUDE))
+    compared = " ".join(remarks(replace(found, method="comparison"), 0.95, PLATE_AMPLITUDE))
     assert "just noticeable difference is too small (by 6 %" in compared
 
 

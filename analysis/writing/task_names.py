@@ -1,0 +1,37 @@
+"""Write the name of a task, with its label and condition, for the report.
+
+A task is identified by its label in file names, followed by ``_factor-level`` for each factor of
+the study. The label is omitted if an installed protocol's name begins with the same letters.
+"""
+
+from __future__ import annotations
+
+import re
+from functools import cache
+
+from slipscale.analysis.writing.factor_words import factor_level, factor_name
+from slipscale.experiments.protocol_parts.registry import protocol_names
+
+#: One factor and its level; names of factors contain no hyphen.
+CONDITION = re.compile(r"_([^-]+?)-(.+?)(?=_[^_-][^-]*-|$)")
+
+
+def task_name(title: str, task: str) -> str:
+    """Return a title with the label and the condition of a task.
+
+    >>> task_name("Category scale", "categoryscale_frequency_hz-20_hand-left")
+    'Category scale, frequency 20 Hz, hand left'
+    >>> task_name("Triads", "triads")
+    'Triads (triads)'
+    """
+    label, _, conditions = task.partition("_")
+    usual = any(name.startswith(label) for name in _protocols())
+    named = title if usual else f"{title} ({label})"
+    levels = CONDITION.findall(f"_{conditions}")
+    in_words = (f"{factor_name(factor)} {factor_level(factor, level)}" for factor, level in levels)
+    return ", ".join([named, *in_words])
+
+
+@cache
+def _protocols() -> tuple[str, ...]:
+    return tuple(name.replace("_", "") for name in protocol_names())
