@@ -31,9 +31,9 @@ class Room:
     lines: int
 
 
-LETTER_KEY = Room("the letter of a key, no words", 1, 1)
+LETTER_KEY = Room("the letter on a key, not a word", 1, 1)
 KEY_NAME = Room("the name of a key, within a sentence", 24, 1)
-TITLE = Room("the title of a screen: one line", 44, 1)
+TITLE = Room("the one-line title of a screen", 44, 1)
 PAGE = Room("a page that participants read at their own pace", 90, 19)
 PROMPT = Room("a question or instruction, in large letters", 62, 4)
 OPTION = Room("an answer, next to its key", 60, 1)
@@ -129,7 +129,7 @@ def room_of(key: str) -> Room:
     """Return the place of a text on the screen.
 
     >>> room_of("matching.title").where
-    'the title of a screen: one line'
+    'the one-line title of a screen'
     """
     return next(room for pattern, room in ROOMS if fnmatchcase(key, pattern))
 

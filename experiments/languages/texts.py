@@ -90,7 +90,7 @@ def load_texts(
         If the language does not exist, or a replacement text is invalid.
     """
     if language not in _languages() and not replacements:
-        raise UserError(f"language '{language}': expected one of {', '.join(languages())}")
+        raise UserError(f"unknown language '{language}': expected one of {', '.join(languages())}")
     if not replacements and not brought:
         return shipped_texts(language, words)
     faults = text_faults(language, replacements or {}, brought)

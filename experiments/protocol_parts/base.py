@@ -163,7 +163,7 @@ class TrialRecord:
 
     In a trial without intervals, ``surface``, ``readback_level``, ``onset_s`` and
     ``exploration_time_s`` describe the trial's surface. In a trial with intervals, ``intervals``
-    contains these values, keyed by interval number.
+    contains the values of each interval, keyed by number.
     """
 
     trial: Trial
@@ -210,8 +210,9 @@ class Column:
     kind : {"number", "label", "text"}
         Cell type: a number, one of a few words (or a name), or free text.
     description : str
-        For readers of the data set. units : str The unit in BIDS notation; empty for a
-        dimensionless number.
+        A description for readers of the data set.
+    units : str
+        The unit in BIDS notation; empty for a dimensionless number.
     levels : Mapping
         All possible labels with their meanings; empty if the labels are not known in advance.
     as_stated : bool
@@ -248,7 +249,7 @@ class Protocol:
     task : str
         The BIDS task label: letters and digits only.
     title, description : str
-        For readers of the data set.
+        Texts for readers of the data set.
     options : type of Options
         The options that a study can set.
     trials : callable

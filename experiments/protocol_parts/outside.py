@@ -1,8 +1,7 @@
 """Report exceptions and wrong return values of protocols from other packages as messages.
 
-Slipscale's tests cover its own protocols, but another package's code may fail during a session.
-This module wraps every function of such a protocol, so that error messages name the package and the
-line.
+This module wraps every function of another package's protocol, so that error messages name the
+package and the line.
 """
 
 from __future__ import annotations

@@ -55,11 +55,11 @@ class SimulatedPerson(Protocol):
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was adjusted in an `Adjust` step."""
+        """The net number of notches in an `Adjust` step."""
 
     @property
     def felt_again(self) -> int:
-        """The number of times the reference was repeated in an `Adjust` step."""
+        """The number of repetitions of the reference in an `Adjust` step."""
 
     @property
     def felt_level(self) -> tuple[float, ...]:
@@ -92,7 +92,7 @@ class SimulatedPerson(Protocol):
         """
 
     def ratio(self) -> float:
-        """Return the ratio of the last surface's strength to the standard's, above 0."""
+        """Return the strength of the last surface relative to the standard, above 0."""
 
     def reaches(self, ratio: float) -> bool:
         """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
@@ -162,7 +162,7 @@ def _has_reached(reference: float, now: float, turned: int) -> bool:
 
 
 def until_number(step: Adjust, person: SimulatedPerson) -> int:
-    """Adjust until the surface seems to have reached the number shown, or the end of the range."""
+    """Adjust until the surface seems to match the number shown, or the range ends."""
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
         raise TypeError(f"'{step.name}' requires a number and a modulus")

@@ -56,7 +56,7 @@ def steps(options: CategoryScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of a category-rating task in one run."""
+    """One run of a category-rating task."""
 
     def __init__(self, options: CategoryScale, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
@@ -65,7 +65,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         texts, factors = self.context.texts, {"categories": len(self.labels)}
         coded = tuple((str(place), label) for place, label in enumerate(self.labels, start=1))
         return (

@@ -57,8 +57,8 @@ def check(options: DifferenceThreshold, context: Context) -> None:
     q = context.quantity
     if options.compared_level(options.highest_level) < 0:
         raise UserError(
-            f"{q.named('highest_level')} is {options.highest_level:g}, but the standard is "
-            f"only {q.short(options.standard_level)} and cannot be reduced by more"
+            f"{q.named('highest_level')} is {options.highest_level:g}, but must be at most the "
+            f"standard ({q.short(options.standard_level)})"
         )
 
 

@@ -86,7 +86,7 @@ def steps(options: Identification, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of an identification task in one run."""
+    """One run of an identification task."""
 
     def __init__(self, options: Identification, context: Context) -> None:
         surfaces = [context.surface(level) for level in context.levels]
@@ -96,7 +96,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         options, texts, levels = self.options, self.context.texts, self.context.levels
         trial = self.numbered(condition, number, repeats, factors={})
         # The code is the surface's name in the data; the participant sees the surface's number.

@@ -155,7 +155,7 @@ class _Run(IntervalTask[Place]):
     def trial(
         self, condition: Place, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         series, options = condition.series, self.options
         level = series.levels[condition.place]
         trial = Trial(
@@ -221,8 +221,10 @@ PROTOCOL = ProtocolDeclaration(
             kind="label",
             description="Direction of the series",
             levels={
-                "ascending": "begins at the lowest level and ends with the first yes",
-                "descending": "begins at the highest level and ends with the first no",
+                "ascending": "a series that begins at the lowest level and ends with the first yes",
+                "descending": (
+                    "a series that begins at the highest level and ends with the first no"
+                ),
             },
         ),
     },

@@ -83,7 +83,7 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of a magnitude-estimation task in one run."""
+    """One run of a magnitude-estimation task."""
 
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
@@ -104,7 +104,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(

@@ -125,7 +125,7 @@ def steps(options: MagnitudeProduction, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The trials of a magnitude-production task in one run."""
+    """One run of a magnitude-production task."""
 
     def __init__(self, options: MagnitudeProduction, context: Context) -> None:
         self.options = options
@@ -169,7 +169,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         options = self.options
         trial = self.numbered(
             condition,

@@ -80,7 +80,7 @@ class Matching(RestedOptions):
     catch_trials: Count = setting(
         0,
         "Number of catch trials, which start at the reference itself: a match far from the "
-        "reference indicates a lapse of attention or memory. These trials are not analysed as "
+        "reference indicates a lapse of attention or memory. Catch trials are not analysed as "
         "matches.",
         unit="trials",
     )
@@ -158,7 +158,7 @@ def steps(options: Matching, context: Context) -> Steps:
 
 
 class _Run(IntervalTask[_Match]):
-    """The trials of a matching task in one run."""
+    """One run of a matching task."""
 
     def __init__(self, options: Matching, context: Context) -> None:
         super().__init__(trials(options, context), options, context)
@@ -189,7 +189,7 @@ class _Run(IntervalTask[_Match]):
     def trial(
         self, condition: _Match, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         options, context = self.options, self.context
         trial = Trial(
             task=context.task,

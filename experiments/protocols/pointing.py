@@ -161,7 +161,7 @@ def check(options: Pointing, context: Context) -> None:
         if options.target_level == options.ground_level:
             raise UserError(
                 f"pointing: {context.quantity.named('target_level')} equals "
-                f"{context.quantity.named('ground_level')}, expected different levels for "
+                f"{context.quantity.named('ground_level')}; expected different levels for "
                 "feedback on the target"
             )
 
@@ -189,7 +189,7 @@ def steps(options: Pointing, context: Context) -> Steps:
 
 
 def _radius_mm(options: Pointing, distance_mm: float) -> float:
-    """Return the distance from the middle of opposite targets that are ``distance_mm`` apart."""
+    """Return the distance from the middle to opposite targets that are ``distance_mm`` apart."""
     if options.dimensions == 1:
         return distance_mm / 2
     return distance_mm / (2 * math.cos(math.pi / (2 * options.movements)))
@@ -229,7 +229,7 @@ def target_surface(options: Pointing, movement: Movement) -> Grating:
 
 
 class _Run(Repeating[Movement]):
-    """The trials of a pointing task in one run."""
+    """One run of a pointing task."""
 
     def __init__(self, options: Pointing, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -248,7 +248,7 @@ class _Run(Repeating[Movement]):
     def trial(
         self, condition: Movement, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one movement; return the numbers of the trials to repeat."""
+        """Yield a movement's steps; return the trials to repeat."""
         options, texts = self.options, self.context.texts
         trial = Trial(
             task=self.context.task,

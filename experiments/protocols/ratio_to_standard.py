@@ -49,7 +49,7 @@ def steps(options: RatioToStandard, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """The trials of a ratio-judgement task in one run."""
+    """One run of a ratio-judgement task."""
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
         # Textures are not presented, because a ratio requires a single amplitude.
@@ -63,7 +63,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         texts = self.context.texts
         trial = self.numbered(
             condition,

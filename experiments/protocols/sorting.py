@@ -60,7 +60,7 @@ def steps(options: Sorting, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of a sorting task in one run."""
+    """One run of a sorting task."""
 
     def __init__(self, options: Sorting, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
@@ -69,7 +69,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(
@@ -88,7 +88,7 @@ def _answer(step: Ask, person: SimulatedPerson) -> float:
     """Choose the group that corresponds to the strength of the impression."""
     question = step.question
     if not isinstance(question, WholeNumberQuestion):
-        raise TypeError(f"'{step.name}' is not a whole number")
+        raise TypeError(f"'{step.name}' is not a whole-number question")
     if person.lapses():
         return float(1 + person.stream("lapse", "value").below(question.maximum))
     share = min(max(person.impressions[0] / 100, 0.0), 1.0)

@@ -112,7 +112,7 @@ def steps(options: VisualAnalogueScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """The trials of a line-rating task in one run."""
+    """One run of a line-rating task."""
 
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
         catches = [
@@ -127,7 +127,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         options, texts = self.options, self.context.texts
         question = VisualAnalogueQuestion(
             prompt=texts["visual_analogue_scale.rating"],

@@ -59,7 +59,7 @@ class Connection:
             self._xlib.XSetIOErrorHandler(_KEPT[-2])
 
     def watch(self, window: Any) -> None:
-        """Watch the display of an open pyglet window; PsychoPy opens a separate display."""
+        """Watch the X connection of an open pyglet window, which PsychoPy opens separately."""
         if self._xlib is None:
             return
         display = ctypes.cast(window.context.x_display, ctypes.c_void_p)

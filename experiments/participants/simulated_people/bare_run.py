@@ -1,9 +1,9 @@
 """Run a protocol with a simulated person only, without session, plate or journal, for planning.
 
 The questions and answers are the same as in a session on the mock plate, but a run is many times
-faster. There are two differences. A texture is felt as its mean amplitude; in a session it is felt
-at several points of the stroke. A notch of an adjustment takes only the person's time; on a plate,
-the amplitude also has to settle.
+faster. A texture is felt as its mean amplitude; in a session it is felt at several points of the
+stroke. A notch of an adjustment takes only the person's time; on a plate, the amplitude also has to
+settle.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
-    """A step, its answer, and the time that the person took; the plate takes no time here."""
+    """A step, its answer, and the time that the person took; the plate takes no time."""
 
     step: Step
     answer: Answer

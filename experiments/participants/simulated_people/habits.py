@@ -40,8 +40,8 @@ class Habits(BaseModel):
         0.0,
         "Change of the log estimate per µm (peak to peak) of the previous surface: values above "
         "0 mean assimilation. Jesteadt, Luce and Green 1977 (JEP: Human Perception and "
-        "Performance 3, 92-104) found the habit; its size is our assumption. Visible in order: "
-        "log_slope_per_um_pp_before.",
+        "Performance 3, 92-104) found the habit; its size is our assumption. The habit is "
+        "visible as log_slope_per_um_pp_before in `order`.",
         realistic=0.03,
         unit="1/µm",
     )
@@ -75,8 +75,8 @@ class Habits(BaseModel):
     )
     fatigue: Annotated[float, Field(ge=0, le=0.1)] = setting(
         0.0,
-        "Decrease of the log estimate per trial. Our assumption. Visible in order: "
-        "log_slope_per_trial.",
+        "Decrease of the log estimate per trial. Our assumption. The habit is visible as "
+        "log_slope_per_trial in `order`.",
         realistic=0.002,
         unit="1/trial",
     )
@@ -84,8 +84,8 @@ class Habits(BaseModel):
         0.0,
         "Fraction of the sensation that is missing at first touch and appears during contact "
         "with a time constant of 20 s; a rest resets the fraction. The time is from Dzidek "
-        "2017, PLoS ONE 12, e0188000; the size is our assumption. The habit is visible in "
-        "order: log_slope_per_trial above 0.",
+        "2017, PLoS ONE 12, e0188000; the size is our assumption. The habit is visible as a "
+        "positive log_slope_per_trial in `order`.",
         realistic=0.1,
     )
     interval_bias: Annotated[float, Field(ge=-3, le=3)] = setting(
@@ -101,7 +101,7 @@ class Habits(BaseModel):
         0.0,
         "Fraction of the distance by which a mark on a line stays near its start. Tversky and "
         "Kahneman 1974, Science 185, 1124-1131, found the habit; its size is our assumption. "
-        "Visible in ratings: start_effect.",
+        "The habit is visible as start_effect in `ratings`.",
         realistic=0.05,
     )
     misread: Share = setting(

@@ -62,12 +62,12 @@ class Behaviour:
 
     @property
     def turned(self) -> int:
-        """The number of notches by which the surface was adjusted in an `Adjust` step."""
+        """The net number of notches in an `Adjust` step."""
         return self.person.turned
 
     @property
     def felt_again(self) -> int:
-        """The number of times the reference was repeated in an `Adjust` step."""
+        """The number of repetitions of the reference in an `Adjust` step."""
         return self.person.felt_again
 
     @property
@@ -101,7 +101,7 @@ class Behaviour:
         return self.person.rating(start)
 
     def ratio(self) -> float:
-        """Return the ratio of the last surface's strength to the standard's, above 0."""
+        """Return the strength of the last surface relative to the standard, above 0."""
         return self.person.ratio()
 
     def reaches(self, ratio: float) -> bool:

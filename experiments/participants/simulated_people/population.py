@@ -13,8 +13,8 @@ faster. The angle grows with log(1 + A / 0.5 µm) from the lowest to the highest
 person's curve is smooth. The distribution of sensations at an amplitude does not depend on the
 number of amplitudes in a study.
 
-Every parameter has a source. `POPULATIONS` contains the shipped populations. A laboratory can
-define its own population in a TOML file with the same keys.
+`POPULATIONS` contains the shipped populations. A laboratory can define its own population in a TOML
+file with the same keys.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ Number = TypeVar("Number", float, "NDArray[np.float64]")
 
 
 class Population(BaseModel):
-    """The assumptions about a population. Each field's description ends with its source."""
+    """The assumptions about a population. Each field's description names its source."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
@@ -144,13 +144,14 @@ class Population(BaseModel):
         0.25,
         "Standard deviation, between people, of the log noise of a difference. Our assumption.",
     )
-    exploration_s: AboveZero = setting(3.0, "Median. Our assumption.")
+    exploration_s: AboveZero = setting(3.0, "Median duration of an exploration. Our assumption.")
     exploration_sigma: NotNegative = setting(
-        0.3, "Standard deviation of the logarithm, between trials. Our assumption."
+        0.3,
+        "Standard deviation of the log duration of an exploration, between trials. Our assumption.",
     )
-    answer_s: AboveZero = setting(2.0, "Median. Our assumption.")
+    answer_s: AboveZero = setting(2.0, "Median time of an answer. Our assumption.")
     answer_sigma: NotNegative = setting(
-        0.4, "Standard deviation of the logarithm, between trials. Our assumption."
+        0.4, "Standard deviation of the log time of an answer, between trials. Our assumption."
     )
     pace_sigma: NotNegative = setting(
         0.25,

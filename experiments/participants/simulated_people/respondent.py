@@ -194,7 +194,7 @@ class Respondent:
 
     @property
     def felt_again(self) -> int:
-        """The number of times the reference was repeated."""
+        """The number of repetitions of the reference."""
         return self.memory.felt_again
 
     @property
@@ -204,7 +204,7 @@ class Respondent:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of the sensations; a difference of two has the noise `_threshold`."""
+        """The noisy strengths of the sensations; their difference has the noise `_threshold`."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
@@ -249,7 +249,7 @@ class Respondent:
         return place + self._people.habits.anchoring * (start - place)
 
     def ratio(self) -> float:
-        """Return the ratio of the last surface's strength to the standard's."""
+        """Return the strength of the last surface relative to the standard."""
         ratio = max(self._reported(), LEAST_PERCENT) / self._of_standard()
         return max(float(f"{ratio:.2g}"), LEAST_RATIO)
 

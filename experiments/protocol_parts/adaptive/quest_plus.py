@@ -2,8 +2,7 @@
 
 See Watson 2017, Journal of Vision 17(3):10, doi:10.1167/17.3.10. The expected decrease in the
 posterior's entropy is the mutual information between answer and parameters: the entropy of the
-predicted answer, minus the mean entropy of the answer given the parameters. Both entropies are
-computed from products of a fixed table and the posterior.
+predicted answer, minus the mean entropy of the answer given the parameters.
 """
 
 from __future__ import annotations

@@ -53,7 +53,7 @@ class StandardOptions(RatedOptions):
 
 
 class AgainstStandard(RatedSurfaces):
-    """The trials of a task with a standard, in one run.
+    """One run of a task with a standard.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class AgainstStandard(RatedSurfaces):
         yield from super().between()
 
     def standard(self, trial: Trial) -> Steps:
-        """Yield the standard before a trial's own surface, if it is due."""
+        """Yield the standard before a trial's own surface, if the standard is due."""
         surface = self.context.surface(self.against.standard_level)
         if self.against.in_each_trial:
             yield Present(surface=surface, trial=trial, interval=STANDARD)

@@ -1,7 +1,6 @@
 """Code shared by comparison tasks, whose trials present surfaces in intervals.
 
-`Comparing` runs a fixed plan of trials, each with one question. The protocols `constant_stimuli`
-and `paired_comparison` define the comparisons.
+`Comparing` runs a fixed plan of trials, each with one question.
 """
 
 from __future__ import annotations
@@ -141,7 +140,7 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
 
 
 class IntervalTask(Repeating[Condition]):
-    """The trials of a task in one run, with a rest after every fixed number of trials.
+    """One run of a task, with a rest after every fixed number of trials.
 
     Parameters
     ----------
@@ -175,7 +174,7 @@ class IntervalTask(Repeating[Condition]):
 
 
 class Comparing(IntervalTask[Shown]):
-    """The trials of a comparison task in one run.
+    """One run of a comparison task.
 
     Parameters
     ----------
@@ -224,7 +223,7 @@ class Comparing(IntervalTask[Shown]):
     def trial(
         self, condition: Shown, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         trial = Trial(
             task=self.context.task,
             number=number,

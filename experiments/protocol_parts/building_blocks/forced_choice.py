@@ -1,7 +1,6 @@
 """Forced-choice trials, in which one of several intervals presents the target surface.
 
-The protocols `difference_threshold` and `detection_threshold` share this code and define their own
-levels.
+The threshold protocols share this code and define their own levels.
 """
 
 from __future__ import annotations
@@ -76,7 +75,7 @@ class Choice(NamedTuple):
 
 
 class ForcedChoice(IntervalTask[Choice]):
-    """The trials of a forced-choice task in one run.
+    """One run of a forced-choice task.
 
     Parameters
     ----------
@@ -166,7 +165,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def trial(
         self, condition: Choice, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
         options, texts = self.options, self.context.texts
         if repeats is not None:
             self._repetitions_left -= 1
@@ -252,7 +251,7 @@ DESIGN: Mapping[str, Column] = {
     "catch": Column(
         kind="label",
         description="Whether the trial is a catch trial",
-        levels={"true": "at the highest level, to check attention", "false": "none"},
+        levels={"true": "a trial at the highest level to check attention", "false": "none"},
     ),
 }
 STIMULUS: Mapping[str, Column] = {

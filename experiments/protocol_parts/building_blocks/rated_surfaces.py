@@ -149,7 +149,7 @@ def with_catch_trials(
 
 
 class RatedSurfaces(Repeating[Presentation]):
-    """The trials of a rating task in one run.
+    """One run of a rating task.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return reply
 
     def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the end of a trial; return the numbers of the trials to repeat."""
+        """Yield the end of a trial; return the trials to repeat."""
         voided = yield EndTrial(trial=trial)
         again = voided.trials if isinstance(voided, Voided) else ()
         missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again

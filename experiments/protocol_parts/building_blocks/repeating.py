@@ -38,7 +38,7 @@ class Repeating(ABC, Generic[Condition]):
     def trial(
         self, condition: Condition, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the steps of one trial; return the numbers of the trials to repeat."""
+        """Yield a trial's steps; return the trials to repeat."""
 
     def start(self) -> Steps:
         """Yield steps before a group of trials; none by default."""

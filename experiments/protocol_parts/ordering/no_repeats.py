@@ -27,11 +27,11 @@ MOST = 1200
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     """Return ``each`` copies of 0 to ``kinds - 1`` in a random order without equal neighbours.
 
-    All such orders are equally likely. The kinds of items are inserted one after the other. The
-    copies of a kind are divided into groups. Some groups separate equal neighbours; the other
-    groups are inserted elsewhere. The numbers of groups are drawn with probabilities proportional
-    to the exact number of orders that result from each choice; all other choices are uniform
-    shuffles. Once the counts are cached, the running time is linear in the number of copies.
+    The kinds of items are inserted one after the other. The copies of a kind are divided into
+    groups. Some groups separate equal neighbours; the other groups are inserted elsewhere. The
+    numbers of groups are drawn with probabilities proportional to the exact number of orders that
+    result from each choice; all other choices are uniform shuffles. Once the counts are cached, the
+    running time is linear in the number of copies.
 
     Raises
     ------
@@ -43,8 +43,9 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
         raise UserError(ALONE)
     if kinds * each > MOST:
         raise UserError(
-            f"{kinds * each} trials in an order without immediate repeats: at most {MOST} can be "
-            'drawn with randomisation = "simple"; use "blocked", or fewer repetitions'
+            f"{kinds * each} trials are too many for an order without immediate repeats; at most "
+            f'{MOST} can be drawn with randomisation = "simple"; use "blocked", or fewer '
+            "repetitions"
         )
     counts = _counts(each, kinds)
     order = [0] * each

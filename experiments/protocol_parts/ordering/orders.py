@@ -1,4 +1,4 @@
-"""Generate the presentation order of surfaces according to the study's rule.
+"""Generate the presentation order of surfaces according to a rule.
 
 Orders are drawn uniformly from all orders that the rule allows. Only integer arithmetic is used, so
 orders are the same on every machine. Any change in the generated orders requires a new

@@ -1,8 +1,7 @@
 """Seeded random numbers that are the same on every machine and in every version.
 
 The numbers are SHA-256 hashes of a key and a counter. NumPy and ``random`` are not used, because
-they guarantee their bit streams but not the result of ``shuffle``. Orders of surfaces are generated
-from these numbers in `slipscale.experiments.protocol_parts.ordering.orders`.
+they guarantee their bit streams but not the result of ``shuffle``.
 """
 
 from __future__ import annotations
@@ -21,8 +20,8 @@ class Stream:
     Parameters
     ----------
     *key : str or int
-        Identifies the purpose: seed, participant, task, and so on. Different keys give independent
-        streams.
+        Parts that identify the purpose: seed, participant, task, and so on. Different keys give
+        independent streams.
 
     Examples
     --------
