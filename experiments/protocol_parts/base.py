@@ -2,7 +2,6 @@
 
 A protocol is declared as a `Protocol`, which `registry` finds by its entry point. A protocol draws
 all random numbers from its `Context`, so the same seed and labels produce the same run.
-`building_blocks` contains parts that several protocols share.
 """
 
 from __future__ import annotations
@@ -282,8 +281,7 @@ class Protocol:
         interpret the answers.
     intervals : callable, optional
         Returns the number of intervals per trial, given the options. Each interval has its own
-        columns, which replace the columns for a single surface. By default a trial presents one
-        surface.
+        columns, which replace the columns for a single surface.
     amplitudes : tuple of str
         The options that contain an amplitude; the plate must be able to produce all these
         amplitudes. These options, and no others, have names that end in ``_level`` or ``_levels``.

@@ -130,7 +130,7 @@ class Movement(NamedTuple):
 
 
 def check(options: Pointing, context: Context) -> None:
-    """Raise `UserError` if a target cannot be shown on the screen or presented on the plate."""
+    """Raise `UserError` if the screen or the plate cannot present a target."""
     if context.varied is not None:
         raise UserError("pointing: vary is not supported; expected levels of the plate")
     if options.dimensions == 2 and not options.movements % 2:  # noqa: PLR2004

@@ -2,7 +2,7 @@
 
 The position of the mark (0 to 100) is bounded and has no unit, so ratios of ratings are
 meaningless. The mark's initial position and its visibility bias the answers. The study file
-therefore sets the initial position and its visibility, and every row of the data contains both.
+therefore sets both properties, and every row of the data contains them.
 """
 
 from __future__ import annotations

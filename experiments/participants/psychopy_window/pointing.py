@@ -78,7 +78,7 @@ class Pointing(Waiting):
         return ScreenResult(timed_out=True) if over else None
 
     def _select(self, x_mm: float, y_mm: float, elapsed_s: float) -> ScreenResult | None:
-        """Begin the movement when the start is selected, or end the movement at any position."""
+        """Begin the movement at the start, or end the movement at any position."""
         if self.expire(elapsed_s):
             return None
         if self._began_s is not None:

@@ -2,8 +2,8 @@
 
 Lengths are fractions of the screen height, the origin is at the centre, and y points up. The
 smallest text that participants must read has a size of 0.036. The x-height of this text is 5.8 mm
-on a 24 inch monitor (0.54 of the size in Noto Sans). At a distance of 1 m, this is 20 minutes of
-arc, four times the size that normal vision requires to distinguish letters.
+on a 24 inch monitor. At a distance of 1 m, this is 20 minutes of arc, four times the size that
+normal vision requires to distinguish letters.
 """
 
 from __future__ import annotations

@@ -46,8 +46,7 @@ class PsychoPyWindow:
     size : tuple of int
         Width and height in pixels, if the window does not fill the screen.
     precise_times : bool
-        Whether to take response times from the device's key timestamps if the system supports
-        timestamps.
+        Whether to take response times from the device's key timestamps, if available.
 
     Raises
     ------

@@ -1,6 +1,6 @@
 """Response habits of simulated people, each with one parameter; all are off by default.
 
-Each description names the analysis that detects the habit; tests verify this.
+Each description names the analysis that detects the habit.
 """
 
 from __future__ import annotations

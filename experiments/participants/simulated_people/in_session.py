@@ -209,7 +209,7 @@ def turned_until_content(
     feel : callable
         Returns the level that is currently felt, in the study's quantity.
     again : int
-        Number of times that the reference was repeated; above 0, this call continues an adjustment.
+        Number of repetitions of the reference; above 0, this call continues an adjustment.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s

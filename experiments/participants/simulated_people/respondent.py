@@ -73,7 +73,7 @@ class Respondent:
     visit : int
         Index of the participant's run; each run of a person has its own random numbers.
     planned : int
-        Number of planned trials in the run; a person who drops out does so at a random trial.
+        Number of planned trials in the run, from which a dropout's last trial is drawn.
     language : str
         Language of the verbal reports; English if the language is not available.
     population : Population, optional

@@ -18,8 +18,7 @@ Order = Literal["alternating", "shuffled"]
 class Interleaved:
     """Tracks that take turns until all of them are over.
 
-    In each round, every unfinished track has one trial. If a trial is voided, its track repeats the
-    level.
+    In each round, every unfinished track has one trial.
 
     Parameters
     ----------

@@ -74,11 +74,7 @@ def with_catch_trials(
 def in_both_orders(
     groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
 ) -> list[Shown]:
-    """Return the main trials of a comparison task.
-
-    Each repetition contains all groups in random order; the order within a group alternates between
-    repetitions.
-    """
+    """Return the main trials: shuffled groups, reversed in every other repetition."""
     stream = context.stream(context.task, "main")
     begins = [stream.below(2) for _ in groups]  # reversed in odd repetitions
     return [

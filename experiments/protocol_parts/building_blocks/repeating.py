@@ -19,8 +19,8 @@ Repetition = tuple[Condition, int]
 class Repeating(ABC, Generic[Condition]):
     """The trials of a task in blocks, including repetitions of voided trials.
 
-    The type ``Condition`` defines a trial (surface, block, phase, ...). A repeated trial has the
-    same condition as the original trial.
+    The type ``Condition`` defines a trial (surface, block, phase, ...). A repeated trial keeps its
+    condition.
 
     Parameters
     ----------

@@ -86,7 +86,7 @@ class Stream:
 def with_catch_steps(
     amplitudes: Sequence[float], catch_steps: int, stream: Stream
 ) -> list[tuple[float, float]]:
-    """Return the (before, after) steps of a descending series, with catch steps at random places.
+    """Return the (before, after) steps of a descending series, including catch steps.
 
     In a catch step, the amplitude does not change. Catch steps may occur anywhere, including first
     and last, and all placements are equally likely.
