@@ -263,7 +263,7 @@ def _exclusions(roster: Roster) -> list[str]:
     """Return sentences about the excluded participants and the rules that excluded them."""
     if not roster.exclusions and not roster.excluded:
         return []
-    rules = f"the study's rules: {', '.join(roster.exclusions) or 'none now'}"
+    rules = f"the study's rules: {', '.join(roster.exclusions) or 'none'}"
     if not roster.analysed_utc:
         return [f"run slipscale analyse to see who is excluded ({rules})"]
     when = roster.analysed_utc.replace("T", " ")[:16]

@@ -73,13 +73,13 @@ def add_contact(parser: ArgumentParser) -> None:
         "--position",
         metavar="SPEC",
         help="the finger-position sensor: mouse:mm_per_pixel=X, lasers:PORT, scripted:FILE, "
-        "simulated or none (default: the laboratory folder's, else the study's)",
+        "simulated or none (default: the laboratory folder's setting, otherwise the study's)",
     )
     parser.add_argument(
         "--force",
         metavar="SPEC",
         help="the finger-force sensor: load_cells:PORT, daq:..., simulated or none (default: the "
-        "laboratory folder's, else the study's)",
+        "laboratory folder's setting, otherwise the study's)",
     )
 
 
@@ -156,13 +156,13 @@ def add_run(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="language of the texts for participants (default: the study's)",
+        help="language of the texts for participants (default: the study's language)",
     )
     parser.add_argument(
         "--seed",
         type=int,
         metavar="N",
-        help="random seed for trial orders (default: the study's)",
+        help="random seed for trial orders (default: the study's seed)",
     )
     parser.add_argument("--pilot", action="store_true", help="mark the run as a pilot")
     parser.add_argument(
@@ -368,7 +368,7 @@ def add_check(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="language of the texts for participants (default: the study's)",
+        help="language of the texts for participants (default: the study's language)",
     )
     parser.add_argument("--pilot", action="store_true", help="check whether a pilot run can start")
     parser.add_argument(

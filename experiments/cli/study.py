@@ -64,7 +64,7 @@ def add_study(parser: ArgumentParser) -> Commands:
         "--session",
         default="",
         metavar="01",
-        help="session label for the orders (default: the study's first)",
+        help="session label for the orders (default: the study's first session)",
     )
     show.add_argument(
         "--run", default="01", metavar="01", help=("run number for the orders (default: 01)")

@@ -35,9 +35,9 @@ class PlateReading:
     ----------
     used_tolerance : float or None
         Difference between the measured and the commanded amplitude, as a fraction of the
-        difference allowed by the plate's limits. None if nothing was measured.
+        difference allowed by the plate's limits. None if the amplitude was not measured.
     temperature_c : float or None
-        The plate's temperature. None if the plate does not report it.
+        The plate's temperature. None if the plate does not report a temperature.
     """
 
     time_s: float
@@ -54,7 +54,7 @@ class RunSummary:
     trials : int
         Number of finished trials, including practice and voided trials.
     flags : Mapping
-        Flag -> number of trials with this flag.
+        Number of trials with each flag.
     response_times_s : tuple of float
         Response times of all tasks, in trial order.
     duration_s : float

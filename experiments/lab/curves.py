@@ -21,7 +21,7 @@ TRUTH = {"true": 1.0, "false": 0.0}
 
 
 class Axes(NamedTuple):
-    """The columns that a curve shows, by their names in the code."""
+    """Names of the table columns that a curve shows."""
 
     x: str
     y: str

@@ -37,7 +37,7 @@ class Defaults:
     backup: Path | None = None
 
     def out(self, *, pilot: bool) -> Path:
-        """Return the output folder for runs with participants, or for rehearsals."""
+        """Return the output folder for runs with participants, or for rehearsals (pilots)."""
         return self.pilots / REHEARSALS if pilot else self.data
 
 

@@ -24,7 +24,7 @@ class Exclusions:
     Parameters
     ----------
     flags : Mapping
-        Label of each excluded participant -> the flags that led to the exclusion.
+        The flags that led to each exclusion, by participant label.
     analysed_utc : str
         Time of the analysis in ISO 8601. Empty if there was no analysis, or if its results are
         incomplete or cannot be read.

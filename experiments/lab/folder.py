@@ -70,7 +70,7 @@ class LabFile(FrozenTable):
     @classmethod
     def _apart(cls, value: str, info: ValidationInfo) -> str:
         if Path(value) == Path(info.data.get("data", "")):
-            raise ValueError("expected a folder other than the one for participants' data")
+            raise ValueError("expected a folder other than the folder for participants' data")
         return value
 
 
@@ -97,7 +97,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
         Values by key, from the command line.
     ask : callable or None
         Called with a question and the value that an empty answer selects; returns the answer. If
-        None, the other keys keep their defaults.
+        ``ask`` is None, keys without an answer keep their defaults.
 
     Raises
     ------
@@ -164,12 +164,12 @@ def write_settings(folder: Path, lab: LabFile) -> None:
 
 QUESTIONS = {
     "study": "Which study? A TOML file, or the name of a shipped study",
-    "plate": "Which plate? mock, serial:PORT, ... with its calibration: "
+    "plate": "Which plate? Enter mock, or a port and a calibration, such as "
     "serial:/dev/ttyACM0,calibration=plate.toml",
-    "screen": "Which screen is the participant's? 0 is the first",
-    "language": "Which language do participants read? Empty: the study's own",
+    "screen": "Which screen does the participant see? 0 is the first screen",
+    "language": "Which language do participants read? Leave empty for the study's language",
     "data": "In which folder are participants' data saved?",
-    "backup": "To which folder is each run copied? On another disk; empty: no copies",
+    "backup": "To which folder on another disk is each run copied? Leave empty for no copies",
 }
 
 
@@ -178,10 +178,8 @@ def rendered(given: dict[str, str]) -> str:
     import tomlkit  # noqa: PLC0415 - when a file is written
 
     document = tomlkit.document()
-    document.add(tomlkit.comment("Every slipscale command started in this folder takes"))
-    document.add(
-        tomlkit.comment("its defaults from here; options on the command line override them.")
-    )
+    document.add(tomlkit.comment("Defaults of the slipscale commands started in this folder."))
+    document.add(tomlkit.comment("Options on the command line override these defaults."))
     for key, field in LabFile.model_fields.items():
         value = given.get(key)
         document.add(tomlkit.nl())

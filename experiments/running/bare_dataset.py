@@ -113,7 +113,7 @@ def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
 
 
 def _as_in_a_session(answer: Answer) -> Answer:
-    """Return an answer in the form in which a session records it."""
+    """Convert a simulated answer to the form in which a session records answers."""
     if not isinstance(answer, Reply):
         return answer
     time_s = None if answer.timed_out else answer.response_time_s

@@ -110,7 +110,7 @@ def run_plan(
     warnings : tuple of str, optional
         Warnings that the operator should see from the beginning.
     steps : generator, optional
-        The plan's steps, if the caller has wrapped them.
+        Steps to carry out instead of the steps that the plan generates.
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"

@@ -24,7 +24,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     Parameters
     ----------
     dataset : Path
-        The data set, of whose journals the first records are read.
+        The data set. The first record of each of its journals is read.
     study : Study
         The study to be run.
     text : str
@@ -53,7 +53,7 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
         return
     if now < then:
         yield (
-            f"this computer's date, {now:%Y-%m-%d %H:%M} UTC, is before the start of {last.stem}, "
+            f"this computer's clock shows {now:%Y-%m-%d %H:%M} UTC, but {last.stem} began at "
             f"{then:%Y-%m-%d %H:%M} UTC; set the clock"
         )
 

@@ -33,7 +33,7 @@ class ContactSpecs:
     Parameters
     ----------
     position, force : str or None
-        A SPEC, "none" for no source, or None if the source is not specified.
+        SPEC of the source; "none" means no source, and None means that none is specified.
     """
 
     position: str | None = None
@@ -81,7 +81,7 @@ def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> Contact
 
 
 def simulated(specs: ContactSpecs) -> ContactSpecs:
-    """Return these sources, with measuring devices replaced by a simulated finger."""
+    """Return the sources of a pilot: a simulated finger replaces measuring devices."""
     found: dict[Kind, str] = {}
     for kind, spec in specs.used.items():
         name = spec.partition(":")[0]

@@ -90,7 +90,7 @@ class Setting:
     contact : ContactSpecs
         The finger sensors that the command specifies.
     sound_required : bool
-        Whether masking noise is required even if the study treats it as optional.
+        Whether masking noise is required even if the study makes this noise optional.
     backup : Path or None
         Folder to which the journal is copied and verified at the end of the run.
     """
@@ -224,9 +224,8 @@ def _conduct(
 ) -> RunOutcome:
     """Open the journal and equipment, run the session, close everything, and build the data set.
 
-    Everything is opened in the order that makes failures least costly. The journal comes first,
-    because its lock prevents a second session on the plate, and because an unwritable folder is
-    then reported before anything moves.
+    The journal is opened first, because its lock prevents a second session on the plate, and
+    because an unwritable folder is then reported before anything moves.
     """
     with signals_raise() as leave:
         journal = opened()

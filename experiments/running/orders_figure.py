@@ -32,8 +32,8 @@ def orders_figure(
     Parameters
     ----------
     people : sequence of (str, sequence)
-        The label of each participant, and the trials of one run with their surfaces in order of
-        presentation.
+        For each participant, the label, and the trials of one run in order of presentation, each
+        with its surface.
     quantity : Quantity
         Quantity and unit of the levels.
     """

@@ -115,12 +115,12 @@ def next_folder(parent: Path) -> Path:
 
 
 def claim(folder: Path, plans: list[RunPlan]) -> None:
-    """Check that a folder is new, or contains this pilot unfinished.
+    """Check that a folder is new, or contains an unfinished part of this pilot.
 
     Raises
     ------
     UserError
-        If the folder contains anything else.
+        If the folder contains another pilot or other files.
     """
     try:
         # A pilot that is interrupted before its first record leaves folders without files.
@@ -174,7 +174,7 @@ def run_pilot(
         The pilot's data set; see `claim`.
     plans : list of RunPlan
     spec : str
-        The plate: a mock, with options to simulate faults.
+        SPEC of a mock plate, whose options can simulate faults.
     contact : ContactSpecs, optional
         The finger sensors to simulate; unspecified sensors are taken from the study.
     tell : callable
@@ -219,8 +219,8 @@ def run_simulated(
         SPEC of the plate.
     contact : ContactSpecs, optional
     synced : bool, optional
-        Whether each record waits for the disk. By default, only if the plate has options, such as
-        simulated faults.
+        Whether each record waits for the disk. The default is True only if the plate's SPEC has
+        options, such as simulated faults.
     """
     if synced is None:
         synced = spec != MOCK

@@ -81,11 +81,11 @@ class Finding:
     Parameters
     ----------
     passed : bool or None
-        None if there is a problem that does not prevent the session.
+        Whether the check passed; None if a problem was found that does not prevent the session.
     detail : str
         What was found.
     remedy : str
-        What to do; empty if no action is needed.
+        The recommended action; empty if no action is needed.
     name : str
         Name of the check; set by `check`.
     """
@@ -105,7 +105,7 @@ def check_study(planned: PlannedSession) -> Finding:
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
-    """Return a plan for the upcoming run, with any participant."""
+    """Return a plan for checking the upcoming run, with participant 01 as an example."""
     study, text = read_study(planned.study)
     return RunPlan(
         study_name=planned.study,
@@ -162,10 +162,10 @@ def check_folder(planned: PlannedSession) -> Finding:
 
 
 def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
-    """Yield non-blocking notes on the folder and its journals."""
+    """Yield notes on the folder and its journals that do not prevent a session."""
     if not locked:
         yield (
-            "its file system does not support locks: only a lock file prevents two sessions "
+            "the file system does not support locks: only a lock file prevents two sessions "
             "from writing the same run; record to a local disk and copy the data afterwards"
         )
     _, problems = read_runs(planned.out)
@@ -273,7 +273,7 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     # With this number of readings, the standard deviation has a relative uncertainty of a quarter.
     if deviation_level > 1.25 * limit_level:
         yield (
-            f"its readings scatter by {deviation_level:.3f} {quantity.unit} (standard "
+            f"the readings scatter by {deviation_level:.3f} {quantity.unit} (standard "
             f"deviation), more than {limit_level:.3f}: a session would treat this as faults; "
             "average the sensor's signal over a longer time, or find the source of the vibration"
         )

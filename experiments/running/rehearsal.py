@@ -1,6 +1,6 @@
-"""Rehearse a run in advance, without a participant, a plate or a screen.
+"""Step through a run in advance, without a participant, a plate or a screen.
 
-The steps of a run can depend on the answers. A rehearsal therefore tries several patterns of
+The steps of a run can depend on the answers. A dry run therefore tries several patterns of
 answers, and a protocol declares the amplitudes that it may present (`Protocol.possible_levels`).
 """
 
@@ -67,7 +67,7 @@ MOST_STEPS_BETWEEN = 10_000
 def bounded(steps: Steps, plan: RunPlan) -> Steps:
     """Yield a run's steps, and reject a protocol that never ends a trial.
 
-    Used for unsupervised runs only, because a person may need many attempts.
+    Only unsupervised runs use this limit, because a person may need many attempts.
 
     Raises
     ------
@@ -158,7 +158,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
 
 
 def _answer(step: Step, place: float) -> Answer:
-    """Return the answer to a step at a position in the range of possible answers."""
+    """Return a simulated answer; ``place`` selects it from the range of possible answers."""
     if isinstance(step, EndTrial | EndBlock):
         return Voided()
     if isinstance(step, Silence):

@@ -39,7 +39,7 @@ class Seen:
     step : str
         Type of the step that shows the screen.
     faults : tuple of str
-        The reasons; empty if the screen is readable.
+        Reasons why the screen is not readable; empty if there are none.
     """
 
     task: str
@@ -54,8 +54,8 @@ def check_screens(plan: RunPlan) -> None:
     Parameters
     ----------
     plan : RunPlan
-        The plan of any participant. Questions without texts in a language are skipped, except in
-        the plan's own language.
+        The plan of one participant, who can be any. Questions without texts in a language are
+        skipped, except in the plan's own language.
     """
     faults = [
         f"{spoken.language}: {fault}"

@@ -157,7 +157,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
     ]
     if study.sessions or study.runs > 1:
         sessions = f"sessions {', '.join(study.sessions)}, " if study.sessions else ""
-        lines.append(f"{sessions}{study.runs} runs in each; visits = {study.visits}")
+        lines.append(f"{sessions}{study.runs} runs per session; visits = {study.visits}")
     lines += [
         f"texture {each.name} ({each.label}, {study.plate_quantity.unit_in_short}): {each.summary}"
         for each in study.texture_surfaces

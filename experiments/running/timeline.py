@@ -1,8 +1,8 @@
 """Estimate a participant's time, the plate's on-time, the number of exposures and the cost.
 
 The estimate is based on simulated participants without a plate or a screen. Real sessions take
-longer, because participants have to be welcomed, wait and ask questions; ``[cost]`` has a setting
-for this time.
+longer, because participants are welcomed, wait and ask questions; the study's ``[cost]`` table has
+a setting for this time.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Timeline:
     total_min, plate_on_min : Spread
         Minutes in total, and minutes with the plate vibrating.
     exposures : Spread
-        Number of presented surfaces above 0 µm.
+        Number of presented surfaces whose level is above 0.
     longest_on_s : Spread
         Longest continuous vibration.
     duty : Spread
@@ -77,7 +77,7 @@ class Timeline:
     people, participants : int
         Number of simulated participants, and of planned participants.
     cost_each, cost_total : Spread or None
-        In the study's currency; None without ``[cost]``.
+        Cost in the study's currency; None if the study file has no ``[cost]`` table.
     currency : str
     """
 
@@ -260,15 +260,15 @@ def lines(found: Timeline) -> list[str]:
     ]
     exposures, longest, duty = found.exposures, found.longest_on_s, found.duty
     shown.append(
-        f"surfaces that vibrate: {exposures.p50:.0f} ({exposures.p5:.0f} to {exposures.p95:.0f})"
+        f"vibrating surfaces: {exposures.p50:.0f} ({exposures.p5:.0f} to {exposures.p95:.0f})"
     )
     shown.append(
-        f"longest continuous vibration: {longest.p50:.0f} s, at p95 {longest.p95:.0f} s (the "
-        f"plate's limit: {found.on_time_limit_s:g} s)"
+        f"longest continuous vibration: {longest.p50:.0f} s (95th percentile: {longest.p95:.0f} s; "
+        f"the plate's limit: {found.on_time_limit_s:g} s)"
     )
     shown.append(
-        f"largest duty cycle: {duty.p50:.0%}, at p95 {duty.p95:.0%} (the plate's limit: "
-        f"{found.duty_limit:.0%})"
+        f"largest duty cycle: {duty.p50:.0%} (95th percentile: {duty.p95:.0%}; the plate's "
+        f"limit: {found.duty_limit:.0%})"
     )
     if found.longest_on_s.p95 > found.on_time_limit_s or found.duty.p95 > found.duty_limit:
         shown.append(
@@ -278,10 +278,11 @@ def lines(found: Timeline) -> list[str]:
     if found.cost_each and found.cost_total:
         each, total = found.cost_each, found.cost_total
         shown.append(
-            f"cost: {each.p50:.0f} {found.currency} each ({each.p5:.0f} to {each.p95:.0f}), "
+            f"cost per participant: {each.p50:.0f} {found.currency} ({each.p5:.0f} to "
+            f"{each.p95:.0f}); "
             f"{total.p50:.0f} {found.currency} for {found.participants} participants "
             f"({total.p5:.0f} to {total.p95:.0f})"
         )
     else:
-        shown.append("cost: the study file has no [cost]")
+        shown.append("cost: not estimated, because the study file has no [cost] table")
     return shown

@@ -27,7 +27,7 @@ def timeline_figure(found: Timeline) -> Figure:
         gridspec_kw={"height_ratios": heights},
     )
     _bars(panels[0], minutes, digits=1)
-    panels[0].set_xlabel("Minutes (median; line: 5 % to 95 % of people)")
+    panels[0].set_xlabel("Minutes (bar: median; line: 5th to 95th percentile)")
     exposures = found.exposures.p50
     limits = [
         (f"longest vibration\n(limit {found.on_time_limit_s:g} s)", found.longest_on_s,
@@ -38,7 +38,7 @@ def timeline_figure(found: Timeline) -> Figure:
     shares = [(name, _scaled(spread, 100 / limit)) for name, spread, limit in limits]
     _bars(panels[1], shares, digits=0, least=110.0)
     panels[1].axvline(100, color=VERMILION, linestyle="--", linewidth=1.2)
-    panels[1].set_xlabel(f"% of the plate's limit; {exposures:.0f} surfaces that vibrate")
+    panels[1].set_xlabel(f"% of the plate's limit ({exposures:.0f} vibrating surfaces)")
     if found.cost_total:
         _cost(panels[2], found, found.cost_total)
     return figure
@@ -95,7 +95,7 @@ def _cost(axes: Axes, found: Timeline, total: Spread) -> None:
         fontsize=8.5,
     )
     axes.set(
-        xlabel="Participants (band: 5 % to 95 %)",
+        xlabel="Number of participants (band: 5th to 95th percentile)",
         ylabel=f"Cost, {found.currency}",
         xlim=(0, 2 * planned),
         ylim=(0, None),

@@ -1,7 +1,7 @@
 """Handle interruptions of a session's steps: operator requests and rig faults.
 
-This module does not depend on the protocol or its steps. It carries out actions, and restarts an
-action after a pause or once the rig works again.
+This module does not depend on the protocol or its steps. An interrupted action is restarted after
+a pause, or once the rig works again.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Interruptions:
     Parameters
     ----------
     plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        The session's objects with these names.
+        The corresponding objects of the session.
     hold_text : str
         Text that asks the participant to wait.
     """

@@ -4,7 +4,7 @@ The mailbox is a folder next to the run's journal that only its owner can access
 ``status.json`` there and reads the request files that other processes (a second terminal, the
 console) put there. Neither side waits for the other, so a missing or crashed console does not
 affect the session. The session deletes the folder when it ends; the next session removes the
-remains of a crashed one.
+remains of a crashed session.
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class LabStream:
     Parameters
     ----------
     argument : str
-        The stream name; `STREAM` if empty.
+        The stream name. If it is empty, `STREAM` is used.
     """
 
     def __init__(self, argument: str) -> None:
@@ -52,7 +52,7 @@ class LabStream:
         self._outlet: Any = pylsl.StreamOutlet(info)
 
     def send(self, event: Event, trial: int | None) -> None:
-        """Push one sample. The trial is empty between trials."""
+        """Push one sample, whose trial field is empty between trials."""
         self._outlet.push_sample([event.name.lower(), "" if trial is None else str(trial)])
 
     def close(self) -> None:

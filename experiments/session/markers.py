@@ -1,7 +1,8 @@
 """Markers: report session events to external recorders (EEG, video, ...) without delay.
 
 A marker contains the event and the trial, but never the amplitude, because the person at the
-recorder must stay blinded. To add the amplitudes later, join with the data set rows by trial.
+recorder must stay blinded. To add the amplitudes later, join the markers with the data set's rows
+by trial.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ class MarkerOutput(Protocol):
         """Send an event without delay. Raises OSError if the device does not accept it."""
 
     def close(self) -> None:
-        """Set all lines to inactive."""
+        """Close the output, and set all its signal lines to inactive."""
 
 
 class Markers:
@@ -64,7 +65,7 @@ class Markers:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """The outputs that still work."""
+        """Names of the marker outputs that still work."""
         return tuple(output.name for output in self._outputs)
 
     def mark(self, event: Event, step: Step | None = None) -> None:

@@ -110,8 +110,8 @@ class MaskingNoise:
     Parameters
     ----------
     level_db : float
-        Root mean square in dB re a full-scale sine. Measure the level at the ear with a sound level
-        meter, because it depends on the headphones and the system's volume.
+        Root mean square in dB relative to a full-scale sine. Measure the level at the ear with a
+        sound level meter, because it depends on the headphones and the system's volume.
     fade_s : float
         Duration of the fades.
     seed : int
@@ -134,7 +134,7 @@ class MaskingNoise:
 
     @property
     def state(self) -> NoiseState:
-        """Whether the noise is playing or silent."""
+        """State of the noise: "playing" or "silent"."""
         return "silent" if self._stream is None else "playing"
 
     def start(self) -> None:

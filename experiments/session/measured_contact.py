@@ -116,7 +116,7 @@ class _Trace:
             self.write(journal, ends="")
 
     def write(self, journal: Journal, *, ends: str) -> None:
-        """Write the samples; ``ends`` describes how the step ended, and is empty before its end."""
+        """Write the samples; ``ends`` describes how the step ended; empty if it continues."""
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities

@@ -32,18 +32,19 @@ class SessionStatus:
     voidable : Trial or None
         The trial that a void request refers to by default: the trial in progress, or the last one.
     answered : Trial or None
-        The trial before the one in progress. It can also be voided, because a slip of the finger
-        is often noticed when the next surface has already been presented.
+        The trial before the current trial. This earlier trial can also be voided, because a slip of
+        the finger is often noticed only when the next surface has been presented.
     asked : tuple of Ask
         The questions about the run and the participant so far, all of which can be repeated.
     answering : Ask or None
-        The question that the operator has to answer (a verbal report or a decision). done, planned
-        : int Number of finished and planned trials in the whole session.
+        The question that the operator has to answer (a verbal report or a decision).
+    done, planned : int
+        Number of finished and planned trials in the whole session.
     elapsed_s : float
         Time since the session began (or was resumed), excluding faults and pauses.
     time_left_s : float or None
-        Estimated from the pace so far, excluding faults and pauses; None before the end of the
-        first trial.
+        Time left, estimated from the pace so far without faults and pauses; None before the end of
+        the first trial.
     faults, voided : int
         Number of faults and voided trials so far.
     noise : str
@@ -52,7 +53,7 @@ class SessionStatus:
         The plate's state according to its readback: "silent", "as commanded", "not measured" (there
         is no sensor, or it did not respond) or "lost".
     temperature_c : float or None
-        The plate's last temperature reading; None if it does not report one.
+        The plate's last temperature reading; None if the plate does not report its temperature.
     message : str
         A description of the fault, or the reason for refusing a request.
     level : str or None

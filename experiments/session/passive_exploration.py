@@ -48,10 +48,10 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
 
 @contextmanager
 def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[Watch]:
-    """Let the stage stroke during an exploration, and stop it in every case.
+    """Let the stage stroke during an exploration, and always stop the stage afterwards.
 
-    Yields the function to call on every frame. Outside trials, where nothing is recorded, this
-    function also reads the stage's samples, which the stage needs to reverse its direction.
+    Yields the function to call on every frame. Outside trials, the stage's samples are not
+    recorded, but this function reads them so that the stage can reverse its direction.
     """
     guide = step.guide
     if stage is None or guide is None or guide.speed_mm_s is None:

@@ -77,7 +77,7 @@ class Progress:
 
     @property
     def answered(self) -> Trial | None:
-        """The trial before the one in progress, if the protocol can still repeat it."""
+        """The trial before the current trial; None if the protocol cannot repeat it any more."""
         before, now = self._before, self.voidable
         return before if before and now and before.task == now.task else None
 

@@ -50,7 +50,7 @@ class ImaginedSounds(NoSounds):
 
 
 class Once:
-    """Supplies samples to the sound card's thread once, followed by silence."""
+    """Supplies samples once, and then silence, to the sound card's thread."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples

@@ -45,12 +45,12 @@ def replay(step: Step, past: Past, journal: Journal, surface: SurfaceState) -> A
     Raises
     ------
     UserError
-        If the step differs from the recorded one.
+        If the step differs from the recorded step.
     """
     if not same_step(past.begun.data["what"], step_record(step)):
         raise UserError(
             f"journal {journal.path}, line {past.done.number + 1}: the protocol's "
-            "next step differs from the recorded one; resume with the version of "
+            "next step differs from the recorded step; resume with the version of "
             "Slipscale that began the run (the journal's first line names it)"
         )
     answer = answer_from(past.done.data["answer"])

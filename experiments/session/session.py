@@ -1,10 +1,10 @@
 """The session loop, which carries out a protocol's steps.
 
 A step is over when its answer is in the journal; only then does the protocol receive the answer.
-The next question is asked only after that answer is on disk. A crash therefore loses at most the
-step in progress, and a power cut at most the last answer. A resumed run uses the same loop, which
-reads the first answers from the journal. Data are flushed to disk while surfaces are presented and
-explored.
+The next question is asked only after the previous answer is on disk. A crash therefore loses at
+most the step in progress, and a power cut at most the last answer. A resumed run uses the same
+loop, which reads the first answers from the journal. Data are flushed to disk while surfaces are
+presented and explored.
 """
 
 from __future__ import annotations
@@ -347,7 +347,7 @@ class Session:
     def _moved(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
         """Pass samples to the surface, and the position from a sensor to the screen.
 
-        Returns the times of the changes that the samples triggered, as `SurfaceState.follow` does.
+        Returns the times of the changes that the samples triggered; see `SurfaceState.follow`.
         """
         if kind == "position" and samples and self._shows_finger:
             x_mm, y_mm = samples[-1].values

@@ -1,8 +1,8 @@
 """Compare explorations with the study's stroke windows, inform participants, and reject trials.
 
 Each outcome is written to the journal before the exploration's answer. At the end of a trial, the
-last outcome of each interval decides, so a resumed session makes the same decision as an
-uninterrupted one.
+last outcome of each interval decides whether the trial is rejected. A resumed session therefore
+makes the same decision as an uninterrupted session.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """Keep track of the surface on the plate, and restore it after an interruption.
 
-A *script* is the sequence of presentations in a trial: one surface and its exploration, or several
-intervals with the silences between them. After a fault, a pause or a crash, the script is repeated
-from its first step before the participant continues. An answer is recorded only if the surface is
-present and the participant has just felt it.
+The *script* of a trial is its sequence of presentations: one surface and its exploration, or
+several intervals with the silences between them. After a fault, a pause or a crash, the trial's
+script is repeated from its first step before the participant continues. An answer is recorded only
+if the surface is present and the participant has just felt it.
 
 Outside a trial, a surface remains on the plate until the protocol silences the plate. If a trial
-silences its surface before the question, the surface remains part of the script
+silences its surface before the question, the surface remains part of the trial's script
 (docs/decisions/interrupted-trials.md).
 
 A surface that was explored and silenced outside a trial is a *standard*, the reference for the
@@ -120,7 +120,7 @@ class SurfaceState:
         return asked and step.trial == self._trial
 
     def begins(self, step: Present) -> bool:
-        """Return whether a presentation begins a new script, rather than the next interval."""
+        """Return whether a presentation begins a new sequence, rather than the next interval."""
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
@@ -159,7 +159,7 @@ class SurfaceState:
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:
-        """Register the final level of an adjusted surface, which the participant felt last."""
+        """Register the final surface of an adjustment, at the level that the participant felt."""
         if self._wanted is None:
             return
         self._wanted = turned = replace(self._wanted, surface=surface)
@@ -169,7 +169,7 @@ class SurfaceState:
     def feel_again(self, before: Present, explore: Explore) -> Presented:
         """Present another surface for exploration, then restore the current one.
 
-        Returns the presentation of the other surface. After an interruption, the current surface
+        Returns how the other surface was presented. After an interruption, the current surface
         counts as lost.
         """
         wanted = self._wanted
@@ -187,7 +187,7 @@ class SurfaceState:
         return made
 
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
-        """Repeat the script from its first step to the point of interruption.
+        """Repeat the presentations of the trial up to the point of interruption.
 
         Call this method when `must_be_felt_again` returns True.
 
@@ -272,7 +272,7 @@ class SurfaceState:
             self.forget()
 
     def forget(self) -> None:
-        """Forget the current surface and the script."""
+        """Forget the current surface and the trial's sequence of presentations."""
         self._script, self._wanted, self._held = [], None, True
 
     def part_over(self) -> None:
@@ -280,7 +280,7 @@ class SurfaceState:
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return the repetition of the standard since the last call, if there was one."""
+        """Return, once, how the standard was repeated; None if it was not repeated."""
         made, self._standard_made = self._standard_made, None
         return made
 
@@ -305,7 +305,7 @@ class SurfaceState:
 
     @property
     def _trial(self) -> object:
-        """The trial to which the script belongs; None outside a trial."""
+        """The trial to which the current presentations belong; None outside a trial."""
         first = self._script[0].step if self._script else None
         return first.trial if first else None
 
@@ -321,7 +321,7 @@ class SurfaceState:
         self._standard_made, self._standard_due = made, False
 
     def _redrive(self, step: Present) -> Presented:
-        """Present a surface of the script again, after the standard and the lead-in, if any."""
+        """Present a surface again, after the trial's standard and lead-in, if there are any."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in

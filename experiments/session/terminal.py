@@ -47,11 +47,11 @@ KEYS: dict[State, dict[str, Request]] = {
 }
 RUNNING = {"p": Request(what="pause")}
 HELP: dict[State, str] = {
-    "paused": "p continue · v void trial · b void the previous one · a ask again · s stop",
+    "paused": "p continue · v void trial · b void previous trial · a ask again · s stop",
     "fault": "r retry · s stop",
     "done": "",
 }
-RUNNING_HELP = "p pause · v void trial · b void the previous one · a ask again · s stop"
+RUNNING_HELP = "p pause · v void trial · b void previous trial · a ask again · s stop"
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ class Prompt:
     Parameters
     ----------
     label : str
-        What to type, and what Enter does.
+        The expected entry and the effect of the Enter key, as shown to the operator.
     request : callable
         Converts the entry to a request; returns None if the entry is not valid.
     expected : str
@@ -131,11 +131,11 @@ class PromptKey(NamedTuple):
     Parameters
     ----------
     states : tuple of str
-        The states in which the key opens the prompt.
+        The session states in which the key opens the prompt.
     open : callable
         Returns the prompt, or None if there is nothing to enter.
     without : Request or None
-        The request to make if there is nothing to enter; the session refuses it with a reason.
+        The request to send if there is nothing to enter; the session refuses it and states why.
     """
 
     states: tuple[State, ...]
@@ -167,7 +167,7 @@ class TerminalOperator:
     read_key : callable
         Returns the key that was pressed, or "" without waiting.
     retries : int
-        Number of automatic retries after faults, so that a briefly loose plug requires no action.
+        Number of automatic retries after faults, so that a brief loss of contact needs no action.
     heading : tuple of str
         Describes the session: participant, study, plate; shown above the state.
     """

@@ -201,7 +201,7 @@ class Console:
                 await self.closing.wait()
 
     def _pulse(self) -> object:
-        """Return a value that changes with the state of the session and the started jobs."""
+        """Return a value that changes when the session or a started job changes its state."""
         jobs = (self.jobs.last(kind) for kind in KINDS)
         return self.state.pulse(), [job and job.status for job in jobs]
 
@@ -242,12 +242,12 @@ class Console:
         return await run_in_threadpool(self._page, request, "data", "report.html", more)
 
     async def report_file(self, _: Request) -> Response:
-        """Return the data set's report, if it may be seen."""
+        """Return the data set's report, unless the operator must remain blind."""
         found = await run_in_threadpool(self.state.now)
         return _result(found.defaults.data, "report.html") if found.seen else _result(None, "")
 
     async def figure(self, _: Request) -> Response:
-        """Return Fig. 15, if it may be seen."""
+        """Return Fig. 15, unless the operator must remain blind."""
         found = await run_in_threadpool(self.state.now)
         return _result(found.defaults.data, "fig15.svg") if found.seen else _result(None, "")
 

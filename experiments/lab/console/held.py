@@ -22,7 +22,7 @@ STANDARD_INPUT = 0
 
 
 def _pass_on(held: int, command: int) -> None:
-    """Pass the input on until it ends, then end the main thread as SIGTERM would."""
+    """Forward the input to the command; when the input ends, stop the command."""
     while content := os.read(held, 1000):
         os.write(command, content)
     if sys.platform == "win32":

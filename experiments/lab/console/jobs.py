@@ -66,9 +66,9 @@ class Job:
     kind : str
         The type of job. At most one job of each kind runs at a time.
     about : str
-        A description of the participant or the work, for messages.
+        Subject of the job in messages, such as "participant 03" or "the calibration".
     parts : int
-        Number of parts of the work; 0 if it is unknown.
+        Number of parts of the work; 0 if this number is unknown.
     """
 
     kind: Kind
@@ -82,7 +82,7 @@ class Job:
     released: bool = False
 
     def hold(self) -> None:
-        """Renew a page's hold on a bench job."""
+        """Record that a page is still open, so that its bench job continues."""
         self.held_s = time.monotonic()
 
     def type(self, line: str) -> None:
@@ -101,7 +101,7 @@ class Job:
             self.process.stdin.close()
 
     def release_when_left(self) -> None:
-        """Wait for the job to end; release the job if no page renews its hold for `HOLD_S`."""
+        """Wait for the job to end; release it after `HOLD_S` seconds without an open page."""
         while self.running and time.monotonic() - self.held_s <= HOLD_S:
             time.sleep(LOOK_S)
         if self.running:
@@ -122,7 +122,7 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the error message with all its lines or, if there is none, the last message."""
+        """Return the last error message with all its lines; without errors, the last message."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         _, *errors = ERROR.split("\n".join(lines))
         return (errors or lines or [""])[-1]

@@ -1,7 +1,7 @@
 """Notices about irregularities in the laboratory folder, which every page shows.
 
-A notice informs the operator about something that the table of participants does not show. It never
-prevents a session.
+A notice informs the operator about something that the table of participants does not show. Notices
+never prevent a session.
 """
 
 from __future__ import annotations
@@ -65,8 +65,8 @@ def _running(begun: list[tuple[str, Visit]]) -> str:
     if len(names) < 2:  # noqa: PLR2004
         return ""
     return (
-        f"{len(names)} sessions are running: {', '.join(names)}. These pages show and control "
-        "the first; control the others in their own terminals"
+        f"{len(names)} sessions are running: {', '.join(names)}. These pages show and control the "
+        "first session; control the other sessions in their own terminals"
     )
 
 

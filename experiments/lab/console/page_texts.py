@@ -32,7 +32,7 @@ def page_texts(language: str) -> Mapping[str, str]:
 def sentences(language: str) -> dict[str, str]:
     """Return Slipscale's English sentences and their translations, the most specific first.
 
-    Other modules generate notices, replies, errors and descriptions in English. These are
+    Other modules generate notices, replies, errors and descriptions in English. Such sentences are
     translated when a page is rendered.
     """
     known: dict[str, str] = {}

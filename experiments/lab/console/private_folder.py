@@ -14,8 +14,8 @@ OWNER_ONLY = 0o700
 def private_folder() -> Path:
     """Return the private folder; create it if necessary.
 
-    It is located in the system's folder for runtime files or, if there is none, in the user's
-    cache.
+    The private folder is located in the system's folder for runtime files or, if there is none, in
+    the user's cache.
 
     Raises
     ------

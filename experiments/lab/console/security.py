@@ -4,7 +4,7 @@ Every request that does not clearly come from the operator's own browser is reje
 reaches a page:
 
 - All connections from other users of this computer are rejected. Cookies are not tied to a port, so
-  another user's web page could otherwise receive our cookie.
+  another user's web page could otherwise receive the console's cookie.
 - The address shown in the terminal contains a token that works once, in one browser. The browser
   then receives a secret in a cookie, and the next address has a new token.
 - The host name must be this console's own. Other names that resolve to this computer are rejected.
@@ -210,8 +210,8 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
     Parameters
     ----------
     client : tuple
-        Host and port of the other end. A test client, whose host is a name, counts as no
-        connection.
+        Host and port of the connection's other end. A test client, whose host is a name, counts as
+        no connection.
     """
     if client is None or not CONNECTIONS.exists():
         return False

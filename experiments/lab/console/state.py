@@ -45,7 +45,7 @@ class Live:
         None if the session reports no status, because an older Slipscale started it or its mailbox
         could not be created.
     pilot : bool
-        Whether the session is a rehearsal.
+        Whether the session is a rehearsal, which is recorded as a pilot.
     left_s : float or None
         Remaining time, estimated from the session's own pace or, before its first trial, from
         earlier runs.
@@ -122,7 +122,7 @@ class State:
     def now(self, *, fresh: bool = False) -> Snapshot:
         """Return a snapshot at most one second old, with the running session's current state.
 
-        If ``fresh`` is True, everything is read again.
+        If ``fresh`` is True, the whole snapshot is read again.
         """
         with self._lock:
             pulse = self.pulse()

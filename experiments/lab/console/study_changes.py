@@ -1,7 +1,7 @@
 """Apply changes from the editor's form to the text of a study file, and keep its comments.
 
-The functions are pure: a change returns a new text, and nothing is written. Changes that the form
-cannot make are rejected and must be made in the file itself, for example if the text is not TOML.
+The functions are pure: a change returns a new text, and nothing is written. If the form cannot make
+a change, for example because the text is not TOML, the user must edit the file itself.
 """
 
 from __future__ import annotations
@@ -29,15 +29,16 @@ class Change(Form):
     Parameters
     ----------
     what : str
-        Set a value (an empty value is removed), add or remove a table or an item, or move an item.
+        The kind of change: set a value (an empty value removes the key), add or remove a table or
+        an item, or move an item.
     place : tuple
-        Position: keys, and item indices from 0.
+        Position in the study file: keys, and indices of array items, from 0.
     kind : str
         Type of ``value``, which is the input type of the field.
     value : str
-        The new value, the protocol of an added task, or the key of an added entry.
+        The new value of a field, the protocol of a new task, or the key of a new entry.
     to : int
-        Index of the item before which an item is moved.
+        Index at which a moved item is inserted.
     """
 
     what: Literal["set", "add", "item", "entry", "remove", "move"]
@@ -96,8 +97,8 @@ def changed(text: str, change: Change) -> str:
         kept = False
     if not kept:
         raise UserError(
-            f"{SOURCE}: the form cannot make this change in a file that is written this way; "
-            "change the text itself"
+            f"{SOURCE}: the form cannot make this change, because of the way the file is written; "
+            "edit the text of the file"
         )
     return after
 
@@ -162,7 +163,7 @@ def _append(table: Any, key: Any, protocol: str) -> None:
 
 
 def _enter(table: Any, key: str) -> None:
-    """Add an entry to a table of texts, in the form of the last entry and with its key as text."""
+    """Add an entry that has the form of the table's last entry, and its key as text."""
     if not key.strip() or key in table:
         raise ValueError(key)
     last = list(table.values())[-1] if table else ""

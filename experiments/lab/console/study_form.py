@@ -1,7 +1,7 @@
 """Generate the study editor's form, with every field of a study file, from the JSON Schema.
 
 Keys, types, units, defaults, choices and descriptions come from the schema, values from the file,
-and errors from the parser. A laboratory's own protocols therefore have forms as well.
+and errors from the parser. Protocols that a laboratory adds therefore have forms too.
 """
 
 from __future__ import annotations
@@ -27,16 +27,16 @@ KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number":
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """An element of the form, which has a position in the file.
+    """An element of the form, and its position in the study file.
 
     Parameters
     ----------
     place : tuple
-        Keys, and item indices from 0.
+        Position in the study file: keys, and indices of array items, from 0.
     name : str
         The last key without its unit, for labels.
     why : str
-        The description in the schema.
+        The element's description in the schema.
     faults : tuple of str
         Errors at exactly this position.
     """
@@ -210,7 +210,7 @@ class StudyForm:
     def _inner(
         self, place: Place, found: Schema, described: Schema, value: Mapping[str, Any]
     ) -> Table:
-        """Return the form of a nested table, with declared keys or keys that the study defines."""
+        """Return the form of a nested table, with keys from the schema or from the study."""
         if "properties" in found:
             return self._table(place, {**found, "description": described.get("description")}, value)
         return Table(

@@ -28,7 +28,7 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        The session's objects with these names.
+        The corresponding objects of the session.
     watch : callable
         Called on every frame to check the plate and the operator.
     wait : callable

@@ -41,7 +41,7 @@ class Asking:
     ----------
     surface, participant, journal, clock, noise, sounds, markers, progress, contact,
     interruptions, operator_answers
-        The session's objects with these names.
+        The corresponding objects of the session.
     wait : callable
         Shows the operator that the session is waiting for the participant.
     """
@@ -62,8 +62,9 @@ class Asking:
     def answer(self, step: Ask) -> Reply:
         """Obtain the answer to a question; the participant may first return to earlier questions.
 
-        An earlier question is repeated as if the operator had requested it. The journal contains
-        both answers, and a session that is killed in between repeats the question.
+        An earlier question is repeated as if the operator had requested the repetition. The journal
+        contains both answers. If the session is killed before the second answer, the resumed run
+        repeats the question.
         """
         before = self.progress.before(step) if step.by == "participant" else None
         while True:

@@ -28,7 +28,7 @@ class Presenting:
     Parameters
     ----------
     surface, journal, clock, noise, markers, progress, tracking
-        The session's objects with these names.
+        The corresponding objects of the session.
     """
 
     surface: SurfaceState
@@ -84,8 +84,8 @@ class Presenting:
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
         """Yield a function that sets a resumed pilot's clock to a presentation's original time.
 
-        The clock is restored afterwards. The pilot therefore continues as if it had not been
-        interrupted: textures change with time, so each texture is explored at its original time.
+        When the context ends, the clock returns to its previous time. Textures change with time,
+        so each texture of a resumed pilot is explored at its original time.
         """
         clock = self.clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):

@@ -36,7 +36,7 @@ def test_study_plate_and_clock_are_compared_with_the_last_run(tmp_path, record_r
     study, plate, clock = changes(tmp_path, STUDY, TEXT + "# later", "serial:/dev/ttyACM0")
     assert "the study 'biet2007' has changed since sub-01, sub-02" in study
     assert plate == "the plate was 'mock' in sub-02, but is now 'serial:/dev/ttyACM0'"
-    assert clock.startswith("this computer's date, 2001-01-01 00:00 UTC, is before the start")
+    assert clock.startswith("this computer's clock shows 2001-01-01 00:00 UTC, but ")
 
 
 def test_another_study_of_the_folder_is_not_compared(tmp_path, record_runs):

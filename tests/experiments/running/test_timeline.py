@@ -80,7 +80,7 @@ def test_the_command_prints_the_table_and_draws_it(capsys, tmp_path):
     lines = capsys.readouterr().out.splitlines()
     heads = ["Timeline for a participant", "minutes", "welcome"]
     assert all(line.startswith(head) for line, head in itertools.zip_longest(lines[:3], heads))
-    assert any("cost: the study file has no [cost]" in line for line in lines)
+    assert any("the study file has no [cost] table" in line for line in lines)
     assert "plate vibrating" in figure.read_text(encoding="utf-8")
 
 

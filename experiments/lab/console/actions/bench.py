@@ -91,7 +91,7 @@ def _reading(desk: Desk, request: Reading) -> str:
         raise UserError("no calibration is waiting for a reading")
     if len(measured.points) != request.number:
         raise UserError(
-            "this point already has this reading; take a new reading from the instrument"
+            "this point has already been measured; enter the reading of the point on the page now"
         )
     job.type(request.reading)
     return ""

@@ -64,7 +64,7 @@ def _begin(desk: Desk, request: Begin) -> str:
     if is_mock(found.defaults.plate) and not request.pilot:
         raise UserError(
             f"plate '{found.defaults.plate}' is simulated; participants cannot feel it. "
-            "Set the real plate in slipscale.toml, or rehearse"
+            "Set the real plate in slipscale.toml, or begin a rehearsal"
         )
     pilot = ("--pilot",) if request.pilot else ()
     about = f"participant {request.participant}"

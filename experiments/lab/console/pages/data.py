@@ -170,7 +170,7 @@ def pilot(view: View) -> dict[str, Any]:
 
 
 def parts_done(found: Snapshot, jobs: Jobs) -> int:
-    """Return the number of simulated participants that the running pilot has reached."""
+    """Return the number of simulated participants that the running pilot has begun."""
     job = jobs.last("pilot")
     if job is None or not job.running:
         return 0

@@ -67,12 +67,12 @@ def today(view: View) -> dict[str, object]:
 
 
 def _between(found: Snapshot, job: Job | None) -> str:
-    """Return whose session is starting or ending, with a process but without an open journal."""
+    """Return the participant whose session is starting or ending: it runs, but is not live."""
     return job.about if job and job.running and not found.live else ""
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:
-    """Return the participants to show if there are many; pending and recent ones have priority."""
+    """Return the participants to list first: if there are many, the pending and recent ones."""
     if len(people) <= MOST_PEOPLE:
         return list(people)
 
@@ -149,7 +149,7 @@ def _began(found: Snapshot, job: Job | None) -> bool:
 
 
 def _since_s(started_utc: str) -> float | None:
-    """Return the seconds since a run began, on the time scale of its events."""
+    """Return the time in seconds since the start of a run; None if it has no start time."""
     if not started_utc:
         return None
     return (datetime.now(UTC) - datetime.fromisoformat(started_utc)).total_seconds()

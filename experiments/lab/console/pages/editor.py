@@ -61,7 +61,7 @@ def _source(view: View, template: str) -> str:
 
 
 def follow_up(view: View, text: str, template: str) -> dict[str, object]:
-    """Return the slower results: simulated duration, cost, orders and their balance."""
+    """Return the results that take longer: simulated duration, cost, orders and their balance."""
     source = _source(view, template)
     try:
         study, whole = parse_whole(text, source)

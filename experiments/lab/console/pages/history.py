@@ -32,7 +32,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bar:
-    """A group of presentations, in SVG units."""
+    """A bar of the drawing, which represents a group of presentations, in SVG units."""
 
     x: float
     width: float
@@ -49,13 +49,13 @@ class History:
     bars : tuple of Bar
         Readback deviations.
     limit : float
-        Position of the allowed deviation.
+        y coordinate of the allowed deviation.
     warmth : tuple of (float, float)
-        Temperature over time; empty if the plate does not report it.
+        Temperature over time; empty if the plate does not report its temperature.
     warmth_ticks : tuple of (float, str)
         Ticks of the temperature axis, in °C.
     faults : tuple of float
-        Positions of faults in time.
+        x coordinates of the times at which faults occurred.
     minutes : float
         End of the time axis.
     """

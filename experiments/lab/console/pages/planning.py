@@ -87,7 +87,7 @@ def _progress(steps: list[str]) -> tuple[int, int]:
 
 
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
-    """Return an axis with the value from the URL, from the study, or the largest value."""
+    """Return a slider set to the value from the URL or the study, or to the largest value."""
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     given = view.query.get(axis, "")
     if given.isdecimal() and int(given) < len(values):
@@ -114,7 +114,7 @@ def _with_repetitions(view: View, repetitions: int) -> str:
 
 
 def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
-    """Return the power of the weakest comparison as a function of sample size, in frame units."""
+    """Return the weakest comparison's power against the number of participants, in SVG units."""
     most = max(weakest)
     return {
         "points": [(WIDE.x(n / most), WIDE.y(weakest[n]), n) for n in sorted(weakest)],

@@ -58,7 +58,7 @@ def test_a_new_folder_is_set_up_in_the_browser(visitor, lab):
         ({"plate": "serail:COM1"}, "serail"),
         ({"language": "xx"}, "xx"),
         ({"backup": "/not/there"}, "backup: /not/there: no such folder"),
-        ({"pilots": "data"}, "a folder other than the one for participants' data"),
+        ({"pilots": "data"}, "a folder other than the folder for participants' data"),
         ({"screen": -1}, "screen"),
         ({"plate": "mock\n[x]"}, ""),
     ],
