@@ -347,22 +347,25 @@ class Protocol:
         wrong = (
             (
                 not re.fullmatch("[A-Za-z0-9]+", self.task),
-                "the task contains letters and digits only",
+                "the task label must contain only letters and digits",
             ),
-            (self.answer not in self.response, f"'{self.answer}' is a column of the response"),
-            (len(set(own)) < len(own), "each column is declared once"),
+            (self.answer not in self.response, f"'{self.answer}' must be a column of the response"),
+            (len(set(own)) < len(own), "each column must be declared once"),
             (
                 any(in_code(name) != name for name in (*names, *self.options.model_fields)),
-                "a level's name ends in _level",
+                "a level's name must end in _level",
             ),
-            (set(self.amplitudes) != named, "amplitudes names every option that ends in _level"),
+            (
+                set(self.amplitudes) != named,
+                "amplitudes must name every option that ends in _level",
+            ),
             (
                 self.textures and not self.intervals and "texture" not in own,
-                "the column 'texture' names the texture that was presented",
+                "the column 'texture' must name the presented texture",
             ),
         )
         if faults := [expected for fault, expected in wrong if fault]:
-            raise UserError(f"{self.named}: expected that {'; that '.join(faults)}")
+            raise UserError(f"{self.named}: invalid declaration: {'; '.join(faults)}")
 
     @property
     def named(self) -> str:

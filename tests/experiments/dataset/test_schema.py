@@ -77,9 +77,9 @@ COLUMN = Column(value=lambda _: None, kind="label", description="")
     "changes, expected",
     [
         ({"task": "magnitude_estimation"}, "letters and digits"),
-        ({"answer": "rating"}, "'rating' is a column of the response"),
-        ({"stimulus": {}}, "'texture' names the texture"),
-        ({"design": {"estimate": COLUMN}}, "declared once"),
+        ({"answer": "rating"}, "'rating' must be a column of the response"),
+        ({"stimulus": {}}, "'texture' must name the presented texture"),
+        ({"design": {"estimate": COLUMN}}, "must be declared once"),
         ({"amplitudes": ()}, "ends in _level"),
     ],
 )
