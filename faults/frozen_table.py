@@ -37,7 +37,7 @@ def setting(
     Returns
     -------
     FieldInfo
-        Field of a pydantic model. Its type hint fits a field of any type.
+        Field of a pydantic model, whose annotation fits any type.
     """
     extra: dict[str, Any] = {"unit": unit, **more} if unit else dict(more)
     return Field(

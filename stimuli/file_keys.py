@@ -55,7 +55,7 @@ class FileNames:
         )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Convert the content of a file to field names."""
+        """Replace the keys of the file by field names."""
 
         def naming(quantity: Quantity) -> Callable[[str], str]:
             # In files, only names with a unit are valid keys, not names of fields.
@@ -66,7 +66,7 @@ class FileNames:
         return self._renamed(table, naming)
 
     def to_file(self, table: dict[str, object]) -> dict[str, object]:
-        """Convert field names in a content to the keys of the file."""
+        """Replace field names by the keys of the file."""
         return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
     def _renamed(

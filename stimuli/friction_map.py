@@ -39,7 +39,7 @@ def _unpacked(pixels: str, columns: int) -> Greys:
     decoder = zlib.decompressobj()
     greys = decoder.decompress(base64.b64decode(pixels, validate=True), MOST_PIXELS + 1)
     if not 0 < len(greys) <= MOST_PIXELS or not columns > 0 or len(greys) % columns:
-        raise ValueError("its number of pixels or columns is wrong")
+        raise ValueError("the number of pixels or columns is wrong")
     return tuple(greys[start : start + columns] for start in range(0, len(greys), columns))
 
 

@@ -80,9 +80,9 @@ class NoiseInEar:
     ----------
     ear : {"left", "right", "both"}
     level_db : float
-        The same as for the study's masking noise.
+        Level of the study's masking noise.
     seed : int
-        The same as for the study's masking noise.
+        Seed of the study's masking noise.
     """
 
     ear: Ears

@@ -114,7 +114,7 @@ class Loop:
         return self.levels[step % len(self.levels)]
 
     def before_level(self, step: int) -> float:
-        """Return the amplitude before a step; before step 0, the plate has settled at the mean."""
+        """Return the amplitude before a step; before step 0, this is the settled mean."""
         return self.level(step - 1) if step else self.mean_level
 
     def at_level(self, time_s: float) -> float:
@@ -177,11 +177,11 @@ class Modulator:
         return self.resonance_hz / (2 * self.quality_factor)
 
     def passed(self, modulation_hz: float) -> float:
-        """Return the fraction of the depth of a sinusoidal modulation that the plate renders."""
+        """Return the fraction of a sinusoidal modulation's depth that the plate renders."""
         return 1 / math.hypot(1, modulation_hz / self.bandwidth_hz)
 
     def friction_passed(self, modulation_hz: float) -> float:
-        """Return the fraction of the depth of a sinusoidal modulation that friction follows.
+        """Return the fraction of a sinusoidal modulation's depth that friction reproduces.
 
         The squeeze-film model of 2007 is used, in which the finger does not move. For later
         measurements, see docs/explanation/squeeze-film.md.
@@ -209,7 +209,7 @@ class Modulator:
     def friction_rise_s(self, transition_s: float) -> float:
         """Return the approximate time that friction needs from 10 to 90 % of a change.
 
-        The result is the root sum of squares of the rise times of transition, plate and film.
+        The result is the root sum of squares of the rise times of the transition, plate and film.
         """
         return math.hypot(
             STEEP_PART * transition_s,

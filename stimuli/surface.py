@@ -93,7 +93,7 @@ class Surface(Stimulus, Protocol):
         """Return the loop to play if the finger is not measured; None if no loop is played."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well the plate and friction follow the surface; None if nothing changes."""
+        """Return how well plate and friction follow the surface; None for a constant amplitude."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -289,7 +289,7 @@ class Grating(Parametric):
 
     @property
     def _fewest_steps(self) -> int:
-        """Minimum number of equal steps per period that is needed to represent the wave."""
+        """Smallest number of equal steps per period that can represent the wave."""
         edges = (self.phase_deg / 360, self.duty_share)
         fewest = WAVES[self.waveform].steps_min * self._highest_order
         if self.waveform != "square":
@@ -320,8 +320,8 @@ class Grating(Parametric):
         Returns
         -------
         tuple of AmplitudeStep
-            Commands in order of time, which starts at 0. Each amplitude is the value of the wave in
-            the middle of the step.
+            Commands in order of time, from 0. Each amplitude is the value of the wave in the middle
+            of the step.
 
         Raises
         ------
@@ -372,7 +372,7 @@ class Grating(Parametric):
         self,
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - on any plate
     ) -> Loop | None:
-        """Return None: nothing is triggered."""
+        """Return None, because nothing is triggered."""
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:

@@ -30,7 +30,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     Parameters
     ----------
     dataset : Path
-        The data set, whose name the backup shares.
+        The data set. Its backup has the same name.
     journal : Path
         The journal of a finished run.
     folder : Path
@@ -69,7 +69,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
             draft.unlink()
         raise UserError(f"{copy}: cannot be written ({error.strerror})") from None
     if not same:
-        raise UserError(f"{copy}: differs from what was written; the medium may be faulty")
+        raise UserError(f"{copy}: the copy differs from the journal; the medium may be faulty")
     if (decided := journal.with_name(RECORD)).is_file():
         write_file(copy.with_name(RECORD), decided.read_bytes(), durable=True)
     return copy
@@ -92,10 +92,13 @@ def check_folder(dataset: Path, folder: Path) -> None:
     if not folder.is_dir():
         raise UserError(f"--backup {folder}: no such folder; connect its disk, or create it")
     if folder.resolve().is_relative_to(dataset.resolve()):
-        raise UserError(f"--backup {folder}: is inside the data set; expected a folder elsewhere")
+        raise UserError(
+            f"--backup {folder}: the folder is inside the data set; expected a folder elsewhere"
+        )
     if folder.resolve() == dataset.resolve().parent:
         raise UserError(
-            f"--backup {folder}: contains the data set itself; expected a folder elsewhere"
+            f"--backup {folder}: the folder contains the data set itself; expected a folder "
+            "elsewhere"
         )
 
 

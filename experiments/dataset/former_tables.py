@@ -81,7 +81,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
     for path in strays(dataset, [*files, *left]):
         known.add(path.name)
         file = path.relative_to(dataset).as_posix()
-        problems.append(Problem(file=file, what="is kept, but is not in any journal"))
+        problems.append(Problem(file=file, what="the table is kept, but is not in any journal"))
     lost = {f"sub-{found['sub']}" for name in known if (found := TABLE_NAME.fullmatch(name))}
     without = {f"sub-{label}" for label in gone}
     for name in [name for name in files if name.suffix == ".tsv" and _is_shared(name)]:
@@ -143,12 +143,12 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
         return ""
     if len(run.records) < count:
         return (
-            f"its end is missing: it has {len(run.records)} records, but had {count} when its "
-            "tables were made"
+            f"the end of the journal is missing: it has {len(run.records)} records, but had "
+            f"{count} when its tables were made"
         )
     now = run.records[count - 1].hash
     if known and now and not run.damage and now != known:
-        return f"its first {count} records differ from the records from which its tables were made"
+        return f"the first {count} records differ from the records from which the tables were made"
     return ""
 
 
@@ -157,7 +157,7 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
-            f"has {len(before)} rows, but its journal gives {len(rows)}; the table was left "
+            f"the table has {len(before)} rows, but its journal gives {len(rows)}; it was left "
             "unchanged. Restore the journal, or delete the table and build again"
         )
     erased = sum(
@@ -167,8 +167,8 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     )
     if damaged and erased:
         return (
-            f"contains {erased} values that its damaged journal no longer provides; the table was "
-            "left unchanged. Restore the journal, or delete the table and build again"
+            f"the table contains {erased} values that its damaged journal no longer provides; it "
+            "was left unchanged. Restore the journal, or delete the table and build again"
         )
     return ""
 

@@ -131,11 +131,11 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         problems.append(
             Problem(
                 file=file,
-                what=f"its first record is damaged ({reason}), so the run cannot be "
+                what=f"the first record is damaged ({reason}), so the run cannot be "
                 "identified; the journal is not used"
                 if reading.records
                 else (
-                    "its first record is incomplete: the journal is empty, and the run can be "
+                    "the first record is incomplete: the journal is empty, and the run can be "
                     "started again"
                 ),
             )
@@ -143,7 +143,7 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
         return None
     if plan.journal_path(dataset) != path:
         expected = plan.journal_path(dataset).relative_to(dataset).as_posix()
-        raise UserError(f"it was written as {expected}; restore that name")
+        raise UserError(f"the journal was written as {expected}; restore that name")
     plan.tasks()  # raises an error if the study cannot be read
     return Run(
         path=path,

@@ -1,4 +1,4 @@
-"""Recover a run whose journal has lost its header from the sidecars of the run's tables.
+"""Recover runs with a damaged header from the sidecars of their tables.
 
 The header is a journal's first record; a journal without a header does not identify the study. The
 sidecars repeat the header, and the data set contains the study file, which its hash identifies. A

@@ -108,8 +108,8 @@ UNREADABLE = 0.1  # fraction of the readings in an exploration that are implausi
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:
     """Return the columns for measured quantities, in the order of the table.
 
-    If a quantity was measured in an interval, its column name starts with the interval, such as
-    ``interval1_``.
+    If a quantity was measured in an interval, its column name starts with the interval, as in
+    ``interval1_strokes``.
     """
     wanted = set(names)
     found = {name: column for name, column in MEASURED.items() if name in wanted}

@@ -178,7 +178,7 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add files that people wrote to the chosen files; yield a message for each that differs."""
+    """Add files that people wrote to the chosen files; yield a message for each difference."""
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }

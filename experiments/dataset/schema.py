@@ -67,7 +67,7 @@ NOTES: Mapping[str, str] = {
     ),
     "texts_hash": "SHA-256 of all texts that the participant could read; n/a for older journals",
     "complete": "whether the run was completed",
-    "answered_by": "person, simulated or scripted; the plate is a separate entry",
+    "answered_by": "who answered: person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",
     "headphone_test": "result of the headphone test: passed, failed, not done (and why), "
     "broken off; number of correct tones, the ear in which each noise was heard, the operator's "

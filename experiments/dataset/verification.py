@@ -55,7 +55,7 @@ def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Probl
     """Return the differences between a file and its content according to the journals."""
     path = dataset / name
     if not path.is_file():
-        return [Problem(file=str(name), what="is missing; slipscale data build writes it")]
+        return [Problem(file=str(name), what="the file is missing; slipscale data build writes it")]
     if isinstance(content, bytes):
         return _compressed(path, str(name), content)
     try:
@@ -93,7 +93,7 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
         return
     header, *rows = _cells(expected)
     if not there or there[0] != header:
-        yield Problem(file=name, place="row 1", what="has different columns from the journal")
+        yield Problem(file=name, place="row 1", what="the columns differ from the journal")
         return
     # Equal rows are aligned first, so that a row too few or too many is one difference.
     found = [tuple(row) for row in there[1:]]
@@ -116,7 +116,7 @@ def _row(
     if row is None:
         what = f"is missing ({_short(right or ())})"
     elif right is None:
-        what = f"is not in the journal ({_short(row)})"
+        what = f"the row is not in the journal ({_short(row)})"
     elif len(row) != len(right):
         what = f"{len(row)} cells instead of {len(right)}"
     else:

@@ -1,6 +1,6 @@
 """Keep a data set's list of withdrawn participants and unfinished withdrawals.
 
-From before the first file is removed until all tasks are done, an entry is marked as pending.
+An entry is marked as pending from before the first removal of a file until all tasks are done.
 """
 
 from __future__ import annotations

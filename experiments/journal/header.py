@@ -39,8 +39,8 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record of a resumption, which contains everything that may differ from the header.
 
-    All later times are relative to this date. Session time never runs backwards, even if the
-    computer's clock was set back.
+    All later times are relative to the date in this record. Session time never runs backwards, even
+    if the computer's clock was set back.
     """
     return {
         "plate_spec": spec,

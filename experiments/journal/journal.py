@@ -9,7 +9,7 @@ The rules for flushing data to disk are:
 - `Journal.append` passes a record to the operating system and returns. If the process is killed, no
   record is lost. A thread (`slipscale.experiments.journal.keeper`) then flushes the record to disk.
 - Before each question, a session calls `Journal.wait_for` to wait until the last answer is on disk.
-  A power failure loses nothing that was written before such a call.
+  A power failure loses nothing that was written before a call of `wait_for`.
 - `Journal.write` combines `append` and `wait_for`. `append` alone is used for records that must not
   delay a trial.
 - If the disk fails, unconfirmed records are removed from the file. The next call of `append`,
@@ -63,7 +63,7 @@ class Journal:
     synced : bool
         Whether each record is flushed to disk. If False, records are passed to the operating system
         and flushed only at the end: a power failure may lose records, but a killed process loses
-        none. Pilots use False, because they can be repeated.
+        none. Pilots are not synced, because they can be repeated.
 
     Raises
     ------
@@ -80,7 +80,8 @@ class Journal:
     lost : Path or None
         The original path, if the file has disappeared from there.
     moved, tell : callable
-        Functions called when the journal moves: `moved` receives the new path, `tell` a message.
+        Functions called when the journal moves: `moved` receives the new path, and `tell` receives
+        a message.
     """
 
     def __init__(
@@ -124,7 +125,7 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
-        """Continue an interrupted journal, without its torn last line, if any."""
+        """Continue an interrupted journal after removing a torn last line."""
         return cls._open(path, clock, synced=synced, empty=False)
 
     @classmethod
@@ -159,7 +160,7 @@ class Journal:
         return record
 
     def append(self, kind: str, **data: object) -> Record:
-        """Append a record; return when the operating system has received it.
+        """Append a record; return when the operating system has received the record.
 
         A thread flushes the record to disk. A signal may interrupt this call at any point; the next
         record then follows the data that the operating system has already received.
@@ -281,7 +282,7 @@ class Journal:
         )
 
     def _take_stock(self) -> None:
-        """Determine which records are on disk, and continue after the last one on disk."""
+        """Determine which records are on disk, and continue after these records."""
         if not self._in_place():
             self._unfinished = False
             return

@@ -98,7 +98,7 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
     expected = plan.journal_path(Path("DATASET"))
     if whole.parts[-3:] == expected.parts[-3:]:
         return whole.parent.parent.parent
-    raise UserError(f"journal {path}: was written as {expected}; restore that name and folder")
+    raise UserError(f"journal {path} was written as {expected}; restore that name and folder")
 
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:

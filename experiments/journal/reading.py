@@ -247,7 +247,7 @@ def _kept(records: list[Record]) -> int:
 
 
 def _records(lines: list[bytes]) -> list[Record]:
-    """Return the intact records in some lines; a record may follow zero bytes in its line."""
+    """Return the intact records in a list of lines; zero bytes may precede a record."""
     found = []
     for line in lines:
         with suppress(ValueError):

@@ -234,7 +234,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """Check that each step begins at least once and ends before the next step."""
+    """Check of the order of steps: each begins at least once and ends before the next step."""
 
     def __init__(self) -> None:
         self.sure = True  # whether there was no damage since the last step began
@@ -247,7 +247,7 @@ class _Order:
         """Process the next record; return why the record is out of order, otherwise ""."""
         first, self._first = self._first, False
         if (record.kind == "header") != (first and record.number == 0):
-            return "the first record of a run, and no other, must be the header"
+            return "a run must have exactly one header, as its first record"
         if self._ended:
             return "the record comes after the end of the run"
         if record.kind == "begin":
@@ -332,7 +332,7 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise an error unless data match a model, or exactly match a dataclass."""
+    """Raise an error unless data match a model, or match a dataclass exactly."""
     # Validated as JSON: strict, except that lists are accepted for tuples.
     _fit_json(shape, json.dumps(data))
 

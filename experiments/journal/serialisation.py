@@ -1,4 +1,4 @@
-"""Convert steps and answers to plain data for the journal, and plain data to steps and answers.
+"""Convert steps and answers to plain data for the journal, and back.
 
 Data read from a journal may use the names of journals in µm (`slipscale.stimuli.field_names.in_um`)
 or the names in the code. The results use the names in the code.

@@ -145,7 +145,7 @@ class PointingQuestion:
         Whether the start and the target are vertical bars; only the horizontal position then
         matters.
     screen_height_mm : float
-        Height of the screen, in mm of movement.
+        Movement in mm that corresponds to the height of the screen.
     """
 
     prompt: str

@@ -102,14 +102,14 @@ class Thresholds(FrozenTable):
         0.05, "Flag fast: largest accepted proportion of answers faster than fast_s."
     )
     fast_s: Annotated[float, Field(gt=0)] = setting(
-        0.2, "Response time below which the flag fast counts an answer."
+        0.2, "Response time below which an answer counts as fast."
     )
     outlier_sd: Annotated[float, Field(gt=0)] = setting(
         4.5,
         "Flag outlying: an estimate deviates from the participant's own pattern by more than "
         "this number of robust standard deviations. A robust standard deviation is 1.4826 times "
-        "the median absolute deviation of the log residuals; its square is averaged over the "
-        "amplitude and all amplitudes.",
+        "the median absolute deviation of the log residuals; the variances at the amplitude and "
+        "at all amplitudes are averaged.",
         unit="robust standard deviations",
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = setting(
@@ -213,9 +213,9 @@ class AnalysisChoices(FrozenTable):
     threshold_friction: Literal["level_means", "trials"] | None = setting(
         None,
         "Report thresholds in measured friction as well. trials: the curve is a function of each "
-        "trial's change in the coefficient of friction. level_means: of the mean change per "
-        "participant and level, so that noise in single measurements does not flatten the curve. "
-        "By default, these thresholds are not reported.",
+        "trial's change in the coefficient of friction. level_means: it is a function of the "
+        "mean change per participant and level, so that noise in single measurements does not "
+        "flatten the curve. By default, these thresholds are not reported.",
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = setting(
         0.2,

@@ -79,7 +79,11 @@ def unpresented(tasks: list[Options], data: Mapping[str, Any]) -> Iterator[Fault
     if data.get("textures") and not presented:
         yield (
             ("textures", 0),
-            {"msg": ("no task presents textures; add one, such as magnitude_estimation")},
+            {
+                "msg": (
+                    "no task presents textures; add a task that does, such as magnitude_estimation"
+                )
+            },
         )
 
 

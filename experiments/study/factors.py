@@ -103,7 +103,7 @@ class Condition:
         Raises
         ------
         UserError
-            If a factor's level is out of the parameter's range.
+            If a factor's level is outside the parameter's range.
         """
         fields: dict[str, Any] = {
             field: value
@@ -205,7 +205,7 @@ def crossed(
     language: str,
     second: SecondPlate | None = None,
 ) -> Protocol:
-    """Return a protocol that repeats another protocol in each condition, if there are factors."""
+    """Return a protocol that runs the given protocol in each condition, if there are factors."""
     if not factors:
         return protocol
     conditions = conditions_of(factors)
@@ -239,7 +239,7 @@ def crossed(
 
 
 def ordered(conditions: Sequence[Condition], context: Context) -> list[Condition]:
-    """Return the conditions in the order for a participant."""
+    """Return the conditions in the order that a participant receives."""
     (order,) = williams_blocks(
         len(conditions),
         1,

@@ -3,7 +3,7 @@
 The test plays 200 Hz tones, of which one is quieter and one is in antiphase (Woods, Siegel, Traer
 and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
 the air. The test thus detects headphones that are not worn, not plugged in or not selected. The
-test by Milne et al. (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but
+test by Milne and others (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but
 rejects a fifth of the headphone users. The antiphase tone cannot reveal a silent side, so noise is
 first played to each ear separately. If a participant fails, the operator decides what to do.
 """

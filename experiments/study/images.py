@@ -20,7 +20,7 @@ def with_images(text: str, source: str) -> str:
     Parameters
     ----------
     text : str
-        The study file's text. It is returned unchanged if it is not TOML or names no image.
+        The study file's text. Text that is not TOML or names no image is returned unchanged.
     source : str
         The study file's path; images are located in the same folder.
 

@@ -107,7 +107,7 @@ class Levels:
         )
 
     def surface(self, level: float) -> Stimulus | None:
-        """Return the surface with a level; None without ``[stimulus]``. Raises `UserError`."""
+        """Return the surface for a level; None without ``[stimulus]``. Raises `UserError`."""
         return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:

@@ -1,4 +1,4 @@
-"""Define the immutable definition of a study, which is validated as a whole.
+"""Define the model of a study, which is immutable and validated as a whole.
 
 All errors are reported at once, each with its location. A check that depends on another key is
 skipped if that key is invalid; for example, levels are not checked if the plate's table is invalid.
@@ -69,8 +69,8 @@ class Study(FrozenTable):
     """The definition of a study; each field is a key of the study file."""
 
     name: Label = Field(
-        description="Short label of the study: letters, digits and _, beginning with a "
-        "letter. Every record of the study contains it."
+        description="Short label of the study: letters, digits and _, beginning with a letter. "
+        "Every record of the study contains this label."
     )
     title: Words = Field(description="Title of the study and its data set.")
     authors: tuple[Words, ...] = setting((), "Authors listed in the data set description.")
@@ -88,8 +88,8 @@ class Study(FrozenTable):
         default=QuantityTable(),
         validation_alias="quantity",
         description="Quantity that the plate produces, in which levels are given; default: the "
-        "vibration amplitude in µm peak to peak. If it is another quantity, the names of keys "
-        "end in the unit of that quantity.",
+        "vibration amplitude in µm peak to peak. For another quantity, the names of keys end in "
+        "its unit.",
     )
     attribute: str = setting(
         "",
@@ -195,8 +195,8 @@ class Study(FrozenTable):
     )
     headphone_test: HeadphoneTest | None = setting(
         None,
-        "Test before the tasks that checks whether headphones are worn and whether the masking "
-        "noise is heard in both ears; default: none.",
+        "Check before the tasks whether headphones are worn and whether the masking noise is "
+        "heard in both ears; by default, this is not checked.",
     )
     stroke: Annotated[Stroke | None, AfterValidator(valid_stroke)] = setting(
         None,
@@ -208,8 +208,8 @@ class Study(FrozenTable):
     )
     private_files: Switch = setting(
         True,
-        "Whether only their owner can read journals and data set files. If false, or if the "
-        "system does not support it, the system's default permissions apply.",
+        "Whether only their owner can read journals and data set files, on systems that support "
+        "this. If false, the system's default permissions apply.",
     )
     analysis: AnalysisChoices = setting(
         AnalysisChoices(), "The planned data analysis, fixed before anyone sees the data."
@@ -247,7 +247,7 @@ class Study(FrozenTable):
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity of all levels: that of the plate or of the varied parameter."""
+        """The quantity of all levels, which belongs to the plate or the varied parameter."""
         return self._levels.quantity
 
     def words_of(self, language: str) -> AttributeWords | None:

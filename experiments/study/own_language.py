@@ -55,7 +55,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
     Parameters
     ----------
     text : str
-        The study file's text. It is returned unchanged if it is not TOML or lists no texts files.
+        The study file's text. Text that is not TOML or lists no texts files is returned unchanged.
     source : str
         The study file's path; texts files are located in the same folder.
     absent : bool
@@ -205,7 +205,7 @@ def check_own_code(language: str) -> None:
 
 
 def with_room_for(text: str, source: str, language: str) -> str:
-    """Return a study's complete text, which includes a table for a language, empty if necessary."""
+    """Return a study's complete text, with a table (empty if necessary) for a language."""
     whole = with_own_language(text, source, absent=True)
     if language not in parse_toml(whole, source, _Table).root.get("texts", {}):
         whole += f"\n[texts.{_key(language)}]\n"

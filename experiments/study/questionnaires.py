@@ -149,7 +149,7 @@ def unusable(
     known : collection of str
         All available languages.
     taken : collection of str
-        Names in the study of tasks and of questions about the participant.
+        Names that tasks and questions about the participant already have.
     """
     names = set(taken)
     for number, each in enumerate(questionnaires):

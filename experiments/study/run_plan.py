@@ -79,7 +79,7 @@ class RunPlan:
     language : str
         The language of the participant's screen.
     mode : {"participant", "pilot"}
-        Whether the run is a participant's or a pilot; stored in all data.
+        Kind of run, stored so that a pilot cannot be mistaken for a participant's run.
     order_version : int
         Version of the rule that generates orders, which must be the same when a run is resumed.
     population : str
@@ -209,7 +209,7 @@ class RunPlan:
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:
-        """Return the tasks in the order for this participant."""
+        """Return the tasks in the order that this participant receives."""
         study = self.study
         tasks = [
             (

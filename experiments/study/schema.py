@@ -1,7 +1,7 @@
 """Generate the JSON Schema of study files for editors and reference documentation.
 
 The schema is generated on request, because it includes the protocols that a laboratory has
-installed. With a stored schema, their options would be errors.
+installed. A stored schema would report the options of these protocols as errors.
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ Amount = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 class Cost(FrozenTable):
     """The costs of the study, for ``slipscale study show --timeline``."""
 
-    currency: Words = setting("EUR", "Name of the currency, as printed in results.")
+    currency: Words = setting("EUR", "Name of the currency, as printed.")
     per_person: Amount = setting(0.0, "Payment per participant.", unit="currency")
     per_rig_hour: Amount = setting(
         0.0, "Cost of an hour at the rig, including the experimenter.", unit="currency per hour"
@@ -91,7 +91,7 @@ class PlateSettings(FrozenTable):
     tolerance_level: Positive | None = setting(
         None,
         "Largest accepted difference between measured and commanded amplitude, as an amplitude. "
-        "If `tolerance` allows more, `tolerance` applies. In a threshold study, the plate's "
+        "The larger of this tolerance and `tolerance` applies. In a threshold study, the plate's "
         "tolerance must be smaller than the study's finest difference.",
     )
     track_resonance: str = setting(
@@ -122,8 +122,8 @@ class SecondPlate(FrozenTable):
 
     quantity: QuantityTable = Field(description="Quantity of the second actuator's levels.")
     level: Positive = Field(
-        description="Largest level of the second actuator. A factor whose name is `second_` and "
-        "the name of this key, such as second_voltage_v_peak, sets the level in each condition.",
+        description="Largest level of the second actuator. A factor named like this key with the "
+        "prefix `second_`, such as second_voltage_v_peak, sets the level in each condition.",
     )
 
     @property

@@ -158,7 +158,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _signals_end() -> list[str]:
-    """Let the first signal raise KeyboardInterrupt, and let later signals end the process."""
+    """Let a signal raise KeyboardInterrupt; after that, or after the command, end the process."""
     import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
 
     from slipscale.hardware.signals import ENDINGS, note_signal  # noqa: PLC0415

@@ -223,7 +223,7 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return the number of steps in squeeze number, each at most a factor of four."""
+    """Return how many squeeze numbers are solved; each is at most four times the previous one."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 

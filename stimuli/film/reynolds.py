@@ -1,6 +1,6 @@
 """Solve the full Reynolds equation in physical units, for any squeeze number.
 
-Equation (3) in Biet et al. (2007) is solved, with equation (4) corrected as in
+Equation (3) in Biet and others (2007) is solved, with equation (4) corrected as in
 `slipscale.stimuli.film.squeeze_film.squeeze_number`. For the method, see
 `slipscale.stimuli.film.periodic_film`.
 """

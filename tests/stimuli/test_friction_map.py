@@ -80,9 +80,9 @@ def test_friction_follows_less_of_a_map_with_smaller_pixels():
     "changes, said",
     [
         ({"pixels": "!"}, "the image cannot be read"),
-        ({"pixels": packed((bytes(MOST_PIXELS + 1),))}, "its number of pixels or columns is wrong"),
-        ({"columns": 5}, "its number of pixels or columns is wrong"),
-        ({"columns": 0}, "its number of pixels or columns is wrong"),
+        ({"pixels": packed((bytes(MOST_PIXELS + 1),))}, "the number of pixels or columns is wrong"),
+        ({"columns": 5}, "the number of pixels or columns is wrong"),
+        ({"columns": 0}, "the number of pixels or columns is wrong"),
         ({"pixel_mm": 0.0}, "pixel_mm is 0.0, expected above 0"),
         ({"white_level": -1.0}, "white is -1.0, expected 0 or more"),
         (

@@ -81,7 +81,7 @@ class OurPlate(PlateDriver):
 
 
 def open_plate(address, *, clock, seed):  # noqa: ARG001 - only a simulated plate uses the seed
-    """Return the driver; `address` is the text after "ourplate:", here a port."""
+    """Return the driver; `address` is the text after "ourplate:", which is a port here."""
     # A third argument of `opened` names the backend's own options.
     port, _options, plate = addresses.opened(address, OurPlate.name)
     return OurPlate(port, clock=clock, plate=plate)

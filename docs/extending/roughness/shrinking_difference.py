@@ -148,7 +148,7 @@ PROTOCOL = Protocol(
         "right": Column(
             value=right,
             kind="label",
-            description="Whether that was the rougher one",
+            description="Whether the rougher surface was chosen",
             levels={"true": "right", "false": "wrong"},
         ),
         "sure": Column(

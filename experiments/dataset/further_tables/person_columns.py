@@ -35,7 +35,7 @@ def questionnaire_columns(
     items : Mapping
         Text of each item and texts of its answer codes, keyed by item code.
     visits : collection of str
-        Which of the columns for the session and for the run the table has.
+        Columns of the table that identify the session and the run.
     """
     which = {
         SESSION: "The participant's session in which the question was asked",

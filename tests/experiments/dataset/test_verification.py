@@ -72,7 +72,7 @@ def test_rows_removed_and_rows_added_are_named(dataset):
     assert problem.what.startswith("is missing")
     table.write_text("\n".join([*rows[:-1], rows[-2], ""]), encoding="utf-8")
     (problem,) = verify(dataset)
-    assert problem.what.startswith("is not in the journal")
+    assert problem.what.startswith("the row is not in the journal")
 
 
 def test_a_row_removed_in_the_middle_is_one_difference(dataset):
@@ -165,8 +165,10 @@ def test_a_header_that_nothing_replaces_blocks_nobody_else(dataset, torn):
     put(dataset, [lines[0][:30]] if torn else one_flipped_bit(lines, 0))
     problem, *tables, kept = build_dataset(dataset)
     assert problem.file == JOURNAL
-    assert "its first record is" in problem.what
-    assert [each.what for each in tables] == 2 * torn * ["is kept, but is not in any journal"]
+    assert "the first record is" in problem.what
+    assert [each.what for each in tables] == 2 * torn * [
+        "the table is kept, but is not in any journal"
+    ]
     assert (kept.file, kept.place) == ("participants.tsv", "sub-01")
     people = pd.read_csv(dataset / "participants.tsv", sep="\t")
     assert list(people["participant_id"]) == ["sub-01", "sub-02"]
@@ -199,7 +201,7 @@ def test_a_study_file_that_was_edited_replaces_no_header(dataset):
     study.write_text(study.read_text() + "# later\n")
     runs, problems = read_runs(dataset)
     assert len(runs) == 1
-    assert "its first record is damaged" in told(problems)[0]
+    assert "the first record is damaged" in told(problems)[0]
 
 
 def test_one_word_changed_with_its_checksum_mended_is_found(dataset):
@@ -241,8 +243,8 @@ def test_a_cut_tail_is_found_and_building_keeps_the_tables(dataset):
     before = (dataset / TABLE).read_bytes()
     put(dataset, lines[:-10])
     expected = (
-        f"{JOURNAL}: its end is missing: it has {len(lines) - 10} records, but had {len(lines)} "
-        "when its tables were made"
+        f"{JOURNAL}: the end of the journal is missing: it has {len(lines) - 10} records, "
+        f"but had {len(lines)} when its tables were made"
     )
     assert expected in told(verify(dataset))
     assert told(build_dataset(dataset)) == [expected]
@@ -279,7 +281,7 @@ def test_a_journal_forged_with_all_its_hashes_is_told_by_the_sidecar(dataset):
         forged.append(sound)
         before = made.hash
     put(dataset, forged)
-    assert "differ from the records from which its tables were made" in told(verify(dataset))[0]
+    assert "differ from the records from which the tables were made" in told(verify(dataset))[0]
 
 
 def test_a_journal_under_another_participants_name_is_not_taken_for_hers(dataset):

@@ -399,7 +399,7 @@ def test_a_journal_that_was_renamed_or_moved_is_refused(window, tmp_path, capsys
     for place in (tmp_path / path.name, path.with_name("sub-02_run-01_journal.jsonl")):
         place.write_bytes(path.read_bytes())
         assert main(["resume", str(place)]) == 2
-        assert "put it back" in capsys.readouterr().err
+        assert "restore that name" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(
