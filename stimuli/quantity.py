@@ -260,11 +260,11 @@ class Quantity:
     def value(self, level: float | str) -> str:
         """Format a level with its unit.
 
-        >>> PLATE_AMPLITUDE.value(0.5)
-        '0.5 µm'
+        >>> PLATE_AMPLITUDE.value(0.5), made_by_plate("duty cycle", "share", "").value(0.5)
+        ('0.5 µm', '0.5')
         """
         number = level if isinstance(level, str) else f"{level:g}"
-        return f"{number} {self.unit}".strip()
+        return number if self.unit == "share" else f"{number} {self.unit}".strip()
 
 
 def capitalised(text: str) -> str:

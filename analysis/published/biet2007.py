@@ -8,6 +8,7 @@ pp. 2678-2688. Numbers are strings, so that the printed decimals are kept.
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Iterable
 from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
@@ -73,6 +74,11 @@ BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row i
 def published_means() -> dict[float, float]:
     """Return the mean estimates in Table III, keyed by amplitude in µm peak to peak."""
     return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
+
+
+def covers(amplitudes_um_pp: Iterable[object]) -> bool:
+    """Return whether Table III contains every amplitude."""
+    return set(amplitudes_um_pp) <= set(BY_AMPLITUDE)
 
 
 def agrees(published: str, ours: float) -> bool:

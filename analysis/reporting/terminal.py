@@ -17,10 +17,9 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 
 def table3_table(analysis: Analysis) -> Table:
-    """Return Table III as a rich table; for the paper's study, include the published values."""
+    """Return Table III as a rich table; published values require the paper's amplitudes."""
     quantity = analysis.dataset.quantity
-    beside = biet2007.STUDY in analysis.dataset.details.get("study", ())
-    paper = biet2007.BY_AMPLITUDE if beside else {}
+    beside = quantity.of_plate and biet2007.covers(analysis.table3["amplitude_um_pp"])
     table = Table(
         title=f"Table III: normalised estimates ({analysis.rule}), here and in the paper"
         if beside
@@ -39,12 +38,12 @@ def table3_table(analysis: Analysis) -> Table:
         if beside:
             table.add_column(f"{title}\npaper", justify="right", style="dim")
     for amplitude, n, *values in analysis.table3.itertuples(index=False):
-        known = paper.get(amplitude)
         cells = [f"{amplitude:g}", str(n)]
         for name, value in zip(biet2007.STATISTICS, values, strict=True):
             # With one participant, there is no standard deviation.
             here = f"{value:.2f}" if math.isfinite(value) else "–"
-            cells += [here, getattr(known, name) if known else "–"] if beside else [here]
+            paper = [getattr(biet2007.BY_AMPLITUDE[amplitude], name)] if beside else []
+            cells += [here, *paper]
         table.add_row(*cells)
     return table
 

@@ -43,7 +43,7 @@ def _paragraphs(
 
 
 def _design(count: int, what: str) -> list[str]:
-    return [f"{counted(count, 'trial', 'trials')} of {what}"] if count else []
+    return [counted(count, f"{what} trial", f"{what} trials")] if count else []
 
 
 def _heading(name: str, head: str) -> list[Markup]:
@@ -82,7 +82,7 @@ def of_one_statistic(
         Function that splits the statistic's result into one result per task; by default, a tuple
         with one item per task.
     question, what, title : str
-        Question in the summary, noun for the trials, and heading of the results sentences.
+        Question in the summary, adjective for the trials, and heading of the results sentences.
     named : callable
         Returns the name of a task, with its label and condition.
     answers, remarks, doubts : callable

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 from slipscale.analysis.preprocessing import normalisation
 from slipscale.analysis.preprocessing.log_transform import Prepared
+from slipscale.analysis.published import biet2007
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.power_law import exponents
@@ -119,7 +120,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
                 groups=_groups(analysis, prepared),
             )
         }
-    if not prepared.geometric or figures.in_the_paper(analysis.cells, quantity):
+    if not prepared.geometric or (quantity.of_plate and biet2007.covers(analysis.cells.columns)):
         name = "table3" if prepared.geometric else "fig15"
         drawn[name] = figures.table3(analysis.cells, unit=unit, quantity=quantity)
     if inference.found(POWER_LAW) is not None:

@@ -161,7 +161,7 @@ def table3(
         zorder=4,
         label="arithmetic mean",
     )
-    if in_the_paper(cells, quantity):
+    if quantity.of_plate and biet2007.covers(cells.columns):
         paper = biet2007.published_means()
         axes.plot(
             amplitudes,
@@ -180,11 +180,6 @@ def table3(
     axes.set_ylim(bottom=0)
     axes.legend(loc="upper left")
     return figure
-
-
-def in_the_paper(cells: pd.DataFrame, quantity: Quantity) -> bool:
-    """Return whether the paper has a mean at every amplitude."""
-    return quantity.of_plate and set(cells.columns) <= set(biet2007.published_means())
 
 
 @styled

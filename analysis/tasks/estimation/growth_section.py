@@ -104,7 +104,9 @@ def _models(found: GrowthComparison, quantity: Quantity) -> Markup:
     rows, unit = [], f" {quantity.unit}".rstrip()
     for name, model in found.models.items():
         parameters = ", ".join(
-            f"{key} {value:.3g}".replace("-", "−").replace("_", " ")
+            f"{key} not determined".replace("_", " ")
+            if key in model.fit.at_bound
+            else f"{key} {value:.3g}".replace("-", "−").replace("_", " ")
             + ("" if key == "exponent" else unit)
             for key, value in model.fit.parameters.items()
         )

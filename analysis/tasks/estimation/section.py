@@ -10,7 +10,7 @@ from slipscale.analysis.published import biet2007
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.html import ReportSection, TableColumn
-from slipscale.analysis.writing.numbers import DASH, grouped, interval
+from slipscale.analysis.writing.numbers import grouped, interval
 
 
 def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
@@ -84,12 +84,10 @@ def textures(analysis: Analysis) -> Markup:
 
 
 def table3(analysis: Analysis) -> Markup:
-    """Return Table III, next to the published values of amplitudes that the paper also used."""
+    """Return Table III, next to the published values if the paper has all amplitudes."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
-    beside = quantity.of_plate and any(
-        amplitude in paper for amplitude in analysis.table3["amplitude_um_pp"]
-    )
+    beside = quantity.of_plate and biet2007.covers(analysis.table3["amplitude_um_pp"])
     titles, level = ("Mean", "Max. dev.", "SD"), 100 * analysis.dataset.choices.confidence
     first, interval_of = (quantity.title, quantity.short_unit), ("t-based", f"{level:g} % interval")
     columns = html.columns(first, "n", *titles, interval_of, "Median")
@@ -102,8 +100,7 @@ def table3(analysis: Analysis) -> Markup:
         low, high, median = described.loc[amplitude, ["mean_low", "mean_high", "median"]]
         row += [interval(low, high), grouped(median)]
         if beside:
-            known = paper.get(amplitude)
-            row += [getattr(known, name) if known else DASH for name in biet2007.STATISTICS]
+            row += [getattr(paper[amplitude], name) for name in biet2007.STATISTICS]
         rows.append(row)
     return html.table(
         columns,

@@ -120,7 +120,7 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     LIMITS,
     question="At which {q.level} does the answer change in series of {q.levels}?",
-    what="the method of limits",
+    what="method-of-limits",
     title="Method of limits",
     named=lambda task, _q: _named(task),
     answers=lambda task, level, q: [_threshold(task, level, q)],

@@ -208,7 +208,7 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     PRODUCTIONS,
     question="Which {q.levels} match given numbers for {q.judged}?",
-    what="magnitude production",
+    what="magnitude-production",
     title="Magnitude production",
     named=lambda task, _q: _title(task),
     answers=_answers,

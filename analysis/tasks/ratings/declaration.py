@@ -240,7 +240,7 @@ ANALYSIS = with_conditions(
         TRIALS,
         RATINGS,
         question="Where on a scale between two words do the {q.stimuli} lie?",
-        what="a rating scale",
+        what="rating",
         title="Rating scales",
         named=lambda task, _q: _title(task),
         answers=lambda task, _, q: [_answer(task, q)],

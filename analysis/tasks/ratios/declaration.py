@@ -138,7 +138,7 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     RATIOS,
     question="How many times as {q.adjective} as a standard is each {q.stimulus}?",
-    what="ratio judgement",
+    what="ratio-judgement",
     title="Ratio judgements",
     named=_title,
     answers=lambda task, level, q: [_answer(task, level, q)],

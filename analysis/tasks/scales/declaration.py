@@ -215,7 +215,7 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     SCALES,
     question="Where do the {q.stimuli} lie on a single scale of {q.judged}?",
-    what="paired comparison",
+    what="paired-comparison",
     title="Paired comparison",
     named=lambda task, _q: _title(task),
     answers=lambda task, _level, q: [_answer(task, q)],

@@ -127,7 +127,7 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     SIMILARITY,
     question="How different do pairs of {q.stimuli} feel, and along how many dimensions?",
-    what="dissimilarities",
+    what="dissimilarity",
     title="Dissimilarities",
     named=lambda task, _q: _named(task),
     answers=lambda task, _level, _q: [_answer(task)],

@@ -115,7 +115,7 @@ ANALYSIS = of_one_statistic(
     TRIALS,
     THRESHOLDS,
     question="What is the smallest {q.level}, or change in {q.level}, that can be felt?",
-    what="forced choice",
+    what="forced-choice",
     title="Thresholds",
     answers=lambda task, level, q: [sentences.answer(task, level, q)],
     named=sentences.title,

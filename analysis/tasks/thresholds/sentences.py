@@ -33,6 +33,9 @@ MEANT = {
     ),
 }
 
+#: Explanation of misfits if there are several sessions or conditions.
+POOLED = ", because each curve pools all sessions and conditions, whose differences count as misfit"
+
 
 def title(found: TaskThresholds, quantity: Quantity) -> str:
     """Return the name of a task in the report.
@@ -89,6 +92,8 @@ def _slopes(joint: PopulationThreshold) -> str:
     if isinstance(joint.sd_log_slope, NotComputed):
         return joint.sd_log_slope.reason
     times = significant(float(np.exp(joint.sd_log_slope)))
+    if times == significant(1.0):
+        return "participants' slopes are estimated to be equal"
     return f"participants' slopes differ by a factor of {times} (one SD)"
 
 
@@ -163,7 +168,11 @@ def remarks(task: TaskThresholds, confidence: float, quantity: Quantity) -> list
     fits = [each.fit for each in task.participants if each.fit]
     if fits:
         bad = sum(fit.p < 1 - confidence for fit in fits)
-        parts.append(f"{bad} of {len(fits)} curves fit poorly (p < {unit_number(1 - confidence)}).")
+        pooled = bad and task.population and isinstance(task.population.sd_log_slope, NotComputed)
+        parts.append(
+            f"{bad} of {len(fits)} individual curves fit poorly (p < "
+            f"{unit_number(1 - confidence)}){POOLED if pooled else ''}."
+        )
     catches = sum(each.catch_trials for each in task.participants)
     if catches:
         right = sum(each.catch_correct for each in task.participants)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from slipscale.analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE
+from slipscale.analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE, covers
 from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.experiments.participants.simulated_people import population
 
@@ -19,3 +19,9 @@ def test_the_simulated_population_feels_as_table_iii_says():
     assert tuple(BY_AMPLITUDE) == population.AMPLITUDE_UM_PP
     assert tuple(float(row.mean) for row in TABLE3) == population.MEAN_SENSATION
     assert tuple(float(row.standard_deviation) for row in TABLE3) == population.SD_SENSATION
+
+
+def test_published_values_are_shown_only_beside_the_papers_amplitudes():
+    assert covers([0.0, 1.2])
+    # 2.3 µm alone is in the paper, so its mean appeared beside those of another experiment.
+    assert not covers([0.6, 1.0, 1.5, 2.3])

@@ -2,7 +2,8 @@
 
 All models describe the logarithm of an estimate, log y = a_i + log f(x; θ) + error, with a separate
 factor exp(a_i) for each participant. The error is therefore proportional to the estimate, and the
-normalisation does not affect the result. The models are fitted to participants' mean logarithms at
+normalisation does not affect the result. If estimates fall, nothing is compared, because most of
+the functions cannot fall. The models are fitted to participants' mean logarithms at
 amplitudes above 0, where all models are defined, so that their information criteria can be
 compared.
 
@@ -308,6 +309,8 @@ def compare(
     if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
         return NotComputed("the estimates of each participant are all the same")
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
+    if fits["power"].parameters["exponent"] < 0:
+        return NotComputed(f"estimates fall with {quantity.name}, but growth functions rise")
     scores = {name: found.aicc for name, found in fits.items() if found.aicc is not None}
     if not scores:
         return NotComputed("there are too few points for the corrected Akaike criterion")

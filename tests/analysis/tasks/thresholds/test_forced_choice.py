@@ -1,6 +1,7 @@
 """Thresholds from trials of forced choice: recovered, and honest where there are too few."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -9,7 +10,7 @@ import pytest
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
-from slipscale.analysis.tasks.thresholds.sentences import remarks
+from slipscale.analysis.tasks.thresholds.sentences import POOLED, remarks
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
@@ -90,6 +91,31 @@ def test_a_participant_without_an_own_threshold_is_named_and_counts_in_the_popul
     assert LAPSES_UNKNOWN not in " ".join(remarks(caught, 0.95, PLATE_AMPLITUDE))
     compared = " ".join(remarks(replace(found, method="comparison"), 0.95, PLATE_AMPLITUDE))
     assert "just noticeable difference is too small (by 6 %" in compared
+
+
+def test_a_poor_fit_is_explained_if_each_curve_pools_conditions():
+    (found,) = thresholds(trials({"sub-01": 0.1, "sub-02": 0.12, "sub-03": 0.09}))
+    people = tuple(
+        replace(each, fit=SimpleNamespace(p=0.01 if place else 0.5, simulations=1))
+        for place, each in enumerate(found.participants)
+    )
+    poor = replace(found, participants=people)
+    text = "2 of 3 individual curves fit poorly (p < .05)"
+    assert remarks(poor, 0.95, PLATE_AMPLITUDE)[0] == f"{text}."
+    several = replace(poor.population, sd_log_slope=NotComputed("one slope"))
+    first, *_ = remarks(replace(poor, population=several), 0.95, PLATE_AMPLITUDE)
+    assert first == f"{text}{POOLED}."
+
+
+@pytest.mark.parametrize(
+    "sd, words", [(0.0, "estimated to be equal"), (0.3, "differ by a factor of 1.35 (one SD)")]
+)
+def test_equal_slopes_are_called_equal(sd, words):
+    (found,) = thresholds(trials({"sub-01": 0.1, "sub-02": 0.12, "sub-03": 0.09}))
+    own = replace(found, population=replace(found.population, sd_log_slope=sd))
+    assert f"participants' slopes {'are ' if sd == 0 else ''}{words}" in " ".join(
+        remarks(own, 0.95, PLATE_AMPLITUDE)
+    )
 
 
 def test_two_participants_have_thresholds_and_no_population():

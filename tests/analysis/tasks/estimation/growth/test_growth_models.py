@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from slipscale.analysis.tasks.estimation.growth.growth_models import fit
+from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.estimation.growth.growth_models import compare, fit
+from slipscale.analysis.tasks.estimation.growth_section import _models
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 STIMULI = np.array([0.5, 1.2, 2.3])
 
@@ -28,3 +32,19 @@ def test_a_doubling_stimulus_below_all_levels_is_not_determined():
     # where the function is a power law.
     bent = estimates(lambda x: np.exp(0.9 * np.log(x) - 0.1 * np.log(x) ** 2), noise=0.02)
     assert fit("ekman", STIMULI, bent).at_bound == ("doubling_stimulus",)
+
+
+def test_growth_functions_are_not_compared_if_estimates_fall():
+    # The threshold model fitted such data best, with both parameters at the limits of the search.
+    falling = pd.DataFrame(estimates(lambda x: x**-1.3), columns=STIMULI)
+    assert compare(falling) == NotComputed(
+        "estimates fall with amplitude, but growth functions rise"
+    )
+    assert compare(-falling).best in {"power", "ekman", "threshold"}
+
+
+def test_the_table_shows_no_value_for_a_parameter_at_a_limit():
+    bent = estimates(lambda x: np.exp(0.9 * np.log(x) - 0.1 * np.log(x) ** 2), noise=0.02)
+    table = str(_models(compare(pd.DataFrame(bent, columns=STIMULI)), PLATE_AMPLITUDE))
+    assert "doubling stimulus not determined" in table
+    assert "half saturation not determined" not in table
