@@ -1,6 +1,6 @@
 """Define the functions of ``import slipscale`` that combine several packages.
 
-`slipscale.load` and `slipscale.analyse` are `slipscale.analysis.load.load` and
+`slipscale.load` and `slipscale.analyse` are aliases of `slipscale.analysis.load.load` and
 `slipscale.analysis.pipeline.analyse`.
 """
 

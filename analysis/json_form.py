@@ -30,7 +30,7 @@ class HasJsonForm(Protocol):
     """A result whose keys differ from its field names."""
 
     def json_form(self) -> object:
-        """Return an object to write instead of the fields; its parts may be results."""
+        """Return an object to write instead of the fields; parts of this object may be results."""
         ...
 
 

@@ -58,7 +58,8 @@ def load(
         A data set folder, or a table in a text, Excel or SPSS file.
     mapping : TableMapping, optional
         Meaning of the columns. The default is read from ``analysis.toml`` in the folder or next to
-        the table. Without that file, the columns must have the names used by Slipscale.
+        the table. If ``analysis.toml`` does not exist, the columns must have the names used by
+        Slipscale.
     task : str, optional
         Task label, for data sets with several labels for magnitude estimation or descending
         difference. The default is the protocol's own label or, if it is absent, the
@@ -179,7 +180,7 @@ def _files(
     Raises
     ------
     UserError
-        If no task that is restricted to one label has the requested label.
+        If no kind of task of which only one label is analysed has the requested label.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:

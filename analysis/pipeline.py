@@ -51,15 +51,15 @@ def analyse(
     dataset : str, Path or Dataset
         A data set folder, a tidy table, or the result of `slipscale.analysis.load.load`.
     normalise : str, optional
-        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. By default, the rule in the
-        study file; without one, see `default_rule` in that module.
+        A key of `slipscale.analysis.preprocessing.normalisation.RULES`. The default is the rule in
+        the study file or, if none is set, `default_rule` in that module.
     equivalence_ratio : float, optional
         Ratio within which two amplitudes count as equal. By default, the ratio in the study file.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function as well, which requires the extra
         ``bayes``.
     progress : callable, optional
-        Called with a short description of the next step.
+        Function called with a short description of the next step.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def analyse(
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Return the data with the requested ratio, and a note if the study file sets another."""
+    """Return data with the requested equivalence ratio, and a note if the study sets another."""
     frozen = data.choices.equivalence_ratio
     if asked is None or asked == frozen:
         return data, []
@@ -193,7 +193,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
-    """Return the user's rule, else the study's, else the default, and notes about it."""
+    """Return the normalisation rule from user, study or default, with notes on the choice."""
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
         return asked, [

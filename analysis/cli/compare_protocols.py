@@ -1,6 +1,7 @@
 """Implement ``slipscale power`` for protocol comparisons and for thresholds by condition.
 
-The option ``--protocols`` compares protocols. Thresholds are compared for studies with factors.
+The option ``--protocols`` compares protocols. Thresholds by condition are compared for studies with
+factors.
 """
 
 from __future__ import annotations

@@ -221,7 +221,7 @@ def _answer(
 ) -> bool:
     """Write each answer as soon as it is available, starting with printed tests.
 
-    Returns whether any printed test is impossible.
+    Return whether any printed test is impossible.
     """
     import json  # noqa: PLC0415
 
@@ -288,7 +288,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
 def _known_across(
     columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
 ) -> Across | None:
-    """Return the answers across columns; None without a design or two columns with data sets."""
+    """Return conclusions across columns; None without a design or two columns with data sets."""
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]
@@ -296,7 +296,7 @@ def _known_across(
 
 
 def _across(columns: list[Solutions], design: Design, arguments: argparse.Namespace) -> Across:
-    """Return the answers across columns, and show progress."""
+    """Compute conclusions across columns, and show the progress."""
     from slipscale.analysis.reconstruction.answers import across, seconds_across  # noqa: PLC0415
     from slipscale.analysis.reconstruction.counts.problem import duration  # noqa: PLC0415
 
@@ -330,7 +330,8 @@ def _status(columns: list[Solutions]) -> int:
     Raises
     ------
     UserError
-        If a column could not be counted. All answers have already been written.
+        If the data sets of a column could not be counted. This error is raised after all answers
+        have been written.
     """
     if refused := [solutions for solutions in columns if solutions.refused]:
         labels = ", ".join(f"'{solutions.column.label}'" for solutions in refused)

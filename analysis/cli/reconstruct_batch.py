@@ -53,7 +53,7 @@ def run_batch(arguments: Namespace) -> int:
 
 
 def _earlier(path: Path, names: list[str], rows: Sequence[Row]) -> list[tuple[str, str]]:
-    """Read the existing verdicts, and remove an incomplete last line.
+    """Read the verdicts of an earlier run, and remove an incomplete last line.
 
     Raises
     ------

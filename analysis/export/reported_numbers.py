@@ -48,7 +48,7 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
 
 
 def _means_in_order(row: dict[str, Json]) -> dict[str, Json]:
-    """Replace the levels that key a summary's means with positions."""
+    """Convert a summary's means from a mapping keyed by level to a list."""
     means = row["means"]
     return row | {"means": list(means.values()) if isinstance(means, dict) else means}
 

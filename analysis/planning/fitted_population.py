@@ -2,8 +2,8 @@
 
 Estimates are normalised to 0-100 as in the analysis. At each amplitude, estimates are converted to
 standard normal deviates from their mid-ranks. The variance of the deviates is divided into the
-components of the model: trials, and people's intercepts and exponents. Intercepts and exponents are
-separated by the correlation between deviates at distant amplitudes.
+components of the model: trials, and people's intercepts and exponents. The correlation between
+deviates at distant amplitudes separates intercepts from exponents.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ class FittedPopulation:
     ----------
     population : Population
     fitted : Mapping
-        Field -> description of what it was fitted from.
+        Data from which each field was fitted, keyed by field.
     assumed : tuple of str
         Fields that the data do not determine; they keep the shipped defaults.
     """

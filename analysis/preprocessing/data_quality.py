@@ -144,7 +144,7 @@ def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
 
     The spread is larger at small amplitudes, so with a common spread, half of the participants with
     many answers would be flagged. With few people, the spread at one amplitude is uncertain. The
-    result therefore averages the common variance and the variance at the amplitude.
+    result therefore averages two variances: the common one and the variance at the amplitude.
     """
     pooled = _robust_sd(left)
     places, at = np.unique(what, return_inverse=True)

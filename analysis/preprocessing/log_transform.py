@@ -135,7 +135,8 @@ def prepare(
     estimates : DataFrame
         Trials with their ``normalised`` estimate, in order of presentation.
     choices : AnalysisChoices
-        Choices of the study; this function uses only the zero rule and stores the others.
+        Analysis choices; this function uses only the zero rule, and copies all choices to the
+        result.
     quantity : Quantity
         Quantity of the amplitudes.
     """

@@ -1,9 +1,9 @@
 """Normalise estimates to a common scale, using named rules.
 
 The paper states only that estimates "were multiplied in order to bring them to 100" (Section IV-B).
-This has several interpretations; docs/how-to/your-data.md compares them. Every rule except
-``modulus_equalisation`` divides by a positive number, so zeros remain zeros and the exponents of
-participants' power functions do not change.
+This statement has several interpretations, which docs/how-to/your-data.md compares. Every rule
+except ``modulus_equalisation`` divides by a positive number, so zeros remain zeros and the
+exponents of participants' power functions do not change.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Rule:
     top : float
         Normalised value of an estimate that equals the divisor.
     formula : str
-        Description for the report, with a placeholder for the quantity ``q``.
+        Description for the report, in which ``q`` is a placeholder for the quantity.
     zeros : str
         How the rule treats an estimate of zero.
     table3 : str
@@ -41,7 +41,7 @@ class Rule:
     needs : str
         What the data must contain, for the error message.
     unit : str
-        Unit of the result for axis labels, with a placeholder for the quantity ``q``.
+        Unit of the result for axis labels, in which ``q`` is a placeholder for the quantity.
     """
 
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
@@ -61,7 +61,8 @@ def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd
     -------
     DataFrame, shape (participants, amplitudes)
         The index contains participants, the columns contain amplitudes (µm peak to peak), both
-        sorted; NaN if there is no estimate. A list of columns gives one such block per column.
+        sorted; NaN if there is no estimate. If ``column`` is a list, each column has one such block
+        of means.
     """
     cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
     means = cells[column].mean()
@@ -214,8 +215,8 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Raises
     ------
     UserError
-        If the rule does not exist or requires data that are missing. The message names the
-        participants.
+        If the rule does not exist, or if participants lack data that the rule requires. The error
+        message lists these participants.
     """
     below = divisors(trials, rule)
     if below.isna().any():

@@ -19,7 +19,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
     Parameters
     ----------
     trials : DataFrame
-        Trials with a column ``log``.
+        Trials, with the logarithm of each estimate in the column ``log``.
     logs : DataFrame, shape (participants, amplitudes)
         Mean logarithms.
     """

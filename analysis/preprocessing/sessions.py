@@ -46,7 +46,7 @@ def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
 
 
 def pooled(data: Dataset) -> list[str]:
-    """Report that sessions are pooled, and where the report compares them."""
+    """Report that sessions are combined, and where the report compares sessions."""
     known = sessions_of(data)
     if len(known) < 2:  # noqa: PLR2004 - several
         return []

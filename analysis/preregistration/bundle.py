@@ -39,7 +39,7 @@ class Bundle:
     study_text : str
         Text of the study file, with a verified digest.
     damaged : tuple of str
-        One sentence per other file that was changed, removed or added after freezing.
+        One sentence per changed, removed or added file, except the manifest and the study file.
     """
 
     name: str

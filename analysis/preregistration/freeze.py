@@ -41,7 +41,8 @@ class Wanted:
     population : Population
         Population from which the simulated participants are drawn.
     stopping_rule : str
-        Rule for ending data collection. If empty, collection ends at the planned number.
+        Rule for ending data collection. If the rule is empty, data collection ends after the
+        planned number of participants.
     existing_data, sample_size : str
         Data that already exist, and the rationale for the sample size; empty if not stated.
     power : Path or None

@@ -28,9 +28,9 @@ class FrozenFile(FrozenTable):
 class Manifest(FrozenTable):
     """The manifest of a frozen plan.
 
-    ``normalisation`` and ``tests`` are the rule that `analyse` uses for simulated data from the
-    study, and the fields of `slipscale.analysis.statistics.statistic.Inference` that then have a
-    result. ``digest`` is the SHA-256 of all other fields, which contain the SHA-256 of every file.
+    ``normalisation`` is the rule that `analyse` uses for simulated data from the study; ``tests``
+    lists the fields of `slipscale.analysis.statistics.statistic.Inference` that then have a result.
+    ``digest`` is the SHA-256 of all other fields, which contain the SHA-256 of every file.
     """
 
     format: Literal[1] = FORMAT
@@ -59,7 +59,7 @@ class Manifest(FrozenTable):
         return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def signed(self) -> Manifest:
-        """Return a copy with its digest filled in."""
+        """Return a copy of the manifest with its ``digest`` computed."""
         return self.model_copy(update={"digest": self.computed_digest()})
 
     def text(self) -> str:

@@ -36,7 +36,7 @@ def render(
     analysis : Analysis
         Analysis of one simulated study.
     contents : Mapping
-        File name -> content, for all files except the page.
+        Content of all files except the page, keyed by file name.
     study : str
         The study file, or the name of a shipped study.
     people : str

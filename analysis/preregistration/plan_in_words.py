@@ -27,7 +27,7 @@ from slipscale.stimuli.quantity import Quantity
 
 
 def results_of(analysis: Analysis) -> dict[str, object]:
-    """Return each test's result or `NotComputed`, as in inference.json; other packages' last."""
+    """Return all tests' results (or `NotComputed`) as in inference.json, other packages' last."""
     found = analysis.inference
     return {each.key: found.results[each.key] for each in found.declared if each.test}
 
@@ -73,7 +73,7 @@ def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
 
 
 def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
-    """Return the values of the thresholds that belong to a flag."""
+    """Return the threshold values that apply to a quality flag."""
     own = [
         f"{name} = {getattr(thresholds, name):g}"
         for name, field in type(thresholds).model_fields.items()

@@ -4,8 +4,9 @@ Rules:
 
 - Two codes that form an obvious pair (`PAIRS`) are recognised. For any other pair, the user must
   declare which code means yes. Exactly one other code, which means no, may then occur.
-- Cells that match neither code are excluded and reported. If there are more than `FEW` such cells,
-  and their share exceeds `FEW_SHARE`, the column is probably not an answer column and is rejected.
+- Cells that match neither code are excluded and reported. If more than `FEW` cells, and more than a
+  share of `FEW_SHARE`, match neither code, the column is probably not an answer column and is
+  rejected.
 """
 
 from __future__ import annotations

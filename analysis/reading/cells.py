@@ -1,4 +1,4 @@
-"""Format cells and lists in messages: location, content and length."""
+"""Format table cells and long lists for messages."""
 
 from __future__ import annotations
 

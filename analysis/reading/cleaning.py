@@ -120,7 +120,7 @@ def numbers(
     Parameters
     ----------
     minimum : float
-        Smallest valid number. Smaller numbers, and numbers above `LARGEST`, are also invalid.
+        Smallest valid number. Numbers below this minimum or above `LARGEST` are also invalid.
     lost : str
         Description of the data that are excluded because of an invalid cell.
     """

@@ -28,22 +28,22 @@ class Dataset:
     name : str
         Title of the data set.
     estimates : DataFrame
-        Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp
-        estimate response_time scale_top modulus flag timed_out faulty``, one row per answered
-        main trial, in order of presentation. Empty if there are none.
+        Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp estimate
+        response_time scale_top modulus flag timed_out faulty``, one row per answered main trial, in
+        order of presentation. The table is empty without magnitude estimation.
     answers : DataFrame
         Main trials of magnitude estimation that were not voided, including unanswered ones. They
         are used to assess data quality.
     study_text : str
         Text of the study file used in the sessions; empty if it is not in the folder.
     textures : DataFrame
-        Answered main trials of textures, with their ``texture``. They are not included in
+        Answered main trials of textures, with their ``texture``. Texture trials are not included in
         ``estimates`` and ``answers``.
     differences : DataFrame
         Answered steps of the descending difference task.
     trials : Mapping
         Answered main trials of all other kinds of task, keyed by the name of their `TaskTrials`.
-        Kinds that were not run may be missing; use `of` to avoid errors.
+        Kinds that were not run may be missing; the method `of` returns an empty table for them.
     others : Mapping
         Main trials of tasks without a Slipscale analysis (a laboratory's own protocols), keyed by
         task label, as returned by `slipscale.analysis.reading.labelled_tasks.read_others`.

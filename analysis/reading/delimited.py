@@ -1,7 +1,7 @@
 """Read many small tables of one kind at once, with the file and line of every row.
 
 A study with thousands of participants has thousands of files. To avoid the overhead of parsing each
-file, files with the same header are joined and parsed together. Messages can still refer to the
+file, files with the same header are joined and parsed together. Error messages still contain the
 file and line of each row.
 """
 
@@ -72,7 +72,7 @@ class Problems:
         self.sentences.append(sentence)
 
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
-        """Add the first dozen of several similar sentences, and the number of further ones.
+        """Add the first dozen of several similar sentences, and the number of further sentences.
 
         ``total`` is the number of all sentences, if only the first `LISTED_PROBLEMS` are given.
         """
@@ -135,7 +135,7 @@ def read_tables(
         Columns to return if present; if empty, all columns are returned. ``NA`` and similar codes
         count as missing in the given columns, except in `TEXT`.
     problems : Problems, optional
-        Receives notes on omitted lines: empty lines and repeated headers between rows.
+        Collects notes on omitted lines: empty lines and repeated headers between rows.
 
     Returns
     -------
@@ -226,7 +226,7 @@ def _read_group(
 
 
 def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
-    """Split files into parts of about `PART_BYTES`, because pandas needs much more memory."""
+    """Split files into parts of about `PART_BYTES`, because pandas needs a multiple of this."""
     parts: list[list[tuple[int, Lines]]] = [[]]
     size = 0
     for entry in group:
@@ -306,7 +306,7 @@ def parse(
     """Parse rows; return all columns, or only ``columns`` if given.
 
     Columns in ``words`` and ``as_written`` are read as text. In ``words``, only empty cells and the
-    BIDS code count as missing.
+    BIDS code for missing values count as missing.
     """
     names = [name or f"unnamed {place}" for place, name in enumerate(lines.names)]
     missing = {name: NOT_AVAILABLE if name in columns else MISSING for name in names}

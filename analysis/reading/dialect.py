@@ -107,7 +107,7 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Parameters
     ----------
     cells : Mapping
-        Column -> distinct cell -> number of occurrences.
+        Number of occurrences of each distinct cell, keyed by column and cell.
     name : str
         Name of the file, for messages.
 

@@ -81,7 +81,7 @@ class ForeignTable:
     pairs : DataFrame
         Ratings of pairs; see `slipscale.analysis.tasks.similarity.reading`.
     participants : DataFrame
-        All participants, with ``group`` if given.
+        All participants, with their ``group`` if the table contains groups.
     sources : tuple of Source
         The files.
     """
@@ -308,7 +308,7 @@ def _one_row_per_answer(
 
 
 def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
-    """Return the method for fitting answers; empty for changes in one direction.
+    """Return the method for fitting answers; empty if all stimuli lie on one side of the reference.
 
     If stimuli are both below and above the reference, the trials are comparisons with a standard.
     Using only the size of the difference would cancel "more" answers below and above the reference.

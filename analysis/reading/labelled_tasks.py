@@ -1,8 +1,8 @@
 """Identify the kind of a task from its columns, because studies choose their own task labels.
 
-If a kind of task has several labels, each is analysed separately. Of magnitude estimation and
-descending difference (kinds with a `TaskTrials.label`), only one label is analysed, and other
-labels are reported.
+If a kind of task has several labels, each is analysed separately. However, only one label of
+magnitude estimation and of descending difference (kinds with a `TaskTrials.label`) is analysed, and
+their other labels are reported.
 """
 
 from __future__ import annotations
@@ -46,19 +46,19 @@ class TaskTrials:
     title : str
         Name of the kind in messages, after "trials of".
     belongs : callable
-        Function that returns whether a table with these columns contains such trials.
+        Function that returns whether a table with the given columns belongs to this kind of task.
     read : callable
         Function that reads tables; returns the answered main trials and the files.
     empty : callable
-        Function that returns an empty table with the same columns.
+        Function that returns an empty table with the columns of the answered trials.
     label : str
         Default label of the protocol, if only one label of the kind is analysed.
     divide : callable, optional
         Function that divides the rows into tables, keyed by their name in `Dataset`; by default,
         there is a single table.
     reasons : Mapping
-        Name of a count of omitted rows -> description; by default, practice, voided and unanswered
-        trials.
+        Descriptions of the counts of omitted rows, keyed by count; by default, practice, voided and
+        unanswered trials.
     """
 
     name: str
@@ -96,7 +96,7 @@ IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run
 
 
 def header_of(path: Path) -> frozenset[str]:
-    """Return a table's column names, as in a file with amplitudes in µm."""
+    """Return a table's column names, with amplitude columns named as for amplitudes in µm."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
     return frozenset(map(quantity_of(path).in_um, names))
@@ -117,7 +117,7 @@ def of_one_label(
     wanted: str | None,
     problems: Problems,
 ) -> Entries:
-    """Select the label to analyse, for a kind of which only one label is analysed.
+    """Return the tables of the task label that is analysed, and report the labels left out.
 
     Parameters
     ----------

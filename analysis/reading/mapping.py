@@ -61,7 +61,7 @@ class AnswerWords(FrozenTable):
     yes : str, optional
         Code for "yes"; required unless the codes are an obvious pair such as yes/no or 1/0.
     alternatives : {2, 3}, optional
-        Number of alternatives in a forced choice; "yes" then means correct.
+        Number of alternatives in a forced choice, in which "yes" means a correct answer.
     """
 
     yes: ColumnName | None = None
@@ -69,7 +69,7 @@ class AnswerWords(FrozenTable):
 
     @property
     def word(self) -> str:
-        """Word for "yes" in the report: the code, if it is a word."""
+        """Word for "yes" in the report: the code if it is a word, otherwise "yes"."""
         return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
@@ -112,11 +112,11 @@ class TableMapping(FrozenTable):
         ``dissimilarity``. A ``factor`` is a condition that varies within participants.
     stimulus : StimulusWords
         Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
-        the unit in the report, if its prefix differs.
+        the unit used in the report, if its prefix differs from the table's.
     answers : AnswerWords
         Code for yes, and number of alternatives in a forced choice.
     levels : dict
-        For a wide table (one row per participant): response column -> stimulus level.
+        Stimulus level of each response column, for a wide table (one row per participant).
     table : Cells
         Decimal mark and sheet, if they cannot be detected; ``only`` (column -> value) selects
         rows.
@@ -256,7 +256,8 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
     Raises
     ------
     UserError
-        If entries are invalid or inconsistent. The message lists them with the expected values.
+        If entries are invalid or inconsistent. The error message lists these entries and the
+        expected values.
     """
     try:
         return TableMapping.model_validate(table)

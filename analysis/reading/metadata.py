@@ -109,7 +109,7 @@ def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
 
 
 def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.DataFrame:
-    """Read ``participants.tsv``, except rows without a name; empty if it does not exist."""
+    """Read ``participants.tsv`` without unnamed rows; empty if the file does not exist."""
     path = folder / "participants.tsv"
     if not path.is_file():
         return pd.DataFrame({PARTICIPANT: pd.Series(dtype=str)})
@@ -129,7 +129,7 @@ def choices(
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
 ) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
-    """Read the study file: analysis choices, keys set, whether sessions used the file, text."""
+    """Read the study file: analysis choices, their keys, whether sessions used it, and text."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None, ""
@@ -162,7 +162,7 @@ def choices(
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
-    """Add other files that affect the results: title, code book and coders' files."""
+    """Add the files with the title, the code book and the coded answers to the sources."""
     names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
     sources += [
         Source(name, digest(read_bytes(folder / name)))

@@ -39,7 +39,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     labels : sequence of str
         All distinct labels.
     column, file : str
-        Names of column and file, for messages.
+        Names of the column and the file, for messages.
 
     Raises
     ------
@@ -78,8 +78,8 @@ def notes_on_answers(
     Parameters
     ----------
     frame : DataFrame
-        One row per answer, in the order of the file, with these three columns. Levels and answers
-        are numbers.
+        One row per answer, in the order of the file, with the columns named below. Levels and
+        answers are numbers.
     participant, level, answer, file : str
     """
     values = frame[answer].dropna()

@@ -45,7 +45,7 @@ class Lines:
     left_out: tuple[str, ...] = ()
 
     def renamed(self, name: Callable[[str], str], separator: str) -> Lines:
-        """Return the table with other column names."""
+        """Return the table with column names converted by ``name``."""
         names = tuple(map(name, self.names))
         if names == self.names:
             return self

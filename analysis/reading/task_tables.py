@@ -65,7 +65,7 @@ def task_trials(
     Parameters
     ----------
     name, title : str
-        See `TaskTrials`; counts are listed under the title.
+        See `TaskTrials`; the title also serves as the prefix of row counts.
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str

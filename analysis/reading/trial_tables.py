@@ -1,7 +1,7 @@
 """Declare the columns that the analysis reads from the table of each task.
 
-All column names for reading are declared in this module. Importing it fails if a name is not in the
-schema, so that renamed columns are noticed.
+All column names for reading are declared in this module. Importing this module fails if a name is
+not in the schema, so that renamed columns are noticed.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ def factor(given: str, wanted: str) -> float:
 
 
 def _readings(unit: str) -> list[tuple[str, int]]:
-    """Return all meanings of a unit as (base, power of ten): m is metre, mm millimetre."""
+    """Return all meanings of a unit as (base unit, power of ten), such as ("m", -3) for mm."""
     return [
         (base, power)
         for prefix, power in PREFIXES.items()

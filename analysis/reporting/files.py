@@ -111,7 +111,7 @@ def results(analysis: Analysis, software: Mapping[str, str]) -> Mapping[str, obj
     Parameters
     ----------
     software : Mapping
-        Name -> version of the software used.
+        Version of each software package used, keyed by name.
     """
     data = analysis.dataset
     named = data.quantity.columns

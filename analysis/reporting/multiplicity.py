@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FamilyOfTests:
-    """A family of tests, with the number of significant ones.
+    """A family of tests, with the number of significant tests.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def multiplicity(
     confidence : float
         Confidence level of the study; the level of every test is 1 - confidence.
     quantity : Quantity
-        Quantity of the levels, for the names of the families.
+        Quantity of the levels, used in the names of the families of tests.
     """
     level = round(1 - confidence, 12)
     tested = [

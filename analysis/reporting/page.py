@@ -27,7 +27,7 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
     Parameters
     ----------
     svgs : Mapping
-        Figure name -> SVG element, as returned by `figure_style.svg`.
+        SVG elements as returned by `figure_style.svg`, keyed by figure name.
     software : Mapping
         Name -> version of the software used.
     """
@@ -82,7 +82,7 @@ def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
 def sections(
     analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, str]
 ) -> list[html.ReportSection]:
-    """Return the sections of the page in reading order, without empty ones."""
+    """Return the page's sections in reading order, omitting empty sections."""
     of_kinds = [section(analysis, svgs) for kind in analysis.kinds for section in kind.sections]
     stated = [*answers(analysis), *(section.gist for section in of_kinds)]
     found = [

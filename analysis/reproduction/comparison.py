@@ -61,7 +61,7 @@ class Outcome:
     exact : int, optional
         Our value as an integer of any size, if ``ours`` may be rounded.
     text : str, optional
-        Our value as text, if it must not be rounded to nearest; used for bounds.
+        Our value as text, if it must not be rounded to the nearest number, as for bounds.
     """
 
     published: str | None

@@ -1,9 +1,10 @@
 """Report the number of raw data sets consistent with Table III, and conclusions from them.
 
-These numbers are not in the paper. They follow from Table III if ratings are whole numbers from 0
-to 100, for any assignment of ratings to participants. The paper does not state its
-standard-deviation convention, so the lowest and highest values cover both conventions. The reason
-gives the values for each convention, and the table that attains the bound (see `attained_bounds`).
+The paper does not contain these counts and conclusions. They follow from Table III if ratings are
+whole numbers from 0 to 100, for any assignment of ratings to participants. The paper does not state
+its standard-deviation convention, so the lowest and highest values cover both conventions. The
+reason given for an item contains the values for each convention, and the table that attains the
+bound (see `attained_bounds`).
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def bound(name: str, end: str) -> Outcome:
 
 
 def _bounded() -> dict[str, tuple[str, str]]:
-    """Return the items for bounds, with the name of the conclusion and the end of its range."""
+    """Return the conclusion, and "lowest" or "highest", for each item that is a bound."""
     pairs = [
         f"{test}.{one:g} um.{other:g} um"
         for one, other in combinations(AMPLITUDES_UM_PP, 2)

@@ -1,4 +1,4 @@
-"""Write the names and levels of a study's factors: "frequency", "180 Hz" for ``frequency_hz``."""
+"""Format names and levels of factors, such as "180 Hz" for level 180 of ``frequency_hz``."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def factor_name(factor: str) -> str:
 
 
 def factor_level(factor: str, level: str) -> str:
-    """Return a level with its factor's unit.
+    """Format a factor's level with its unit.
 
     >>> factor_level("frequency_hz", "180"), factor_level("hand", "left")
     ('180 Hz', 'left')

@@ -22,7 +22,7 @@ def make_folder(out: Path) -> None:
     Raises
     ------
     UserError
-        If a file with that name exists, or the folder cannot be created.
+        If the path is a file, or the folder cannot be created.
     """
     try:
         out.mkdir(parents=True, exist_ok=True)

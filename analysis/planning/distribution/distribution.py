@@ -55,8 +55,8 @@ class Conclusion:
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
-        Proportion of studies in which the conclusion holds. It does not hold in studies that could
-        not be analysed.
+        Proportion of studies in which the conclusion holds. Conclusions do not hold in studies that
+        could not be analysed.
     """
 
     name: str

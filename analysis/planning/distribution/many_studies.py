@@ -41,7 +41,7 @@ class StudyResult:
     seed : int
         Seed with which ``slipscale pilot STUDY --seed`` repeats exactly this study.
     found : Findings
-        Empty if the analysis rejected the data.
+        Results of the study; empty if the analysis rejected the data.
     refused : str
         Reason why the analysis rejected the data; empty if it did not.
     """
@@ -62,9 +62,10 @@ class ManyStudies:
         Path of a study file, or the name of a shipped study.
     population : Population
     participants, language
-        Replace the values in the study file.
+        Values that override the study file.
     seed : int or None
-        Replaces the seed in the study file. The seeds of all simulated studies are derived from it.
+        Random seed that overrides the study file; the seeds of all simulated studies are derived
+        from this seed.
     """
 
     study_name: str

@@ -51,10 +51,10 @@ class Findings:
     Parameters
     ----------
     numbers : Mapping
-        Name of each available result (``table3.0.5.mean``, ``power_law.exponent``) -> value.
+        Value of each available result, keyed by name (``table3.0.5.mean``, ``power_law.exponent``).
     conclusions : Mapping
-        Name (``friedman.p``) -> whether the conclusion holds: the p-value is below the significance
-        level, or the statement is true.
+        Whether each conclusion holds (a significant p-value, or a true statement), keyed by name,
+        such as ``friedman.p``.
     """
 
     numbers: Mapping[str, float] = field(default_factory=dict)

@@ -31,14 +31,15 @@ class Row:
     ----------
     condition : Condition
     power : Mapping
-        Test, or pair of neighbours -> proportion of studies with a significant result.
+        Proportion of studies with a significant result, keyed by test or pair of neighbouring
+        levels.
     decisive : tuple of str
         Tests that must reach the target: the primary omnibus test, all neighbouring pairs, and
         tests of factors with a simulated effect; all tests if there are none of these.
     false_alarms : Mapping
-        The same proportions, simulated without an effect.
+        Proportions as in ``power``, simulated without an effect.
     widths : Mapping
-        Name of an estimated quantity -> half-widths of its confidence interval.
+        Half-widths of the confidence interval, keyed by estimated quantity.
     steps : Mapping
         Results from catch steps; empty if not requested.
     unusable : Share
@@ -240,7 +241,7 @@ TITLES = {
 
 
 def test_title(name: str) -> str:
-    """Return the name of a test, or of a pair of levels or a factor, for readers."""
+    """Return the title of a test, a pair of levels or a factor for printed output."""
     return TITLES.get(name, name)
 
 

@@ -97,10 +97,10 @@ class Design:
 
     @property
     def mixed_tests(self) -> dict[str, tuple[str, str, str]]:
-        """Tests of factors in the mixed model -> factor, level, and key of `TERMS`.
+        """Factor, level and key of `TERMS` for each test of a factor in the mixed model.
 
-        Each level is compared with the factor's first. Empty unless the study names factors in its
-        tests, because every fit takes a fraction of a second.
+        Each level is compared with the factor's first level. The mapping is empty unless the study
+        lists factors in its tests, because each fit takes a fraction of a second.
         """
         if "factors" not in (self.choices.tests or ()):
             return {}

@@ -29,16 +29,17 @@ class Condition:
     repetitions : int
         Number of ratings per surface.
     effect : float
-        Factor for the population's effect. For 0.5, differences between mean sensations are halved.
+        Factor by which the population's effect is multiplied. The factor 0.5 halves the differences
+        between mean sensations.
     lapses, dropout : float
         Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
-        Exponent of the mean sensation above 0 µm. For 0, the population's curve is not changed.
+        Exponent of the mean sensation above 0 µm. A value of 0 keeps the population's curve.
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
-        Catch steps per series of the descending difference. If None, the study's number is used and
-        the precision from catch steps is not estimated.
+        Catch steps per series of the descending difference. If None, use the number in the study
+        file, and do not estimate the precision from catch steps.
     """
 
     participants: int

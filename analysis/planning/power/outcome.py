@@ -22,7 +22,7 @@ class Share:
     ----------
     value : float
     low, high : float
-        95 % interval (Wilson, 1927, J. Am. Stat. Assoc. 22, 209-212).
+        95 % interval (Wilson, 1927, JASA 22, 209-212).
     studies : int
     """
 
@@ -76,7 +76,7 @@ class Sums:
 
     @property
     def mean(self) -> float:
-        """Mean of the values; NaN if there are none."""
+        """Mean of the values; NaN if there are no values."""
         return self.total / self.n if self.n else math.nan
 
     @property
@@ -100,10 +100,11 @@ class Outcome:
     unusable : int
         Number of studies that `analyse` would reject.
     found : Mapping
-        Test, pair of neighbours ("0.5 - 1.2") or interim analysis ("look after 12") -> number of
-        studies with a significant result.
+        Number of studies with a significant result, keyed by test, pair of neighbouring levels
+        ("0.5 - 1.2") or interim analysis ("look after 12").
     widths : Mapping
-        Name of an estimated quantity ("exponent", "mean at 0.5") -> half-widths of its interval.
+        Half-widths of the confidence interval, keyed by estimated quantity ("exponent", "mean at
+        0.5").
     steps : Mapping
         Results from catch steps, see `slipscale.analysis.planning.power.yes_no_steps.precision`;
         empty if they were not requested.

@@ -24,13 +24,13 @@ TRIED = (5, 45)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Selection of shards: part ``number`` of ``of``, counted from 1. The default is all shards."""
+    """Shards to compute: part ``number`` of ``of`` parts, from 1. By default, all shards."""
 
     number: int = 1
     of: int = 1
 
     def takes(self, place: int) -> bool:
-        """Return whether the shard with this index belongs to the part."""
+        """Return whether the shard with this index belongs to this part of the grid."""
         return place % self.of == self.number - 1
 
 
@@ -116,7 +116,7 @@ def run_grid(
     scheduler : str, optional
         Address of a Dask scheduler to use instead of local processes.
     progress : callable, optional
-        Called with the number of finished shards and the total.
+        Function called with the number of finished shards and the total number.
 
     Returns
     -------

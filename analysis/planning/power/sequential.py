@@ -1,9 +1,9 @@
 """Set the significance level of each interim analysis so that the overall level is maintained.
 
-Uses Lan-DeMets alpha spending (1983, Biometrika 70, 659-663), with their spending functions for
-O'Brien-Fleming and Pocock boundaries. The levels follow from the recursive integration of
-Armitage, McPherson and Rowe (1969, J. R. Stat. Soc. A 132, 235-244), done by Gauss quadrature
-between the boundaries.
+The method is alpha spending (Lan and DeMets, 1983, Biometrika 70, 659-663), with the spending
+functions for O'Brien-Fleming and Pocock boundaries. The levels follow from the recursive
+integration of Armitage, McPherson and Rowe (1969, JRSS A 132, 235-244), computed by Gauss
+quadrature between the boundaries.
 """
 
 from __future__ import annotations

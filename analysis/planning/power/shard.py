@@ -95,12 +95,12 @@ class Shard:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of the identity, in hexadecimal."""
+        """SHA-256 of the shard's identity, in hexadecimal."""
         return hashlib.sha256(json.dumps(self.identity, sort_keys=True).encode()).hexdigest()
 
     @property
     def random_seed(self) -> int:
-        """Seed of everything that is drawn: the same for every analysis of the same people."""
+        """Random seed for people and answers: the same for all analyses of the same people."""
         design = replace(self.design, choices=AnalysisChoices(), alpha=SEEDED_ALPHA)
         return int(replace(self, design=design, looks=Looks()).digest, 16)
 

@@ -55,7 +55,7 @@ def print_power(design: Design, found: Sequence[Row], target: float) -> None:
 def _columns(
     design: Design, first: Row, target: float, *, brief: bool
 ) -> dict[str, Callable[[Row], str]]:
-    """Return the columns: headings, and functions that format a condition's value."""
+    """Return table columns, as functions that format a condition's value, keyed by heading."""
     columns: dict[str, Callable[[Row], str]] = {}
     amplitudes = [name for name in first.decisive if name not in design.factor_tests]
     for name in amplitudes[: 1 if brief else None]:

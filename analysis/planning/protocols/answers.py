@@ -1,6 +1,6 @@
 """Simulate answers in choice and ratio tasks, in the form that `analyse` reads.
 
-Simulated participants complete the real protocol without plate, screen or files. Their data are
+Simulated participants complete the real protocol without plate, screen or files. Simulated data are
 built and read with the same code as real data.
 """
 
@@ -43,7 +43,7 @@ class Answered(NamedTuple):
 
 
 class StudyAnswers(NamedTuple):
-    """Answers of all people in a simulated study (None without answers), and durations."""
+    """Answers (or None) and durations of all people in a simulated study."""
 
     people: list[Answered | None]
     minutes: list[float]
@@ -100,7 +100,7 @@ def _records(steps: list[BareStep]) -> list[Record]:
 
 
 def read_answers(study: ProtocolStudy, rows: pd.DataFrame) -> Answered | None:
-    """Parse the answers in a person's rows; return None without any answer."""
+    """Parse a person's answers, or return None if there are none."""
     if rows.empty or study.marks is None:
         return None
     if study.marks == RATIO:

@@ -44,7 +44,7 @@ class ConditionPower:
     factor, first, second : str
     change : float
         Ratio of the second threshold to the first, median across the participants of all studies.
-        For psychometric functions on a linear axis, the difference.
+        For psychometric functions on a linear axis, the median difference.
     power : Share
         Proportion of studies in which the thresholds differ significantly.
     without : float
@@ -189,7 +189,7 @@ def enough(
     """Return the smallest sufficient number of participants for each factor with an effect.
 
     From this number, the most powerful comparison between levels of the factor always reaches the
-    target. The value is None if no number does.
+    target. The value is None if no simulated number reaches the target.
     """
     simulated = {name for name, _, by in (*population.effects, *population.growths) if by != 1}
     sizes: dict[str, int | None] = {}

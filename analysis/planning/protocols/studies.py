@@ -1,7 +1,7 @@
 """Define the studies whose protocols are compared: estimated quantity, length and duration.
 
-The first task in a study that yields an exponent or a threshold is compared. Its number of trials
-is set so that the study takes the given time. Other tasks are unchanged.
+The first task in a study that yields an exponent or a threshold is compared. The number of trials
+of this task is set so that the study takes the given time. Other tasks are unchanged.
 """
 
 from __future__ import annotations
@@ -51,13 +51,13 @@ class ProtocolStudy:
     text : str
         Text of the study file, with the number of trials set.
     place : int
-        Index of the task that is compared, from 0.
+        Index of the compared task, counted from 0.
     task, title : str
         Label of the compared task, and title of its protocol.
     quantity : str
         The estimated quantity.
     marks : tuple of str or None
-        Columns of level and answer in the task's table; None for magnitude estimation.
+        Columns with the level and the answer in the task's table; None for magnitude estimation.
     amount : str
         The option that sets the number of trials.
     number : int
@@ -135,7 +135,7 @@ def protocol_study(name: str) -> ProtocolStudy:
 
 
 def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
-    """Return the quantity that a task estimates, and its columns; None without a quantity."""
+    """Return the quantity that a task estimates and the columns for this; each may be None."""
     own = (*protocol.design, *protocol.stimulus, *protocol.response)
     columns = {in_um(name) for name in own}
     if isinstance(options, MagnitudeEstimation):
@@ -155,7 +155,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
     Raises
     ------
     UserError
-        If the study takes too long even with the option `amount` set to 1.
+        If the study takes too long even if its number of trials, the option `amount`, is 1.
     """
     once = study.minutes(population)
     twice = study.with_number(2 * study.number).minutes(population)

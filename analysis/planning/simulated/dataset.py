@@ -1,6 +1,6 @@
 """Convert a simulated study to a data set that `analyse` can read.
 
-Used for tests that are not vectorised.
+This conversion is required for tests that are not vectorised.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def simulated_dataset(
     declared : bool
         Whether participants stated the maximum of their scale.
     conditions : sequence of Mapping
-        Factor -> level, for each condition of ``ratings``.
+        Level of each factor, for each condition of ``ratings``.
     """
     percent = ratings.percent[study]
     people, trials = percent.shape

@@ -51,7 +51,8 @@ class Task:
     repetitions, practice : int
         Number of ratings per surface in main trials, and in practice before them.
     order : {"blocked", "simple", "williams"}
-        Rule for the order of surfaces. Except with "simple", each repetition is followed by a rest.
+        Rule for the order of surfaces. Unless the order is "simple", a rest follows each
+        repetition.
     no_immediate_repeat : bool
         Whether the same surface is never presented twice in a row.
     trials_before : int

@@ -201,7 +201,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return the p-value of a t test against 0 per row, ignoring NaN; 1 for under three values."""
+    """Return each row's p-value in a t test against 0, ignoring NaN; 1 below three values."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)

@@ -55,7 +55,7 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
 
 
 def _without_emptied(frame: pd.DataFrame) -> pd.DataFrame:
-    """Drop columns of which all values were expanded into separate columns."""
+    """Drop columns whose values were all expanded into separate columns."""
     emptied = [
         name
         for name in frame.columns

@@ -24,7 +24,7 @@ def plan(analysis: Analysis) -> html.ReportSection:
 
 
 def summary(analysis: Analysis) -> str:
-    """Return the number of deviations, the plan, and what the comparison does not prove."""
+    """Return the number of deviations, the plan's name, and the limits of the comparison."""
     check = analysis.plan
     if check is None:
         return ""
