@@ -256,8 +256,8 @@ class Reconstruction:
 
         if number < 1 or seed < 0:
             raise UserError(
-                f"sample: number is {number}, expected 1 or more; seed is {seed}, "
-                "expected 0 or more"
+                f"sample: number is {number} and seed is {seed}; expected a number of 1 or more "
+                "and a seed of 0 or more"
             )
         found = {}
         for place, solutions in enumerate(self._solutions):

@@ -27,8 +27,11 @@ COLUMN_OPTIONS = {
     "response": ("COLUMN", "column with magnitude estimates"),
     "answer": ("COLUMN", "column with yes or no, instead of --response"),
     "yes_count": ("COLUMN", "column with the number of yes answers, instead of --answer"),
-    "n": ("COLUMN", "column with the total number of answers, with --yes-count"),
-    "reference": ("COLUMN", "column with the previous stimulus, with --answer (default: 0)"),
+    "n": ("COLUMN", "column with the total number of answers, used with --yes-count"),
+    "reference": (
+        "COLUMN",
+        "column with the previous stimulus, used with --answer (default: 0)",
+    ),
     "first": ("COLUMN", "for ratings of pairs: column with the first item"),
     "second": ("COLUMN", "for ratings of pairs: column with the second item"),
     "dissimilarity": ("COLUMN", "for ratings of pairs: column with the dissimilarity"),
@@ -55,7 +58,7 @@ class _Once(Action):
         option: str | None = None,
     ) -> None:
         if getattr(namespace, self.dest) is not None:
-            raise UserError(f"{option} is given twice; expected it once")
+            raise UserError(f"{option} is given twice; expected only once")
         setattr(namespace, self.dest, values)
 
 
@@ -144,7 +147,7 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
-        help="unit in the report, if the prefix differs, such as mPa for µPa",
+        help="unit used in the report, if its prefix differs, such as mPa for µPa",
     )
     group.add_argument(
         "--levels",

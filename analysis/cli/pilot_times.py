@@ -29,8 +29,8 @@ def add_times(parser: ArgumentParser) -> None:
         "--times",
         type=int,
         metavar="N",
-        help="simulate the study N times, and report the median and the 5 to 95 %% range of each "
-        "result, and how often each conclusion holds (default for --out: a new folder in "
+        help="simulate the study N times, and report the median and the 5th and 95th percentiles "
+        "of each result, and how often each conclusion holds (default for --out: a new folder in "
         "distributions/ in the pilot folder)",
     )
     group.add_argument(

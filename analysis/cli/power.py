@@ -35,8 +35,8 @@ AXES = {
     "lapses": "proportion of answers given at random (default: as in the population)",
     "dropout": "proportion of people who stop before the end (default: as in the population)",
     "exponent": "exponent of the mean sensation above 0 µm (default: the curve of the population)",
-    "catch_steps": "number of catch steps in each descending-difference series; with more of them, "
-    "the false-alarm rate is more precise",
+    "catch_steps": "number of catch steps in each descending-difference series; more catch "
+    "steps make the false-alarm rate more precise",
 }
 STUDIES = 1000
 SIZES = ("6,8,10,12,16,20,24,32",)
@@ -53,8 +53,8 @@ def add_power(parser: ArgumentParser) -> None:
     )
     grid = parser.add_argument_group(
         "the grid",
-        "one or more values each, such as 8,12 or 1 0.5, or a range such as 8:40:4; every "
-        "combination is simulated",
+        "options that take a list of values, such as 8,12 or 1 0.5, or a range such as 8:40:4; "
+        "every combination is simulated",
     )
     for axis, meaning in AXES.items():
         grid.add_argument(f"--{axis.replace('_', '-')}", metavar="VALUES", nargs="+", help=meaning)
@@ -131,7 +131,7 @@ def add_power(parser: ArgumentParser) -> None:
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_steps(parser)
     parser.add_argument(
-        "--out", type=Path, metavar="DIR", help="folder for a page, figures, CSV and JSON"
+        "--out", type=Path, metavar="DIR", help="folder for a page, figures, CSV and JSON files"
     )
 
 
@@ -196,7 +196,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
     if not found or not 1 <= int(found[1]) <= int(found[2]):
         raise UserError(f"--shard {text}: expected K/N with K from 1 to N, such as 3/20")
     if cache is None:
-        raise UserError(f"--shard {text}: expected --cache, with one folder that all parts share")
+        raise UserError(f"--shard {text}: expected --cache as well, with one folder for all parts")
     return Part(number=int(found[1]), of=int(found[2]))
 
 

@@ -200,7 +200,7 @@ def _check(arguments: argparse.Namespace) -> None:
             )
         return
     if arguments.sample < 1:
-        raise UserError(f"--sample is {arguments.sample}, expected 1 or more")
+        raise UserError(f"--sample {arguments.sample}: expected 1 or more")
     for name, writes in (
         ("html", "a page that contains samples"),
         ("json", "the counts and tests"),

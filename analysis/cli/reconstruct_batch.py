@@ -25,7 +25,7 @@ def run_batch(arguments: Namespace) -> int:
     if arguments.out is None:
         raise UserError("--batch needs --out FILE, the CSV file for the verdicts")
     if arguments.workers < 1:
-        raise UserError(f"--workers is {arguments.workers}, expected 1 or more")
+        raise UserError(f"--workers {arguments.workers}: expected 1 or more")
     others = ("sample", "long", "html", "json", "conclusions", "variants")
     if given := [f"--{name}" for name in others if getattr(arguments, name)]:
         raise UserError(f"--batch writes one verdict per row: omit {', '.join(given)}")

@@ -141,7 +141,7 @@ def _written(args: Namespace, power: Path | None) -> int:
         print(harmless(sentence))
     named = [file for file in plan.files if file.role == "named by the study"]
     for file in named:
-        print(harmless(f"includes {file.path}, which the study file names ({file.named_by})"))
+        print(harmless(f"includes {file.path}, named by {file.named_by} in the study file"))
     print(f"frozen  {args.out}: {plan.participants} participants, {len(plan.files) + 1} files")
     print(f"SHA-256 {plan.digest}")
     return DONE

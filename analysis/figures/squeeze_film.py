@@ -89,7 +89,7 @@ def film_figure() -> Figure:
         np.concatenate([state.mean_pressure[::-1], state.mean_pressure]),
         color=ORANGE,
         linestyle="--",
-        label="Reynolds equation (3) at 40 kHz: ours",
+        label="our solution of Reynolds equation (3) at 40 kHz",
     )
     lower.axhline(1 + finger_pressure, color=GREY, linestyle=":", linewidth=1.2)
     lower.text(

@@ -52,10 +52,10 @@ class FittedPopulation:
         """One line per fitted parameter, and a line with the assumed parameters."""
         values = self.population.model_dump()
         lines = [
-            f"fitted   {name} = {_shown(_value(values, name))}: {source}"
+            f"fitted   {name} = {_shown(_value(values, name))}, from {source}"
             for name, source in self.fitted.items()
         ]
-        return (*lines, f"assumed  {', '.join(self.assumed)}: the defaults")
+        return (*lines, f"assumed  default values of {', '.join(self.assumed)}")
 
 
 def fit_population(analysis: Analysis) -> FittedPopulation:
@@ -130,7 +130,7 @@ def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fi
         for share in shares
     ]
     values["shared"] = round(float(shares[int(np.argmin(misfit))]), 4)
-    return values, ("correlations of deviations at different amplitudes, between and within people")
+    return values, "correlations of deviations at different amplitudes, between and within people"
 
 
 def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray:
@@ -195,7 +195,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
         values["habits.carry_over"] = round(before.mean, 4)
     if drift and drift.interval.high < 0:
         values["habits.fatigue"] = round(min(-drift.mean, 0.1), 4)
-    return values, "analysis of order effects whose interval excludes 0"
+    return values, "order effects whose interval excludes 0"
 
 
 #: Functions that return fitted fields of the population (or its habits), and their source.

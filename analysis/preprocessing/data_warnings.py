@@ -67,8 +67,8 @@ def beyond_tops(data: Dataset) -> list[str]:
     who = sorted(data.estimates.loc[above, PARTICIPANT].astype(str).unique())
     sentence = (
         f"{int(above.sum())} of {len(above)} estimates are above their trial's declared "
-        f"scale top ({listed(who)}). They are used unchanged; check that the scale top was "
-        "declared for this scale."
+        f"scale top ({listed(who)}). These estimates are not changed; check that the scale "
+        "top was declared for this scale."
     )
     return [sentence]
 

@@ -32,8 +32,8 @@ def _exclude(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0),
-        sentence=f"Estimates of zero: {count}. Analyses of log estimates exclude them and describe "
-        "only estimates above zero; rank-based tests use every estimate.",
+        sentence=f"Estimates of zero: {count}. Analyses of log estimates exclude zeros and "
+        "describe only estimates above zero; rank-based tests use every estimate.",
     )
 
 
@@ -52,8 +52,9 @@ def _half_minimum(values: pd.Series[float]) -> PositiveEstimates:
     count = int((values <= 0).sum())
     return PositiveEstimates(
         values=values.where(values > 0, half),
-        sentence=f"Estimates of zero: {count}. They were replaced by {half:.4g}, half the smallest "
-        "positive normalised estimate, before logarithms were taken (zero rule: half_minimum).",
+        sentence=f"Estimates of zero: {count}. Zeros were replaced by {half:.4g}, half the "
+        "smallest positive normalised estimate, before logarithms were taken (zero rule: "
+        "half_minimum).",
     )
 
 

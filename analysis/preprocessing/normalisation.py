@@ -152,8 +152,8 @@ RULES: dict[str, Rule] = {
     "participant_largest_trial": Rule(
         divisor=_participant_largest_trial,
         formula="each participant's largest single estimate becomes 100",
-        table3="impossible with one trial per surface (as participant_maximum); possible with "
-        "several",
+        table3="impossible with one trial per surface, as for participant_maximum; possible with "
+        "several trials",
         source="common in haptics; the divisor grows with the number of repetitions",
         unit="% of the participant's largest estimate",
     ),
@@ -172,14 +172,14 @@ RULES: dict[str, Rule] = {
         "the group's geometric means do not change",
         zeros="remain zero; they are excluded from the mean logarithms",
         table3="cannot be decided from the table, which gives no geometric means",
-        source="Lane, Catania and Stevens (1961), J. Acoust. Soc. Am. 33, 160-167",
+        source="Lane, Catania and Stevens (1961), J Acoust Soc Am 33, 160-167",
         unit="equalised modulus",
     ),
     "standard_referenced": Rule(
         divisor=lambda trials: trials["modulus"],
         formula="each estimate divided by the number given to the standard, times 100",
         table3="not the paper's procedure: the paper mentions no standard",
-        source="Stevens (1956), Am. J. Psychol. 69, 1-25; ASTM E1697, external modulus",
+        source="Stevens (1956), Am J Psychol 69, 1-25; ASTM E1697, external modulus",
         needs="a number above 0 for the standard in every trial (column modulus)",
         unit="% of the standard",
     ),

@@ -213,7 +213,7 @@ def _of_rule(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 def _of_tests(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
     done, results = with_results(analysis), results_of(analysis)
     for name in bundle.manifest.tests:
-        result = results.get(name, NotComputed("the package that computes it is not installed"))
+        result = results.get(name, NotComputed("the package with this analysis is not installed"))
         if isinstance(result, NotComputed):
             yield f"{name} was planned but has no result: {result.reason}."
     for name in done:
@@ -247,7 +247,9 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
     name = analysis.dataset.choices.codebook
     used = {source.name: source.sha256 for source in analysis.dataset.sources}
     if name and used.get(name) != planned:
-        yield Deviation(kind="options", what=f"The code book {name} differs from the frozen one.")
+        yield Deviation(
+            kind="options", what=f"The code book {name} differs from the frozen code book."
+        )
 
 
 #: The checks, in the order of the report.

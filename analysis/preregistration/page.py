@@ -18,9 +18,9 @@ from slipscale.experiments.study.file import read_study
 
 PAGE = "plan.html"
 NOT_PROVED = (
-    "The SHA-256 values detect accidental changes. They do not prove the date, and anyone who "
-    "edits files can recompute them: deposit the bundle, or its digest, with a third party "
-    "that records the date."
+    "The SHA-256 values detect accidental changes, but do not prove the date, and anyone who edits "
+    "files can recompute these values. Therefore, deposit the bundle, or its digest, with a third "
+    "party that records the date."
 )
 
 
@@ -188,7 +188,7 @@ def _provenance(plan: Manifest) -> html.ReportSection:
             software,
             "Packages used in the analysis; packages.txt lists all installed packages.",
         ),
-        html.table(three, listed, "Every file except this page and manifest.json."),
+        html.table(three, listed, "All files of the plan except this page and manifest.json."),
         html.paragraph(NOT_PROVED, "note"),
     ]
     return section

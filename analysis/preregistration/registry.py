@@ -14,7 +14,7 @@ from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.trial import factor_level
 from slipscale.experiments.study.model import Study
 
-NOT_STATED = "Not stated. State it with slipscale study freeze {option}."
+NOT_STATED = "Not stated; to state this, use slipscale study freeze {option}."
 BLINDING = (
     "The computer generates trial orders from the study's seed. The participant's and operator's "
     "screens do not show the surface unless the operator unblinds the session."

@@ -130,8 +130,8 @@ def of_one_label(
     label = wanted if wanted is not None and wanted in tasks else usual
     if left := sorted(set(tasks) - {label}):
         problems.add(
-            f"{kind.title} occurs under several labels: '{label}' is analysed, "
-            f"{' and '.join(repr(each) for each in left)} left out; to analyse the latter, run "
+            f"{kind.title} occurs under several labels: only '{label}' is analysed, without "
+            f"{' and '.join(repr(each) for each in left)}; for another label, run "
             f"slipscale analyse --task {left[0]}"
         )
     return tasks.get(label, [])

@@ -159,7 +159,7 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(set(columns) - pair - others or self.levels),
-                "expected ratings of pairs without stimulus, response and levels",
+                "ratings of pairs cannot be combined with a stimulus, a response or levels",
             ),
         )
 
@@ -193,20 +193,20 @@ class TableMapping(FrozenTable):
                 or bool(columns.yes_count and columns.answer),
                 (
                     "expected both yes_count and n (numbers of yes answers and of all answers), "
-                    "and no answer"
+                    "but no column of answers"
                 ),
             ),
             (
                 bool(columns.response) and answers != AnswerWords(),
-                "expected yes and alternatives only with a column of answers",
+                "the options yes and alternatives require a column of answers",
             ),
             (
                 bool(columns.yes_count and answers.yes),
-                "expected yes only with a column of answers, because counts have no codes",
+                "the code for yes requires a column of answers, because counts have no codes",
             ),
             (
                 bool(columns.reference and columns.response),
-                "expected a reference only with a column of answers (yes and no)",
+                "a reference requires a column of answers (yes and no)",
             ),
         )
 

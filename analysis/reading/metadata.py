@@ -119,7 +119,7 @@ def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.
     unnamed = frame[PARTICIPANT].isna()
     if unnamed.any():
         lines = listed_lines(frame.loc[unnamed, "line"].tolist())
-        problems.add(f"{path.name}, {lines}: no participant_id, so left out")
+        problems.add(f"{path.name}, {lines}: no participant_id; the rows are omitted")
     return frame[~unnamed].drop(columns=["file", "line"]).reset_index(drop=True)
 
 

@@ -198,7 +198,7 @@ def only_named(
         words &= ~quoted
     if absent.any():
         lines = listed_lines(frame.loc[absent, "line"].tolist())
-        problems.add(f"{name}, {lines}: no {identifier}, so left out")
+        problems.add(f"{name}, {lines}: no {identifier}; the rows are omitted")
     if words.any():
         names = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())

@@ -142,5 +142,5 @@ def above_zero(values: pd.Series[float], what: str, problems: Problems) -> pd.Se
     """Remove values of 0, which have no logarithm, and report their number."""
     zero = values == 0
     if zero.any():
-        problems.add(f"{int(zero.sum())} {what} are 0, cannot form a ratio and are omitted")
+        problems.add(f"{int(zero.sum())} {what} are 0; they cannot form a ratio and are omitted")
     return values.mask(zero)

@@ -83,7 +83,10 @@ def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence
     """Return the ratings in a table, after checking that they are consistent with Table III."""
     for solutions, row in zip(concerned, table, strict=bool(table)):
         if not gives_what_is_printed(solutions.column, row):
-            raise ValueError(f"{RECORDED.name}: {name}: {solutions.column.label} is not Table III")
+            raise ValueError(
+                f"{RECORDED.name}: {name}: {solutions.column.label} is not consistent with "
+                "Table III"
+            )
     return as_table(*(np.array(row) for row in table))
 
 

@@ -25,8 +25,8 @@ def alpha() -> Outcome:
         published="1.81",
         ours=BeamSection.printed().alpha,
         unit="",
-        reason="123 GPa divided by Table II's c11p of 67.9 GPa; Appendix B's 73.4 GPa would give "
-        "1.67",
+        reason="123 GPa divided by c11p = 67.9 GPa from Table II; c11p = 73.4 GPa from Appendix B "
+        "would give 1.67",
     )
 
 
@@ -39,7 +39,7 @@ def c11p() -> Outcome:
         ours=P1_91.plane_strain_pa / 1e10,
         unit="1e10 Pa",
         reason=(
-            "s11/(s11² - s12²) from Appendix B, which is inconsistent with Table II. As in the "
+            "computed as s11/(s11² - s12²) from Appendix B, which contradicts Table II. As in the "
             "paper, the beam model uses Table II and the finite-element model Appendix B"
         ),
     )
@@ -79,9 +79,9 @@ def plate_half_wave() -> Outcome:
         ours=Layout.prototype().length_mm / 8,
         unit="mm",
         reason=(
-            "83 mm divided by 8 is 10.375 mm. This is not the distance between nodal lines, "
-            "because the ends are free; in the middle of our finite-element mode, the distance "
-            "is 11.4 mm"
+            "the plate's length of 83 mm, divided by 8. This is not the distance between nodal "
+            "lines, because the ends are free; in the middle of our finite-element mode, the "
+            "distance is 11.4 mm"
         ),
     )
 

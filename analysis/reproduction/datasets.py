@@ -76,8 +76,8 @@ def tables(convention: str) -> Outcome:
         unit="tables",
         reason=(
             f"{exact:,} tables with the {convention} standard deviation: the product of the "
-            "columns' counts with participants distinguished, because any pairing of columns "
-            "is possible"
+            "columns' counts with participants distinguished, because columns can be paired in "
+            "any order"
         ),
     )
 

@@ -63,7 +63,7 @@ def reynolds(amplitude_um_pp: float) -> Outcome:
         published=None,
         ours=ours,
         unit="p0",
-        reason=f"equation (3) in full; the closed form (13) gives {closed:.5f}, "
+        reason=f"from the full equation (3); the closed form (13) gives {closed:.5f}, "
         f"{closed / ours:.2f} times as much",
     )
 
@@ -135,7 +135,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_above_the_finger, closed_form=True),
         "some",
         "of contact",
-        "'some zones of the fingerprint' press harder than the finger's 0.5 N: closed form",
+        "closed form: 'some zones of the fingerprint' press harder than the finger's 0.5 N",
         rule=some,
     ),
     "fig4.zones.reynolds": item(

@@ -77,7 +77,7 @@ def _peak() -> Harmonic:
 
 _TWIN = (
     "measured in the paper; our value comes from the simulated twin, which is set to the "
-    "paper's. The finite-element model gives 34.06 kHz and 3.23 µm p-p. A glue softer "
+    "published value. The finite-element model gives 34.06 kHz and 3.23 µm p-p. A glue softer "
     "than ideal may cause the difference, as the paper also conjectures (Section IV-A); "
     "this was not measured"
 )

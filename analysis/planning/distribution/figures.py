@@ -60,7 +60,7 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
 
 @styled
 def curves_figure(found: Distribution) -> Figure:
-    """Plot the mean curve of Fig. 15 for a sample of studies, with median and 5 to 95 % range."""
+    """Plot the mean curve of Fig. 15 for a sample of studies, with median and percentiles."""
     figure, axes = canvas(size=(5.6, 4.0))
     amplitudes = np.array(found.amplitudes_um_pp)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]
@@ -73,7 +73,7 @@ def curves_figure(found: Distribution) -> Figure:
         amplitudes,
         [spread.p5 for spread in spreads],
         [spread.p95 for spread in spreads],
-        color=BLUE, alpha=0.15, linewidth=0, label="5 to 95 % of the studies",
+        color=BLUE, alpha=0.15, linewidth=0, label="5th to 95th percentile of the studies",
     )  # fmt: skip
     medians = [spread.median for spread in spreads]
     axes.plot(amplitudes, medians, color=BLUE, marker="o", markersize=6, label="median")

@@ -137,8 +137,8 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
         table.blocks += [
             html.figure(
                 svg(figures["table3"], salt="table3"),
-                "Median and 5 to 95 % range across studies for each cell of Table III. Diamonds "
-                "are the published values.",
+                "Median, 5th and 95th percentile of all studies for each cell of Table III. "
+                "Diamonds are the published values.",
                 "Median and range of means, maximum deviations and standard deviations",
             ),
             _cells(found),
@@ -154,7 +154,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
             html.figure(
                 svg(figures["results"], salt="results"),
                 f"Number of studies that gave each value, for at most the first {PANELS} "
-                "results. Line: median; band: 5 to 95 % of the studies.",
+                "results. Line: median; band: 5th to 95th percentile of the studies.",
                 "Histograms of results across studies",
             )
         )

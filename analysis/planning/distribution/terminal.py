@@ -22,7 +22,7 @@ def percent(share: float) -> str:
 
 
 def values(spread: Spread) -> tuple[str, str, str, str]:
-    """Format the number of studies with a result, its median, and its 5 and 95 % quantiles."""
+    """Format the number of studies with a result, its median, and its 5th and 95th percentiles."""
     numbers = (spread.median, spread.p5, spread.p95)
     median, p5, p95 = (f"{value:.4g}" for value in numbers)
     return str(spread.studies), median, p5, p95
@@ -39,7 +39,7 @@ def sentences(found: Distribution) -> list[str]:
     lines = [
         (
             f"{number} studies of {found.participants} participants each, {whose}, were simulated "
-            f"{how} and analysed as by slipscale analyse. No person took part."
+            f"{how} and analysed as in slipscale analyse. No person took part."
         ),
         (
             f"All seeds are derived from {found.seed}. To repeat the first study as a pilot, use "
@@ -68,8 +68,8 @@ def _paper(found: Distribution) -> str:
             total += 1
             inside += cell.p5 <= float(getattr(row, statistic)) <= cell.p95
     return (
-        f"{inside} of the {total} published cells are within the 5 to 95 % range of the simulated "
-        "studies."
+        f"{inside} of the {total} published cells are between the 5th and 95th percentiles of the "
+        "simulated studies."
     )
 
 
@@ -78,7 +78,7 @@ def print_distribution(found: Distribution) -> None:
     target = Console()
     head = {"title_justify": "left", "title_style": "bold", "box": box.SIMPLE_HEAD}
     if found.amplitudes_um_pp:
-        cells = Table(title="Table III: median (5 to 95 % of the studies)", **head)  # type: ignore[arg-type]
+        cells = Table(title="Table III: median (5th to 95th percentile of the studies)", **head)  # type: ignore[arg-type]
         cells.add_column(f"{found.quantity.name}\n{found.quantity.unit_in_short}", justify="right")
         for title in STATISTICS.values():
             cells.add_column(title.lower(), justify="right", no_wrap=True)
@@ -96,7 +96,7 @@ def print_distribution(found: Distribution) -> None:
             chief.add_row(escape(words), *values(spread))
         target.print(chief)
     if found.conclusions:
-        shares = Table(title="Proportion of studies in which it holds", **head)  # type: ignore[arg-type]
+        shares = Table(title="Proportion of studies in which each conclusion holds", **head)  # type: ignore[arg-type]
         shares.add_column("")
         shares.add_column("studies", justify="right", no_wrap=True)
         for each in found.conclusions:

@@ -218,7 +218,7 @@ def sentence(design: Design, row: Row) -> str:
     if alarms:
         parts.append(
             f"without an effect, {test_title(row.decisive[0])} was significant in "
-            f"{alarms.value:.1%} ({alarms.low:.1%} to {alarms.high:.1%})"
+            f"{alarms.value:.1%} of studies ({alarms.low:.1%} to {alarms.high:.1%})"
         )
     width = row.widths["exponent"].mean
     if math.isfinite(width):

@@ -55,7 +55,9 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
         # The legend is placed above the axes, because curves may be anywhere inside.
         figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
     if len(curves) > CURVES:
-        axes.set_title(f"the first {CURVES} of {len(curves)} conditions", fontsize=8.5)
+        axes.set_title(
+            f"Only the first {CURVES} of {len(curves)} conditions are shown", fontsize=8.5
+        )
     return figure
 
 

@@ -22,7 +22,7 @@ class Share:
     ----------
     value : float
     low, high : float
-        95 % interval (Wilson, 1927, JASA 22, 209-212).
+        95 % interval (Wilson, 1927, J Am Stat Assoc 22, 209-212).
     studies : int
     """
 

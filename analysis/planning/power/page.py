@@ -87,7 +87,7 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
         html.figure(
             svg(precision_figure(found), salt="precision"),
             "Half-width of the confidence interval for the group exponent.",
-            "A map of half-widths by participants and ratings per surface",
+            "A map of half-widths by number of participants and ratings per surface",
         ),
     ]
     if found[0].steps:

@@ -103,8 +103,8 @@ def _of_factors(design: Design) -> list[str]:
         )
     if some := [name for name in absent if name in bounded]:
         lines.append(
-            f"{', '.join(some)}: no change in growth is simulated, but this interaction exists. "
-            "Answers end at the top of the scale, so an effect is a smaller ratio near the top."
+            f"{', '.join(some)}: without any simulated change in growth, there is an interaction, "
+            "because answers end at the top of the scale, where an effect is a smaller ratio."
         )
     if mixed := design.mixed_tests:
         lines.append(

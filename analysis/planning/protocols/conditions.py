@@ -214,7 +214,7 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
         (
             "The report's model can have more power: with 6 people and 40 answers per condition, "
             "it found a large simulated difference in 51 % of 100 studies; the t tests, in 18 %. "
-            "Without a difference, each was significant in 3 % (benchmarks.threshold_tests)."
+            "Without a difference, each test was significant in 3 % (benchmarks.threshold_tests)."
         ),
     ]
     sizes = enough(found, population, target)

@@ -50,7 +50,7 @@ class ProtocolPrecision:
     half_width_percent, error : float
         Mean half-width of the 95 % interval in % of `value`, and its Monte Carlo standard error.
     low, high : float
-        5 and 95 % quantiles of the half-widths.
+        5th and 95th percentiles of the half-widths.
     without : float
         Proportion of studies in which fewer than three participants have a value, so that no
         interval can be computed.

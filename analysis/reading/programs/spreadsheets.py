@@ -61,7 +61,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     chosen = [found for found in filled if sheet is None or found.title == sheet]
     if len(chosen) != 1:
         sheets = ", ".join(f"'{found.title}'" for found in filled) or "none with rows"
-        expected = "the name of one of them (--sheet)" if sheet is None else f"a sheet '{sheet}'"
+        expected = "the name of one sheet (--sheet)" if sheet is None else f"a sheet '{sheet}'"
         raise UserError(f"{path}: the sheets are {sheets}; expected {expected}")
     (table,) = chosen
     if table.merged_cells.ranges:

@@ -45,9 +45,9 @@ def tests_made(analysis: Analysis) -> ReportSection:
                 ]
                 for family in found.families
             ],
-            "All tests with a p-value. The last column shows how many remain significant if Holm's "
-            "correction is applied to the whole report. Checks of assumptions and goodness of fit "
-            "are not counted.",
+            "All tests with a p-value. The last column shows how many tests remain significant if "
+            "Holm's correction is applied to the whole report. Checks of assumptions and goodness "
+            "of fit are not counted.",
         )
     )
     return section

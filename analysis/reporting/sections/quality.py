@@ -85,7 +85,7 @@ def quality(analysis: Analysis) -> ReportSection:
                 html.columns("Participant", "Flags (measure)", "Analysis", left=3),
                 rows,
                 f"Flagged: {len(flagged)} of {len(flags)} participants. {meanings}."
-                + (f" {more} more are in quality.csv." if more else ""),
+                + (f" Participants listed only in quality.csv: {more}." if more else ""),
             )
         )
     if len(analysis.robustness) > 1:
@@ -124,7 +124,7 @@ def _each(analysis: Analysis) -> list[Markup]:
             "Results of each participant."
             + (" Exponents are descriptive." if "exponent" in known else "")
             + (" d′ and c are in individuals.csv." if "d_prime" in own and not sensitive else "")
-            + (f" {more} more are in individuals.csv." if more > 0 else ""),
+            + (f" Participants listed only in individuals.csv: {more}." if more > 0 else ""),
         )
     ]
 

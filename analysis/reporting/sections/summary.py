@@ -76,8 +76,8 @@ def _doubts(analysis: Analysis) -> list[str]:
     if flagged:
         found.append(
             f"{flagged} of {len(analysis.flags)} participants showed an unusual response pattern. "
-            "The section “Participants and data quality” lists them and repeats the main results "
-            "without them."
+            "The section “Participants and data quality” lists these participants and shows the "
+            "main results without them."
         )
     return found
 
@@ -92,7 +92,7 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
         f"{capitalised(quantity.perceived)} against {quantity.in_full}. "
         f"{_lines(analysis) if geometric else 'Arithmetic means.'} "
         f"Normalisation: {analysis.rule}.",
-        f"Line chart of {kind} {quantity.judged}: "
+        f"Line chart of {kind} {quantity.judged}, with these values: "
         + ", ".join(f"{grouped(mean, 1)} at {quantity.value(level)}" for level, mean in means),
     )
 

@@ -43,7 +43,7 @@ def test_the_mapping_that_is_written_stands_for_the_options(tmp_path, capsys):
         (["--map"], "--map: expected options for the columns as well"),
         (
             [*OPTIONS, "--sheet", "x", "--reference", "loud"],
-            "a reference only with a column of answers",
+            "a reference requires a column of answers",
         ),
     ],
 )

@@ -178,7 +178,7 @@ CHANGES = {
     "code book": (
         lambda root: edited(root / "data" / "words.toml", '"slip"', '"slid"'),
         "options",
-        "The code book words.toml differs from the frozen one.",
+        "The code book words.toml differs from the frozen code book.",
     ),
     "page": (
         lambda root: edited(root / "plan" / "plan.html", "whatever the results", "or so"),

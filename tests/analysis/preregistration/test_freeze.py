@@ -123,7 +123,7 @@ def test_the_page_answers_what_registries_ask(frozen):
     ):
         assert words in page, words
     unstated = (frozen / "plan" / "plan.html").read_text()
-    assert "Not stated. State it with slipscale study freeze --existing-data TEXT." in unstated
+    assert "Not stated; to state this, use slipscale study freeze --existing-data TEXT." in unstated
 
 
 def test_a_power_below_the_target_gets_a_remark(frozen, tmp_path):

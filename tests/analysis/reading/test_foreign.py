@@ -182,7 +182,7 @@ def test_what_map_writes_is_what_load_reads(tmp_path):
         ({"columns": {"participant": "a", "stimulus": "a", "response": "b"}}, "a is used twice"),
         (
             {"columns": {"participant": "a", "stimulus": "s", "response": "b", "reference": "c"}},
-            "a reference only with a column of answers",
+            "a reference requires a column of answers",
         ),
         ({"columns": {"participant": "a", "response": "b"}, "levels": {"x": 1}}, "either levels"),
         (

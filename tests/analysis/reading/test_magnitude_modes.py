@@ -171,8 +171,13 @@ def test_a_test_that_the_study_did_not_choose_is_not_made(folder):
 BAD = {
     "above the line": ("line", "rating", "120", "ratings are above the maximum (100,"),
     "below the line": ("line", "rating", "-3", "'-3' instead of a number of 0 or more"),
-    "no ratio": ("ratios", "ratio", "0", "1 ratios are 0, cannot form a ratio"),
-    "no amplitude": ("made", "produced_um_pp", "0", "1 productions are 0, cannot form a ratio"),
+    "no ratio": ("ratios", "ratio", "0", "1 ratios are 0; they cannot form a ratio"),
+    "no amplitude": (
+        "made",
+        "produced_um_pp",
+        "0",
+        "1 productions are 0; they cannot form a ratio",
+    ),
     "no number": ("made", "produced_um_pp", "much", "'much' instead of a number"),
 }
 

@@ -208,7 +208,7 @@ def test_the_command_writes_page_figures_and_tables(tmp_path, study, capsys):
     words = ["pilot", study, "--times", "3", "--out", str(out)]
     assert commands.main(words) == 0
     told = capsys.readouterr().out
-    assert "median (5 to 95 % of the studies)" in told
+    assert "median (5th to 95th percentile of the studies)" in told
     record = json.loads((out / "distribution.json").read_text())
     with (out / "studies.csv").open() as file:
         studies = list(csv.DictReader(file))

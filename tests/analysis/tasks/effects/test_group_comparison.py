@@ -143,7 +143,7 @@ def test_a_second_factor_is_refused_in_one_sentence(tmp_path, capsys):
     path.write_text("who,level,said,g,h\n")
     words = ["analyse", str(path), "--participant", "who", "--stimulus", "level"]
     assert main([*words, "--response", "said", "--group", "g", "--group", "h"]) == 2
-    assert "--group is given twice; expected it once" in capsys.readouterr().err
+    assert "--group is given twice; expected only once" in capsys.readouterr().err
     with pytest.raises(UserError, match=r"columns\.group"):
         parse_mapping({"columns": COLUMNS | {"group": [f"f{i}" for i in range(10)]}}, "here")
 
