@@ -26,8 +26,6 @@ T = TypeVar("T")
 def installed(group: str) -> Mapping[str, EntryPoint]:
     """Return the entry points in a group, sorted by name.
 
-    Results are cached, because searching all installed packages takes about 15 ms.
-
     Raises
     ------
     UserError
@@ -49,10 +47,7 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
 
 @cache
 def package_of(point: EntryPoint) -> str:
-    """Return the name of the package that provides a plug-in.
-
-    Results are cached, because reading the metadata of a package takes 2 ms.
-    """
+    """Return the name of the package that provides a plug-in."""
     return point.dist.name if point.dist else "no package"
 
 

@@ -78,10 +78,7 @@ class Faults(ValueError):
 
 
 def in_words(error: ValidationError) -> str:
-    """Describe pydantic's errors in one line, for input that is not a file.
-
-    Users never see pydantic's own messages.
-    """
+    """Describe pydantic's errors in one line, for input that is not a file."""
     return "; ".join(words for _, words in sentences(faults_in(error), lambda _: 0))
 
 

@@ -162,8 +162,8 @@ class Journal:
     def append(self, kind: str, **data: object) -> Record:
         """Append a record; return when the operating system has received the record.
 
-        A thread flushes the record to disk. A signal may interrupt this call at any point; the next
-        record then follows the data that the operating system has already received.
+        A signal may interrupt this call at any point; the next record then follows the data that
+        the operating system has already received.
         """
         self.check()
         if self._unfinished:

@@ -10,7 +10,7 @@ sets, and omits only the damaged records. The rules are:
   include earlier lines: `kept` in the "begin" record of each question is the number of records on
   disk.
 - A record of kind `DAMAGED` replaces each gap in the numbers, and each record whose hash does not
-  follow from the previous record. Every altered line is reported.
+  follow from the previous record.
 """
 
 from __future__ import annotations
@@ -54,8 +54,7 @@ class Reading:
     length : int
         Length in bytes of the lines before the torn end, if any.
     torn : bool
-        Whether the end is torn, because the machine stopped while writing. A torn end is not
-        damage.
+        Whether the end is torn, because the machine stopped while writing.
     """
 
     records: list[Record] = field(default_factory=list)

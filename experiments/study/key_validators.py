@@ -1,7 +1,7 @@
 """Validate each key of a study, given the valid keys that precede it.
 
 As a pydantic validator, each function receives a key's value and the preceding keys, and returns
-the value. All errors are raised at once, with their locations in the file.
+the value.
 """
 
 from __future__ import annotations

@@ -135,7 +135,6 @@ def check(name: str, args: Namespace) -> None:
     ------
     UserError
         If a package or program is missing, a port cannot be opened, or a folder cannot be written.
-        All problems are listed in one sentence.
     """
     what = getattr(args, "what", None)
     command = f"{name} {what}" if what else name

@@ -82,9 +82,8 @@ def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -
     """Return the time in which the overpressure completes 63 % of a small step.
 
     The time is computed from equation (3), linearised about the periodic state
-    (`FilmState.decay_rate`), and limits how fast friction can follow a change in amplitude. The
-    plate responds faster than the film (`slipscale.stimuli.modulation`). For small amplitudes, the
-    film responds much more slowly, because gas leaves a narrow gap slowly.
+    (`FilmState.decay_rate`), and limits how fast friction can follow a change in amplitude. For
+    small amplitudes, the film responds much more slowly, because gas leaves a narrow gap slowly.
 
     Raises
     ------
