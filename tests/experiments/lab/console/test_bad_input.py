@@ -198,12 +198,12 @@ def test_of_five_hundred_participants_those_who_wait_are_shown_and_all_at_a_pres
     page = visitor.see("/")
     assert page.count('<th scope="row">') == 60
     assert "500 of 12 planned participants have started; 100 finished" in words_of(page)
-    assert "500 participants. 60 are shown: those who need an action" in words_of(page)
+    assert "60 of 500 participants are shown: those who need an action" in words_of(page)
     assert page.count("tag interrupted") == 60
     assert visitor.see("/?all=1").count('<th scope="row">') == 500
     data = visitor.see("/data")
     assert data.count('<th scope="row">') == 60
-    assert "500 runs. The last 60 are shown" in words_of(data)
+    assert "The last 60 of 500 runs are shown" in words_of(data)
     assert visitor.see("/data?all=1").count('<th scope="row">') == 500
 
 

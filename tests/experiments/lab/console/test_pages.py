@@ -141,7 +141,7 @@ def test_live_shows_where_the_session_is(visitor, session):
     with session(STATUS):
         said = words_of(visitor.see("/live"))
     assert "Trial 4 of 8" in said
-    assert "7 of 12 trials of the session" in said
+    assert "session: 7 of 12 trials" in said
     assert "settled, on target" in said
     assert "participant 02, run 01 · study biet2007" in said
 
@@ -204,7 +204,7 @@ def test_two_consoles_see_the_same_session_and_both_may_ask(visitor, session, ma
     other.client.cookies.set(other.access.cookie, other.access.entrance.secret)
     with session(STATUS) as (box, _):
         seen = (words_of(each.see("/live")) for each in (visitor, other))
-        changing = r"since the beginning \d+:\d\d|[\d.]+ GB free"
+        changing = r"time since the start \d+:\d\d|[\d.]+ GB free"
         pages = [re.sub(changing, "", page) for page in seen]
         assert pages[0] == pages[1]
         token = box._token
@@ -307,7 +307,7 @@ def test_a_job_at_work_is_shown_and_one_that_failed_says_why(visitor, analysed, 
     if job.running:  # it is, unless this machine is very quick
         assert "The analysis is running" in words_of(visitor.see("/data"))
     job.process.wait()
-    assert "It failed: nothing: no such file" in words_of(visitor.see("/data"))
+    assert "The analysis failed: nothing: no such file" in words_of(visitor.see("/data"))
 
 
 def test_unblinding_in_the_middle_of_a_session_stands_in_its_journal(visitor, session):

@@ -36,7 +36,7 @@ def test_power_is_computed_for_the_study_by_a_process(visitor):
 
 
 def test_the_sliders_choose_a_condition_of_the_grid(visitor, words_of):
-    assert "Not computed yet" in words_of(visitor.see("/planning"))
+    assert "has not been computed yet" in words_of(visitor.see("/planning"))
     computed(study_text("biet2007"), {(12, 1): 0.6, (20, 1): 0.85, (12, 2): 0.7, (20, 2): 0.9})
     page = words_of(visitor.see("/planning"))
     assert "60 % of simulated studies" in page  # the study's own number of participants
@@ -46,7 +46,7 @@ def test_the_sliders_choose_a_condition_of_the_grid(visitor, words_of):
     assert re.findall(r"<output>(.*?)</output>", page) == ["20", "2", "1"]
     each, hours = (float(v) for v in re.findall(r"<dd>([\d.]+)</dd>", page)[:2])
     assert abs(hours - each * 20 / 60) <= 0.05 + 20 / 60 * 0.05
-    assert "the study has no [cost]" in words_of(page)
+    assert "the study file has no [cost] table" in words_of(page)
 
 
 def test_another_text_of_the_study_has_no_power_yet(visitor, lab, words_of):
@@ -54,7 +54,7 @@ def test_another_text_of_the_study_has_no_power_yet(visitor, lab, words_of):
     computed(study_text("biet2007"), {(12, 1): 0.6})
     (lab / "slipscale.toml").write_text('study = "mine.toml"\n')
     visitor.console.state.now(fresh=True)
-    assert "Not computed yet" in words_of(visitor.see("/planning"))
+    assert "has not been computed yet" in words_of(visitor.see("/planning"))
 
 
 def test_a_plan_is_frozen_with_the_power_and_what_a_registry_asks(visitor, lab):

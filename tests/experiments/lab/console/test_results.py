@@ -164,8 +164,8 @@ def test_the_page_shows_the_steps_that_the_process_has_come_to(
         visitor.jobs.jobs["analysis"] = at_work("analysis", steps)
         versions.append(look())
     page = visitor.see("/data")
-    assert "reading the data testing" in words_of(page)
-    assert '<li aria-current="step">testing</li>' in page
+    assert "reading the data running the tests" in words_of(page)
+    assert '<li aria-current="step">running the tests</li>' in page
     assert versions[0] != versions[1]
     assert "lecture des données" in visitor.see("/data?lang=fr")
 
@@ -198,7 +198,7 @@ def test_today_says_who_is_excluded_and_by_which_rule(visitor, recorded, lab, wo
     (lab / "mine.toml").write_text(study_text("biet2007") + rules)
     (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
     page = words_of(visitor.see("/"))
-    rules = "The study excludes: many estimates of zero, answers too fast."
+    rules = "Reasons for exclusion in this study: many estimates of zero, answers too fast."
     assert f"{rules} Run an analysis to see who is excluded" in page
     folder = recorded / "derivatives/slipscale"
     folder.mkdir(parents=True)
@@ -206,7 +206,7 @@ def test_today_says_who_is_excluded_and_by_which_rule(visitor, recorded, lab, wo
     visitor.console.state.now(fresh=True)
     page = words_of(visitor.see("/"))
     assert "excluded many estimates of zero" in page
-    assert re.search(r"The analysis of \d{4}-\d\d-\d\d \d\d:\d\d excluded 1", page)
+    assert re.search(r"excluded by the analysis of \d{4}-\d\d-\d\d \d\d:\d\d: 1\.", page)
 
 
 def test_the_whole_data_set_is_verified_rebuilt_and_exported_by_processes(visitor, recorded):

@@ -61,7 +61,7 @@ def test_the_size_of_the_screen_that_the_checklist_found_comes_first(visitor, ow
     visitor.jobs.jobs["check"] = Check()
     page = visitor.see("/screens")
     assert 'viewBox="0 0 1600 900"' in page
-    assert "1600 × 900 (found by the last check)" in page
+    assert "1600 × 900 (detected by the last check)" in page
 
 
 def test_a_study_that_cannot_be_rehearsed_is_told_in_words(visitor, own_study, monkeypatch):

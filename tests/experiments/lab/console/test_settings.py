@@ -105,4 +105,4 @@ def test_a_plate_is_tried_before_it_is_saved(visitor, lab, tmp_path, words_of):
     paths = {"output": tmp_path / "out", "errors": tmp_path / "none"}
     visitor.jobs.jobs["test"] = Job(kind="test", about="the test", process=process, **paths)
     assert "plate ok" in words_of(visitor.see("/settings"))
-    assert "Not checked since" in words_of(visitor.see("/"))  # it is no checklist
+    assert "The checks have not been run since" in words_of(visitor.see("/"))  # it is no checklist

@@ -117,7 +117,7 @@ def test_the_first_line_shows_the_state_of_the_laboratory(visitor, session, stat
 def test_runs_without_a_backup_are_counted_in_the_first_line(visitor, recorded, lab, words_of):
     (lab / "copy").mkdir()
     (lab / "slipscale.toml").write_text('study = "biet2007"\nbackup = "copy"\n')
-    assert "backup 2 runs missing" in words_of(visitor.see("/"))
+    assert "backup 2 runs not copied" in words_of(visitor.see("/"))
 
 
 def test_times_are_those_of_the_computer_s_clock(visitor, recorded, monkeypatch, words_of):
@@ -139,7 +139,7 @@ def test_a_session_that_began_and_failed_did_begin(visitor, recorded, tmp_path, 
     assert "The session did not start: the line is dead" in words_of(visitor.see("/"))
     visitor.jobs.jobs["session"].began_s = 0.0
     page = words_of(visitor.see("/"))
-    assert "The session began and ended with an error: the line is dead" in page
+    assert "The session began, but ended with an error: the line is dead" in page
 
 
 @pytest.mark.parametrize("passed", [True, False])

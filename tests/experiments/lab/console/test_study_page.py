@@ -141,7 +141,7 @@ def test_minutes_cost_and_balance_follow_from_the_text(visitor, own_study, words
     priced = own_study.read_text() + "[cost]\nper_person = 10\nper_rig_hour = 0\n"
     page = words_of(visitor.edit(priced, "later").json()["html"])
     assert re.search(r"[\d.]+ minutes per participant", page)
-    assert "10 EUR each, 120 EUR for 12 participants" in page
+    assert "10 EUR per participant, 120 EUR for 12 participants" in page
     assert "each surface follows every other surface" in page
     assert "12 12 Descending difference" in page
     assert "<p>" not in visitor.edit("seed = -1", "later").json()["html"]
