@@ -61,7 +61,7 @@ def unknown_backend(spec: str) -> str:
         return (
             f"unknown backend '{name}'; a port needs the name of its backend: serial:{folder}{spec}"
         )
-    return f"unknown backend '{name}'; {expected_one_of(name, backend_names())}, before a colon"
+    return f"unknown backend '{name}'; {expected_one_of(name, backend_names())}"
 
 
 def open_plate(spec: str, *, clock: Clock, seed: int = 0) -> PlateDriver:

@@ -64,7 +64,9 @@ class Bench:
         end_s = self._clock.now() + GREETING_S
         while not any(map(wire.parse_reply, self.answers_to(self.frame("*IDN?")))):
             if self._clock.now() > end_s:
-                raise Departure("no answer to *IDN?, expected 2.5 s after the port was opened")
+                raise Departure(
+                    "no answer to *IDN?, expected at most 2.5 s after the port was opened"
+                )
         self.ask("*RST")
         unit = self.run("UNIT?")
         if unit.code == wire.OK and unit.value != wire.UNIT:

@@ -104,7 +104,8 @@ def _remarks(task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
         if each.left_out:
             sentences.append(
                 f"{each.left_out} combinations of participant, distance and width have fewer "
-                f"than {FEWEST} movements or no spread, and are left out."
+                f"than {FEWEST} movements, no spread, or a mean movement away from the target, and "
+                "are left out."
             )
     return sentences
 
