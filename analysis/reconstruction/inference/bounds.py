@@ -1,9 +1,9 @@
 """Compute bounds on statistics of two or more columns that hold in every data set and pairing.
 
 A published table does not state which ratings in different columns are from the same participant,
-so bounds must hold for every pairing of ratings. A sharp bound is attained by some data sets and
-some pairing, which are returned with the bound. Other bounds are valid but may not be attained. For
-the paired t, see `extreme_t`; for the repeated-measures F, see `repeated_measures_f`.
+so bounds must hold for every pairing of ratings. Some data sets and some pairing attain a sharp
+bound, and are returned with it. Other bounds are valid but may not be attained. For the paired t,
+see `extreme_t`; for the repeated-measures F, see `repeated_measures_f`.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ CANDIDATES = 200
 
 @dataclass(frozen=True)
 class Range:
-    """Smallest and largest value over all data sets and pairings.
+    """The smallest and largest value of a statistic over all data sets and pairings.
 
     Parameters
     ----------
     low, high : float
         Bounds on the value.
     at_low, at_high : tuple of tuple of int
-        Tables that attain the bounds: ratings in steps, one row per column; empty if none is known.
+        Tables that attain the bounds, with one row of steps per column; empty if none is known.
     """
 
     low: float
@@ -43,27 +43,27 @@ class Range:
 
     @property
     def sharp(self) -> bool:
-        """Whether both ends are attained."""
+        """Whether known tables attain both bounds."""
         return bool(self.at_low and self.at_high)
 
 
 def as_table(*rows: Array) -> Table:
-    """Return rows of ratings as plain integers."""
+    """Return a table of plain integers from rows of ratings."""
     return tuple(tuple(int(v) for v in row) for row in rows)
 
 
 def larger(x: Array, y: Array) -> Range:
-    """Return the range, over all pairings, of the number of participants with y > x.
+    """Return the range of the number of participants with y > x over all pairings.
 
     Parameters
     ----------
     x, y : ndarray of int, shapes (p, n) and (q, n)
-        All data sets of two columns, each row sorted.
+        All data sets of two columns, one sorted row per data set.
 
     Notes
     -----
-    At least r participants can have y > x if and only if the r largest y exceed the r
-    smallest x in sorted order. The lower bound follows from y <= x in the same way.
+    At least r participants can have y > x if and only if the r largest y exceed the r smallest x in
+    sorted order. The lower bound follows in the same way from the participants with y <= x.
     """
     n = x.shape[1]
     most, at_most = _largest(y, x, np.greater)
@@ -72,10 +72,10 @@ def larger(x: Array, y: Array) -> Range:
 
 
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
-    """Return the largest r for which the r largest values can beat the r smallest values.
+    """Return the largest r for which the r largest values can exceed the r smallest values.
 
-    Also returns a row of `upper` and a row of `lower` that attain r. Without rows, r is only an
-    upper bound.
+    Also returns a row of `upper` and a row of `lower` for which r is attained. If these rows are
+    missing, r is only an upper bound.
     """
     n = upper.shape[1]
     shown, rows = 0, (upper[0], lower[0])
@@ -94,9 +94,9 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]
 def _beats(
     upper: Array, lower: Array, r: int, compare: np.ufunc
 ) -> tuple[Array, Array] | Literal[False] | None:
-    """Return a row whose r largest values beat the r smallest values of another row, and that row.
+    """Return two rows such that the r largest values of one exceed the r smallest of the other.
 
-    Returns False if no such rows exist, and None if there are too many to search.
+    Returns False if no such rows exist, and None if there are too many rows to search.
     """
     tall, small = upper[:, upper.shape[1] - r :], lower[:, :r]
     # In most cases, rows with extreme sums are already a solution.
@@ -127,7 +127,7 @@ def _beats(
 
 
 def _largest_sums(rows: Array) -> Array:
-    """Return the indices of the rows with the largest sums."""
+    """Return the indices of some rows with the largest sums."""
     sums = rows.sum(axis=1)
     few = min(CANDIDATES, len(sums))
     found: Array = np.argpartition(sums, -few)[-few:]
@@ -141,7 +141,7 @@ def log_mean(x: Array) -> Array:
 
 
 def of_rows(values: Array, rows: Array) -> Range:
-    """Return the range of values, one per row, and the rows with the extreme values."""
+    """Return the range of the values of all rows, and the rows with the extreme values."""
     least, most = int(values.argmin()), int(values.argmax())
     at_ends = as_table(rows[least]), as_table(rows[most])
     return Range(float(values[least]), float(values[most]), *at_ends)

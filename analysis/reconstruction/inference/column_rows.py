@@ -1,8 +1,8 @@
-"""Group a column's data sets by sum and sum of squares.
+"""Group the data sets of a column by sum and sum of squares.
 
-Sums and sums of squares follow directly from the printed numbers, but lists and samples need a
-count, which can be slow. If sums are sufficient, use `sums_first`. Data sets are then searched for
-only when needed.
+Sums and sums of squares follow directly from the printed numbers, but lists and samples require a
+count of data sets, which can be slow. If sums and sums of squares are sufficient, set `sums_first`.
+Data sets are then only searched for when they are needed.
 """
 
 from __future__ import annotations
@@ -27,15 +27,15 @@ DRAWN = 2000
 
 @dataclass(frozen=True)
 class ColumnRows:
-    """A column's data sets, grouped by moments.
+    """The data sets of a column, grouped by sum and sum of squares.
 
     Parameters
     ----------
     solutions : Solutions
         Solutions of the column.
     sums_first : bool
-        Whether to take sums and sums of squares from the printed numbers without counting data
-        sets. Some of them may not occur in any data set.
+        Whether sums and sums of squares are derived from the printed numbers without counting data
+        sets. Some of these sums may not occur in any data set.
     """
 
     solutions: Solutions
@@ -43,7 +43,7 @@ class ColumnRows:
 
     @classmethod
     def quickest(cls, solutions: Solutions) -> ColumnRows:
-        """Return rows based on a count if counting is quick, and otherwise on sums and searches."""
+        """Return a column's data sets from a count if counting is quick, otherwise from sums."""
         return cls(
             solutions,
             sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,
@@ -63,7 +63,7 @@ class ColumnRows:
 
     @cached_property
     def listed(self) -> Array | None:
-        """All data sets, one per row, sorted; None if they are too many or not counted."""
+        """All data sets, one sorted row per data set; None if they are not counted or too many."""
         found = self.solutions
         if self.sums_first or found.not_drawn or found.multisets > LISTED:
             return None
@@ -85,11 +85,11 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets with the moments at an index."""
+        """Return the known data sets with the sum and sum of squares at an index."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets with the moments at an index, known or found by a search."""
+        """Return data sets with the moments at an index, either known or found by a search."""
         rows = self.rows(place)
         if len(rows) or self.listed is not None:
             return rows

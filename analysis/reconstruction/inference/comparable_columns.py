@@ -19,12 +19,12 @@ LEVEL = 0.05
 
 
 def require_comparable(columns: Sequence[Solutions]) -> None:
-    """Check that columns can be ratings by the same participants.
+    """Raise an error unless the columns can be ratings by the same participants.
 
     Raises
     ------
     UserError
-        If there are fewer than two columns, or they differ in n or scale.
+        If there are fewer than two columns, or if the columns differ in n or scale.
     """
     if len(columns) < 2:  # noqa: PLR2004 - one column has nothing to be compared with
         raise UserError("conclusions compare columns: expected two or more columns")
@@ -43,7 +43,7 @@ def labels(columns: Sequence[Solutions]) -> list[str]:
 
 
 def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
-    """Return the log amplitudes of the columns for a power law, keyed by column index."""
+    """Return the logarithms of the printed amplitudes, keyed by column index."""
     return {
         place: log(solutions.column.amplitude_um_pp)
         for place, solutions in enumerate(columns)

@@ -1,7 +1,7 @@
 """Determine which conclusions hold in every data set consistent with a table.
 
-Each conclusion contains a question, the range of answers over all data sets and pairings, and
-whether the answer is the same in all of them.
+A conclusion contains a question, the range of answers over all data sets and pairings, and whether
+the answer is always the same.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Ratings = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Conclusion:
-    """Answer to one question over all data sets.
+    """The answers to one question over all data sets.
 
     Parameters
     ----------
@@ -55,16 +55,16 @@ class Conclusion:
     low, high : float
         Range of the statistic over all data sets and all pairings.
     p_low, p_high : float or None
-        Range of the two-sided p-value; None if there is none.
+        Range of the p-value; None without a test.
     decided : bool
-        Whether the answer is the same in every data set.
+        Whether all data sets and pairings give the same answer.
     sharp : bool
-        Whether both ends of the range are attained.
+        Whether data sets attain both ends of the range.
     labels : tuple of str
         The columns concerned.
     at_low, at_high : tuple of tuple of float
-        Tables that attain the ends of the range: one row of ratings per column, with the same order
-        of participants; empty if none is known.
+        Tables that attain the ends of the range, with one row of ratings per column and the same
+        order of participants in all rows; empty if no table is known.
     """
 
     name: str
@@ -85,7 +85,7 @@ SECONDS_A_PAIR = 0.6e-9
 
 
 def seconds_to_conclude(sizes: Sequence[int]) -> float:
-    """Estimate the time for columns with these numbers of data sets, in seconds."""
+    """Estimate the time in seconds, given the number of data sets of each column."""
     compared = sum(min(a * b, COMPARED) for a, b in combinations(sizes, 2))
     return 4.0 + SECONDS_A_PAIR * compared
 
@@ -167,7 +167,7 @@ def _concluded(
     found: Range,
     p: tuple[float, float] | None,
 ) -> Conclusion:
-    """Build a conclusion, which is decided if all p are on one side of the significance level."""
+    """Build a conclusion, decided if all p-values are on one side of the significance level."""
     ps = p or (None, None)
     return Conclusion(
         ".".join([name, *labels(columns)]),
@@ -185,7 +185,7 @@ def _concluded(
 
 
 def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
-    """Convert a table in steps to ratings."""
+    """Convert a table from steps to ratings."""
     return tuple(
         tuple(float(v) for v in values_of(column, np.array(row)))
         for column, row in zip(columns, table, strict=False)
@@ -193,7 +193,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return the conclusions on the repeated-measures F and, if amplitudes are given, exponents."""
+    """Return conclusions on the repeated-measures F and, if amplitudes are printed, on exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
@@ -224,7 +224,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
-    """Return the ranges of the exponents of group means; none if a mean may be zero."""
+    """Return conclusions on the exponents of the group means; none if a mean may be zero."""
     logs = log_amplitudes([column.solutions for column in columns])
     if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
         return []

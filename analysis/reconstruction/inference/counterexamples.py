@@ -1,4 +1,4 @@
-"""Check every verdict of "impossible" by searching for ratings that reproduce the printed test.
+"""Check every "impossible" verdict by searching for ratings that reproduce the printed test.
 
 The search uses only the definitions of the statistics, so it is independent of the derivation that
 led to the verdict.
@@ -39,7 +39,7 @@ def impossible(
     extent: tuple[float, float],
     pairs: tuple[int, int] | None = None,
 ) -> PrintedTestAnswer:
-    """Return the verdict "impossible", unless a search finds a counterexample."""
+    """Return the verdict "impossible", unless a search finds ratings that reproduce the test."""
     shown = _counterexample(case.test, rows)
     if shown:
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
@@ -54,7 +54,7 @@ def why_not(extent: tuple[float, float]) -> str:
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Search for ratings that reproduce a printed test; return an empty tuple if none are found."""
+    """Search for ratings that reproduce a printed test; return () if the search finds none."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:
@@ -82,7 +82,7 @@ def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Arra
 def _prints_by_definition(
     test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
 ) -> Array:
-    """Return which statistics match the printed test; NaN never matches."""
+    """Return which values match the printed test; undefined values (NaN) never match."""
     defined = ~np.isnan(values)
     if test.kind in PAIRED:
         size = values if test.kind == "correlation" else np.abs(values)

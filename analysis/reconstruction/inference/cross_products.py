@@ -1,11 +1,11 @@
 """Bound the sum of cross products, which is unknown if the pairing of ratings is unknown.
 
-For k columns of the same n participants, C is the sum of the products of all pairs of columns, in
-steps. C, sums and sums of squares together determine the paired t, Pearson's r and the
+For k columns of the same n participants, C is the sum of the products of all pairs of columns, with
+ratings in steps. C, sums and sums of squares together determine the paired t, Pearson's r and the
 repeated-measures F. For each pair of columns the sum of products is largest if both are sorted in
 the same order and smallest in opposite order (rearrangement inequality). If the data sets are not
-listed, the Cauchy-Schwarz inequality gives bounds on C. To decide whether an intermediate value
-occurs, ratings are exchanged between participants and, for small n, all pairings are tried.
+listed, the Cauchy-Schwarz inequality gives bounds on this sum, C. To decide whether an intermediate
+value occurs, ratings are exchanged between participants and, for small n, all pairings are tried.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ ORDERED = 8
 
 @dataclass(frozen=True)
 class Choices:
-    """Choices of one sum and one sum of squares per column, with bounds on C for each choice.
+    """The choices of one sum and one sum of squares per column, with bounds on C for each choice.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class Choices:
     sums, squares : ndarray of int, shape (choices, columns)
         Sums and sums of squares, in steps above the minimum.
     least, most : ndarray of int, shape (choices,)
-        Bounds on C over all pairings.
+        Bounds on the sum of cross products C over all pairings.
     complete : bool
-        Whether all choices are included; otherwise, they are a random selection.
+        Whether all choices are included; otherwise, the choices are a random selection.
     n : int
         Number of participants.
     """
@@ -66,7 +66,7 @@ class Choices:
     n: int
 
     def error(self, cross: Array) -> Array:
-        """Return the error sum of squares for a given C, multiplied by n k."""
+        """Return the error sum of squares for each C, multiplied by n k."""
         k = self.sums.shape[1]
         squares = self.squares.sum(axis=1)
         found: Array = self.n * (k - 1) * squares - self.between - 2 * self.n * cross
@@ -81,7 +81,7 @@ class Choices:
 
 
 def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
-    """Return all choices of one index per column, or a random selection; and whether it is all."""
+    """Return choices of one index per column, all or random, and whether all are included."""
     if prod(sizes) <= CHOICES:
         return np.stack([m.ravel() for m in np.indices(sizes)], axis=1), True
     generator = np.random.default_rng(3)
@@ -89,7 +89,7 @@ def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
 
 
 def choices(columns: Sequence[ColumnRows]) -> Choices:
-    """Return all choices with bounds on C, or a random selection if there are too many."""
+    """Return all choices with bounds on C, or a random selection if there are too many choices."""
     n, k = columns[0].n, len(columns)
     places, complete = every_place([len(column.moments) for column in columns])
     moments = [np.array(column.moments, dtype=np.int64).reshape(-1, 2) for column in columns]
@@ -141,7 +141,7 @@ def example(
     wanted: tuple[Array, Array],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Search for a pairing with C in an interval; return () if none is found.
+    """Search for a pairing with C in an interval; return () if the search finds none.
 
     Parameters
     ----------
@@ -150,8 +150,8 @@ def example(
     found : Choices
         Choices of moments.
     wanted : tuple of ndarray of int
-        Smallest and largest C for each choice. Choices whose smallest C exceeds their largest C are
-        excluded.
+        Smallest and largest sum of cross products C for each choice. Choices whose smallest C
+        exceeds the largest C are excluded.
     generator : numpy.random.Generator
         Random generator for data sets and starting pairings.
     """
@@ -175,16 +175,16 @@ def example(
 
 
 def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Array]:
-    """Yield starting pairings: same order, alternating opposite orders, and random."""
+    """Yield three pairings to start from: same order, alternating opposite orders, and random."""
     yield np.array([np.sort(row) for row in table])
     yield np.array([np.sort(row)[:: 1 if place % 2 else -1] for place, row in enumerate(table)])
     yield np.array([generator.permutation(row) for row in table])
 
 
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
-    """Rearrange a table so that C lies in an interval; return None if this fails.
+    """Rearrange a table so that C lies in an interval; return None if the search fails.
 
-    In each step, exchanges the two ratings in a column that bring C closest to the interval.
+    Each step exchanges the two ratings in a column that bring C closest to the interval.
     """
     k, n = table.shape
     for _ in range(n * n * k):
@@ -212,9 +212,9 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
 def every(
     columns: Sequence[ColumnRows], found: Choices, wanted: tuple[Array, Array]
 ) -> tuple[Array, ...] | None:
-    """Try all pairings of all data sets for C in an interval; return an empty tuple if none exists.
+    """Try all pairings of all data sets for C in an interval; return () if there are none.
 
-    Returns None if there are too many to try.
+    Returns None if there are too many pairings to try.
     """
     n = found.n
     usable = np.flatnonzero(wanted[0] <= wanted[1])
@@ -246,5 +246,5 @@ def every(
 
 @lru_cache(maxsize=512)
 def _orders(row: tuple[int, ...]) -> Array:
-    """Return all distinct orders of a row."""
+    """Return all distinct orders of the values in a row."""
     return np.array(sorted(set(permutations(row))), dtype=np.int64)

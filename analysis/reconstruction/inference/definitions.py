@@ -1,7 +1,7 @@
 """Compute test statistics of ratings directly from their definitions.
 
-Verdicts are derived from sums, sums of squares and sums of products. This module uses none of
-these, so it provides an independent check of examples and counterexamples.
+Verdicts are derived from sums, sums of squares and sums of products. This module does not use these
+sums, so it independently checks examples and counterexamples.
 """
 
 from __future__ import annotations

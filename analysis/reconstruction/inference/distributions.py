@@ -1,7 +1,7 @@
-"""Estimate distributions of test statistics over all data sets, for three kinds of pairing.
+"""Estimate distributions of test statistics over all data sets, for three kinds of pairings.
 
-Each sample contains one data set per column, drawn uniformly. The columns are paired at random, and
-also with the least and the most favourable pairing that a search finds for the statistic.
+Each sample contains one data set per column, drawn uniformly. The columns are paired in three ways:
+at random, and with the least and the most favourable pairing that a search finds for the statistic.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ SAMPLES = 1000
 
 @dataclass(frozen=True, kw_only=True)
 class Distribution:
-    """Distribution of one statistic under one kind of pairing.
+    """The distribution of one statistic under one kind of pairing.
 
     Parameters
     ----------
@@ -54,14 +54,15 @@ class Distribution:
     pairing : {"random", "least favourable", "most favourable"}
         How ratings are paired. The least favourable pairing gives the smallest statistic.
     method : {"drawn", "exact", "heuristic"}
-        Whether the pairing is random, exactly extreme, or the most extreme one found.
+        Whether the pairing is random ("drawn"), the exact extreme ("exact"), or the most extreme
+        one found ("heuristic").
     quantiles : tuple of (float, float)
-        Pairs of probability and value. Probabilities 0 and 1 are the smallest and largest value
-        drawn.
+        Pairs of a probability and its quantile. The quantiles for probabilities 0 and 1 are the
+        smallest and largest value drawn.
     significant : float or None
-        Proportion of samples with p < 0.05; None if there is no test.
+        Proportion of samples with p < 0.05; None if the statistic has no test.
     samples, seed, measure : int, int, str
-        Settings that reproduce the numbers.
+        Number of samples, random seed and measure, for reproducing the numbers.
     """
 
     name: str
@@ -98,7 +99,7 @@ def distributions(
     columns : list of Sampler
         Two or more columns from the same participants.
     seed, samples : int
-        Random seed, and number of samples.
+        Random seed, and number of sampled data sets per column.
 
     Raises
     ------
@@ -142,7 +143,7 @@ def _quantiles(values: Array) -> tuple[tuple[float, float], ...]:
 
 
 def _questions(columns: list[Sampler]) -> list[_Question]:
-    """Return the statistics that can be computed for these columns."""
+    """Return the statistics that can be computed for these columns, with their pairings."""
     n, k = columns[0].solutions.column.n, len(columns)
     names = labels([column.solutions for column in columns])
     everything = tuple(range(k))
@@ -195,7 +196,7 @@ def _by_search(
     statistic: Statistic,
     test: Test | None = None,
 ) -> _Question:
-    """Return a question with extreme pairings found by a search."""
+    """Return a question whose extreme pairings are found by a search."""
     least, most = (
         ("heuristic", partial(_search, statistic=statistic, sign=sign)) for sign in (-1, 1)
     )
@@ -218,7 +219,7 @@ def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> 
 
 
 def _fixed(arrange: Callable[[Array], Array]) -> Arrange:
-    """Adapt a pairing function that uses no random numbers."""
+    """Adapt a pairing function without random numbers to the signature of a random one."""
     return lambda tables, _generator: arrange(tables)
 
 

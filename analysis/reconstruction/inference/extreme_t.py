@@ -1,10 +1,10 @@
 """Find the smallest and largest paired t over all data sets and pairings.
 
-For fixed sums and sums of squares, t depends only on the sum of products. This sum is largest if
-both columns are sorted in the same order, and smallest in opposite orders. Among many data sets, it
-is largest for the two standardised columns that are closest to each other, which a
-nearest-neighbour search finds. Without data sets, sums and sums of squares give bounds on t by the
-Cauchy-Schwarz inequality.
+For fixed sums and sums of squares, t depends only on the sum of products. The sum of products is
+largest if both columns are sorted in the same order, and smallest in opposite orders. Among many
+data sets, the sum is largest for the two standardised columns that are closest to each other, which
+a nearest-neighbour search finds. If no data sets are listed, sums and sums of squares give bounds
+on t by the Cauchy-Schwarz inequality.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ BLOCK = 2048
 
 @dataclass(frozen=True)
 class _Rows:
-    """Data sets with the same sum and sum of squares."""
+    """The data sets of a column with the same sum and sum of squares."""
 
     rows: Array
     total: int
@@ -42,14 +42,15 @@ class _Rows:
 def paired_t(x: Array, y: Array) -> Range:
     """Return the range of the paired t of y - x over all data sets and pairings.
 
-    All combinations of sums and sums of squares are examined, except those that cannot widen the
-    range by Cauchy-Schwarz. If lists are too long for a nearest-neighbour search, t is only bounded
-    by Cauchy-Schwarz, and no table that attains the bound is returned.
+    All combinations of sums and sums of squares are examined, except combinations that cannot widen
+    the range according to the Cauchy-Schwarz inequality. If lists are too long for a
+    nearest-neighbour search, the bounds on t follow from this inequality, and no table that attains
+    them is returned.
 
     Parameters
     ----------
     x, y : ndarray of int, shapes (p, n) and (q, n)
-        All data sets of two columns, each row sorted.
+        All data sets of two columns, one sorted row per data set.
     """
     low, high = inf, -inf
     at_low: Table = ()
@@ -104,7 +105,7 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
 
 
 def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
-    """Return the range of the root of n times the squared deviations, for each sum."""
+    """Return the range of the root of n times the squared deviations for each sum."""
     ends: dict[int, tuple[float, float]] = {}
     for total, squares in moments:
         root = sqrt(n * squares - total**2)
@@ -128,7 +129,7 @@ def _t_of_scatter(difference: int, n: int, scatter: float) -> float:
 
 
 def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
-    """Return the extreme t of two groups of rows, sorted in the same or in opposite orders."""
+    """Return the extreme t of two groups of rows that have the same or opposite orders."""
     difference, n = b.total - a.total, a.rows.shape[1]
     y = b.rows if same else b.rows[:, ::-1]
     # If the sums are equal, t is 0 for all rows.
@@ -140,8 +141,8 @@ def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
 def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
     """Return the row of `x` and the row of `y` with the extreme sum of products.
 
-    The sum is largest if `same` is True, otherwise smallest. All rows of a list must have the same
-    sum and sum of squares.
+    This sum is largest if `same` is True, otherwise smallest. All rows of `x` must have the same
+    sum and sum of squares, and so must all rows of `y`.
     """
     if len(x) * len(y) <= SEARCHED:
         # Whole numbers below 2^53 are exact in floating point.
@@ -169,7 +170,7 @@ def _standardised(rows: Array) -> Array:
 
 
 def _nearest(few: Array, many: Array) -> tuple[int, int]:
-    """Return the indices of the nearest pair of points from `few` and `many`."""
+    """Return the indices of the nearest two points, one from `few` and one from `many`."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
 
     tree, best, at = cKDTree(many), inf, (0, 0)

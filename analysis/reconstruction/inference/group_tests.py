@@ -34,7 +34,7 @@ SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Check a test on independent groups, first without counting data sets."""
+    """Check a printed test on independent groups, at first without counting data sets."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -71,7 +71,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
 
 
 def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
-    """Check a test using only extreme sums, if there are too many choices to examine."""
+    """Check a test with only extreme sums, if there are too many choices to examine all of them."""
     groups = [group_of(solutions) for solutions in case.columns]
     if case.test.kind == "one_way_f":
         extent = range_of_f(groups)
@@ -90,7 +90,7 @@ def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
 
 
 def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
-    """Search for one data set per group with the chosen moments."""
+    """Search for one data set per group with the selected moments."""
     generator = np.random.default_rng(1)
     known: dict[tuple[int, int], Array] = {}
     for place in generator.permutation(places)[:SHOWN_FOR].tolist():

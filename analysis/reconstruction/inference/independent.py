@@ -1,8 +1,8 @@
 """Compute t, Welch's t and F for columns from different participants, over all data sets.
 
 Statistics of independent groups depend only on n, sums and sums of squares. The ranges therefore
-cover all pairs of sum and sum of squares that occur in a data set or, if counting is slow, that the
-printed numbers allow.
+cover all pairs of sum and sum of squares that occur in a data set. If counting is slow, they cover
+all pairs that the printed numbers allow.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ ALL_OF = 1000
 
 @dataclass(frozen=True)
 class Group:
-    """Possible pairs of mean and variance (n - 1) of one column."""
+    """All possible pairs of mean and variance (n - 1) of one column."""
 
     label: str
     n: int
@@ -58,7 +58,7 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return a column's possible means and variances, from sums alone if counting is slow."""
+    """Return a column's possible means and variances, without counting if counting is slow."""
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
     complete = len(pairs) <= ALL_OF
@@ -80,14 +80,14 @@ def group_of(solutions: Solutions) -> Group:
 
 
 def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, Array, Array]:
-    """Return means and variances (n - 1), shape (choices, groups), and each group's n.
+    """Return means and variances (n - 1), both of shape (choices, groups), and each group's n.
 
     Parameters
     ----------
     rows : sequence of ColumnRows
         The groups.
     places : ndarray of int, shape (choices, groups)
-        Index of each group's sum and sum of squares.
+        Index of each group's pair of sum and sum of squares.
     """
     found = [
         _means_and_variances(row.solutions.column, row.moments)[:, places[:, j]]
@@ -107,7 +107,7 @@ def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Ar
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Student's t of b minus a, and degrees of freedom, for all combinations."""
+    """Return Student's t of b minus a and its degrees of freedom for all pairs of moments."""
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
@@ -115,7 +115,7 @@ def students_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Welch's t of b minus a, and degrees of freedom, for all combinations."""
+    """Return Welch's t of b minus a and its degrees of freedom for all pairs of moments."""
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
@@ -153,7 +153,7 @@ def _conclusion(
 
 
 def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
-    """Return bounds on the one-way F."""
+    """Return a lower and an upper bound on the one-way F."""
     k, n = len(groups), sum(group.n for group in groups)
     within = [
         sum((group.n - 1) * pick(group.variance) for group in groups) / (n - k)
@@ -169,7 +169,7 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
-    """Return the range of the one-way F, which is sharp if each column has only one sum."""
+    """Return the conclusion on the one-way F, which is sharp if each column has only one sum."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(groups), sum(group.n for group in groups)
@@ -186,9 +186,9 @@ def _one_way_f(groups: Sequence[Group]) -> Conclusion:
 def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
     """Return the means with the smallest and largest weighted variance.
 
-    The weighted sum of squared distances from the centre is convex in the means. It is largest if
-    all means are at ends of their ranges, and smallest if each mean is as close as possible to a
-    common centre.
+    The weighted sum of squared distances from the weighted mean is convex in the means. This sum is
+    largest if all means are at ends of their ranges, and smallest if each mean is as close as
+    possible to a common centre.
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
 
 
 def _ratio(top: Array, bottom: Array) -> Array:
-    """Divide; if `bottom` is 0, return infinity, or 0 if `top` is also 0."""
+    """Divide `top` by `bottom`; if `bottom` is 0, return infinity, or 0 if `top` is also 0."""
     top, bottom = np.broadcast_arrays(top, bottom)
     out = np.where(top == 0, 0.0, np.copysign(inf, top))
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)

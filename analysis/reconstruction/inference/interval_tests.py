@@ -1,10 +1,10 @@
 """Check printed tests on columns of continuous values.
 
-Each statistic is a continuous function of means, SDs and, for paired columns, correlations. It
-takes every value between its extremes over the printed intervals, and no other value. A test
-outside the extremes is impossible. For other tests, a search follows a path from values with the
-smallest statistic to values with the largest. An example that it finds is checked against the
-definition; without an example, the test remains undecided.
+Each statistic is a continuous function of means, SDs and, for paired columns, correlations. A
+statistic takes every value between its extremes over the printed intervals, and no other value. A
+printed test outside these extremes is impossible. For all other tests, a search follows a path from
+values with the smallest statistic to values with the largest statistic. Every example found is
+checked against the definition of the statistic; without an example, the test remains undecided.
 """
 
 from __future__ import annotations
@@ -159,7 +159,7 @@ def _example(
 
 
 class _Path:
-    """Columns along a path from the smallest statistic (`at` = 0) to the largest (`at` = 1)."""
+    """A path of columns from the smallest statistic (`at` = 0) to the largest (`at` = 1)."""
 
     def __init__(
         self, test: PrintedTest, columns: Sequence[IntervalColumn], generator: np.random.Generator
@@ -193,7 +193,7 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a point on the path; infinite if undefined."""
+        """Return |t|, F or r at a point on the path; infinity if the statistic is undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf
@@ -216,7 +216,7 @@ class _Path:
 
 
 def _unit(rows: Array) -> Array:
-    """Return orthonormal rows with mean 0, as many as the dimensions allow."""
+    """Return as many orthonormal rows with mean 0 as the dimensions allow."""
     centred = rows - rows.mean(axis=1, keepdims=True)
     if rows.shape[1] > rows.shape[0]:
         centred = np.linalg.qr(centred.T)[0].T

@@ -65,7 +65,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 
 
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
-    """Return the range of C that reproduces the printed test, for each choice of moments."""
+    """Return the range of C that gives the printed test, for each choice of moments."""
     n, k = found.n, found.sums.shape[1]
     allowed = windows(test, [n] * k)
     if test.kind == "correlation":
@@ -96,7 +96,7 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
 
 
 def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
-    """Return the range of possible C in an interval."""
+    """Return the range of whole numbers in an interval that C can take."""
     least, most = found.least.astype(float), found.most.astype(float)
     low, high = np.maximum(np.ceil(low - 1e-9), least), np.minimum(np.floor(high + 1e-9), most)
     none = low > high
@@ -105,7 +105,7 @@ def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
 
 
 def _reach(found: Choices) -> Array:
-    """Return the Cauchy-Schwarz bound on n times the sum of products about the means."""
+    """Return the Cauchy-Schwarz bound on n times the sum of products of deviations."""
     spread = np.maximum(found.n * found.squares - found.sums**2, 0).astype(float)
     found_reach: Array = np.sqrt(spread.prod(axis=1))
     return found_reach
@@ -140,7 +140,7 @@ def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
 def _correlations(
     found: Choices, parts: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
-    """Return the smallest and largest correlation compatible with the printed test."""
+    """Return the smallest and largest correlation that are compatible with the printed test."""
     reach, middle = _reach(found), found.sums.prod(axis=1)
     ends = [
         (found.n * c - middle)[usable] / reach[usable]

@@ -1,13 +1,13 @@
 """Arrange columns of ratings into tables of participants, in random or extreme pairings.
 
-`most_alike` returns the most favourable pairing for a test between columns, which is exact. If all
-columns have the same order, participants' totals vary most (rearrangement inequality for each
-pair), so most variation is removed from the error. `least_alike` returns the least favourable
-pairing. For two columns, pairing ascending with descending ratings is exact. For more
-columns, making totals as equal as possible is a hard partition problem. The rearrangement algorithm
-(Puccetti and Rüschendorf, 2012) is used as a heuristic: each column in turn is sorted opposite to
-the sum of the other columns until nothing changes. `searched` optimises statistics that are not
-functions of the totals, by exchanging ratings.
+The function `most_alike` returns the most favourable pairing for a test between columns; this
+pairing is exact. If all columns have the same order, participants' totals vary most (rearrangement
+inequality for each pair), so most variation is removed from the error. The function `least_alike`
+returns the least favourable pairing. For two columns, pairing ascending ratings with descending
+ratings is exact. For more than two columns, making participants' totals as equal as possible is a
+hard partition problem. The rearrangement algorithm (Puccetti and Rüschendorf, 2012) is used as a
+heuristic: each column in turn is sorted opposite to the sum of the other columns until nothing
+changes. The function `searched` optimises other statistics by exchanging ratings.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def most_alike(tables: Array) -> Array:
 
 
 def least_alike(tables: Array) -> Array:
-    """Make participants' totals as equal as possible; heuristic for more than two columns."""
+    """Make participants' totals as equal as possible, approximately for more than two columns."""
     found = np.sort(tables, axis=1)
     ascending = found.copy()
     totals = found.sum(axis=2)
@@ -60,19 +60,19 @@ def least_alike(tables: Array) -> Array:
 def searched(
     tables: Array, statistic: Statistic, sign: int, generator: np.random.Generator
 ) -> Array:
-    """Optimise a statistic by exchanging ratings within columns; a heuristic.
+    """Optimise a statistic heuristically by exchanging ratings within columns.
 
     Parameters
     ----------
     tables : ndarray, shape (tables, participants, columns)
-        Tables with columns to rearrange.
+        Tables whose columns are rearranged.
     statistic : callable
-        Function from tables to values.
+        Function that returns one value per table.
     sign : {+1, -1}
-        +1 searches for large values, -1 for small ones.
+        Whether the search looks for large values (+1) or small values (-1).
     generator : numpy.random.Generator
-        Random generator for one of the three starting points and, for more than 17 participants,
-        for exchanges.
+        Random generator for one of the three starting pairings and, for more than 17 participants,
+        for the exchanges.
 
     Notes
     -----

@@ -31,7 +31,7 @@ PAIRED = ("paired_t", "correlation", "rm_f")
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedTestAnswer:
-    """Verdict on a printed test, with evidence.
+    """The verdict on a printed test, with its evidence.
 
     Parameters
     ----------
@@ -44,15 +44,16 @@ class PrintedTestAnswer:
     verdict : {"possible", "impossible", "not decided"}
         Whether any data set and pairing reproduce the printed test.
     reason : str
-        Reason for the verdict, in one sentence.
+        Reason for the verdict, as a clause.
     low, high : float
         Bounds on the statistic over all data sets and pairings. Some values between the bounds may
-        not occur. `high` may be infinite. Both are NaN if the statistic is always undefined.
+        not occur. `high` may be infinite. Both bounds are NaN if the statistic is always undefined.
     pairs, pairs_left : int or None
-        Number of choices of a sum and a sum of squares per column, and number of choices that can
-        give the printed test; None if choices are not examined individually.
+        Number of choices of a sum and a sum of squares per column, and number of these choices that
+        can give the printed test; None if choices are not examined individually.
     correlation_low, correlation_high : float or None
-        Range of correlations compatible with the printed test; None for independent groups.
+        Range of correlations that are compatible with the printed test; None for independent
+        groups.
     example : tuple of tuple of float
         Ratings that reproduce the printed test, one row per column; empty if none are known.
     """
@@ -93,7 +94,7 @@ class Case:
         correlation: tuple[float, float] | None = None,
         example: Sequence[Array] = (),
     ) -> PrintedTestAnswer:
-        """Return the answer with this verdict; `example` contains steps, one row per column."""
+        """Return an answer with a verdict; the example has one row of steps per column."""
         return PrintedTestAnswer(
             kind=self.test.kind,
             labels=tuple(s.column.label for s in self.columns),

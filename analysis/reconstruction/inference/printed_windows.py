@@ -1,9 +1,9 @@
-"""Convert a printed test to the intervals of |t|, F or r that match all its numbers.
+"""Convert a printed test to the intervals of |t|, F or r that match all numbers of the test.
 
-Statistic, p and effect size are converted to intervals of the statistic, which are intersected.
-With fixed degrees of freedom, p decreases in |t| and in F, and Cohen's d and partial η² increase in
-them. Because the degrees of freedom of Welch's t depend on the data, `fits` compares its p
-directly.
+The printed statistic, p and effect size are each converted to an interval of the statistic, and
+these intervals are intersected. With fixed degrees of freedom, p decreases as |t| or F increases,
+whereas Cohen's d and partial η² increase. Because the degrees of freedom of Welch's t depend on the
+data, its p is compared in `group_statistics.prints`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Window = tuple[float, float]
 
 
 def between(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of values that round to a printed number; all values for None."""
+    """Return the interval of values that round to a printed number; all values if it is None."""
     if printed is None:
         return -inf, inf
     values = printed.values(rule)
@@ -39,7 +39,7 @@ def size_of(printed: Printed | None, rule: str) -> Window:
 
 
 def p_between(test: PrintedTest) -> Window:
-    """Return the interval of p that matches both `p` and `p_below`."""
+    """Return the interval of p-values that match both `p` and `p_below`."""
     low, high = between(test.p, test.rounding)
     if test.p_below is not None:
         high = min(high, float(test.p_below.value))
@@ -56,7 +56,8 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
     degrees : float
         Degrees of freedom of the test.
     t_of_d : float
-        Value of t if Cohen's d is 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for groups.
+        Value of t that corresponds to a Cohen's d of 1: √n for pairs, √(n₁ n₂ / (n₁ + n₂)) for
+        groups.
     """
     from scipy.stats import t as student  # noqa: PLC0415 - SciPy takes longer than the counts
 
@@ -87,7 +88,7 @@ def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
 
 
 def r_windows(test: PrintedTest, n: int) -> list[Window]:
-    """Return the intervals of r that match a printed test; a printed r has a sign."""
+    """Return the intervals of r that match a printed test; the sign of a printed r matters."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees = n - 2
@@ -109,8 +110,8 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
     """Return the intervals of |t|, F or r that match a printed test, given the columns' n.
 
-    The list is empty if no value matches. For Welch's t, whose degrees of freedom depend on the
-    data, only the printed t and d are used.
+    The list of intervals is empty if no value matches. Only the printed t and d are used for
+    Welch's t, whose degrees of freedom depend on the data.
     """
     k, first = len(n), int(n[0])
     if test.kind == "correlation":
@@ -128,7 +129,7 @@ def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
 
 
 def fits(values: Array, window: Window) -> Array:
-    """Return which values lie in an interval, within floating-point error."""
+    """Return which values lie in an interval, allowing for floating-point error."""
     slack = SLACK * (1 + np.abs(values))
     found: Array = (values >= window[0] - slack) & (values <= window[1] + slack)
     return found

@@ -1,10 +1,10 @@
 """Find the smallest and largest repeated-measures F over all data sets and pairings.
 
-The table determines the total sum of squares and the sum of squares between columns. The sum of
-squares between participants, which is removed from the error, depends on the pairing. It is
-smallest, and so is F, if participants' totals are as equal as whole numbers allow. It is largest,
-and so is F, if all columns have the same order (see `cross_products`). Both bounds hold for columns
-of any size. A search decides whether a table attains a bound.
+The published table determines the total sum of squares and the sum of squares between columns. The
+sum of squares between participants, which is removed from the error, depends on the pairing. This
+sum and F are smallest if participants' totals are as equal as whole numbers allow. Both are largest
+if all columns have the same order (see `cross_products`). These bounds on F hold for columns of any
+size. A search tests whether a table attains a bound.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ SEED = 1
 
 @dataclass(frozen=True)
 class _Case:
-    """One sum and sum of squares per column, with the smallest F that they allow."""
+    """One sum and one sum of squares per column, with the smallest F that these sums allow."""
 
     f: float
     moments: Moments
 
 
 def least_f(moments: Sequence[Moments], n: int) -> float | None:
-    """Return a lower bound on F from sums and sums of squares; None if there are too many.
+    """Return a lower bound on F from sums and sums of squares; None for too many combinations.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def attained_f(columns: Sequence[Sampler]) -> Range | None:
 def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
     """Return an upper bound on F, and a table that attains it if a search finds one.
 
-    The bound is infinite if the error may be zero or if there are too many sums.
+    The bound is infinite if the error may be zero or if there are too many sums to examine.
     """
     found = choices(columns)
     if not found.complete:
@@ -85,9 +85,10 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
 
 
 def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
-    """Search for data sets, all sorted, with this sum of cross products.
+    """Search for data sets, in the same order, whose sum of cross products is `most`.
 
-    For each column in turn, the data set is chosen that correlates best with the sum of the others.
+    For each column in turn, the search chooses the data set that correlates best with the sum of
+    the other columns.
     """
     rows = [
         column.some(int(at)).astype(np.int64) for column, at in zip(columns, place, strict=True)
@@ -105,7 +106,7 @@ def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:
-    """Return the sums and sums of squares with the smallest F."""
+    """Return the sums and sums of squares that give the smallest F, or None."""
     most = [_most_squares(column) for column in moments]
     if prod(map(len, most)) > COMBINATIONS:
         return None
