@@ -207,7 +207,7 @@ def add_participants(parser: ArgumentParser) -> None:
 
 
 def run_participants(args: Namespace) -> int:
-    """List the participants, and show the next one."""
+    """List the participants, and show the next participant."""
     defaults, roster = _folder()
     if args.json:
         import json  # noqa: PLC0415

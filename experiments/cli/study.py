@@ -93,8 +93,8 @@ def add_study(parser: ArgumentParser) -> Commands:
         "--figure",
         type=Path,
         metavar="FILE",
-        help="draw the timeline or, without --timeline, the orders for all participants (which "
-        "unblinds you): .svg, .png or .pdf",
+        help="draw the timeline as .svg, .png or .pdf; without --timeline, draw the orders for all "
+        "participants, which unblinds you",
     )
     validate = commands.add_parser(
         "validate",

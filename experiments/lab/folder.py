@@ -34,19 +34,21 @@ class LabFile(FrozenTable):
     windowed: Annotated[bool, Field(strict=True)] = setting(
         False, "Whether to run in a window instead of full screen."
     )
-    language: str = setting("", "Language of the texts for participants; default: the study's.")
+    language: str = setting(
+        "", "Language of the texts for participants; default: the study's language."
+    )
     markers: tuple[Text, ...] = setting(
         (), "Outputs for event markers, one SPEC each: lsl, serial:PORT, parallel:ADDRESS."
     )
-    position: str = setting("", "Finger-position sensor; default: the study's.")
-    force: str = setting("", "Finger-force sensor; default: the study's.")
+    position: str = setting("", "Finger-position sensor; default: the study's sensor.")
+    force: str = setting("", "Finger-force sensor; default: the study's sensor.")
     sound_required: Annotated[bool, Field(strict=True)] = setting(
         False,
         "Whether a study with masking noise requires a sound device, even if the study allows "
         "sessions without one.",
     )
     data: Text = setting("data", "Folder for participants' data.")
-    pilots: Text = setting("pilots", "Folder for pilots; also contains rehearsals with a person.")
+    pilots: Text = setting("pilots", "Folder for pilots, including rehearsals with a person.")
     backup: str = setting(
         "", "Folder on another disk, to which each run's journal is copied at the end."
     )

@@ -40,7 +40,7 @@ class ContactSpecs:
     force: str | None = None
 
     def otherwise(self, other: ContactSpecs) -> ContactSpecs:
-        """Return these sources; unspecified sources are taken from ``other``."""
+        """Return a copy in which unspecified sources are taken from ``other``."""
         return ContactSpecs(
             position=other.position if self.position is None else self.position,
             force=other.force if self.force is None else self.force,
@@ -76,7 +76,7 @@ def of_plate(file: PlateFile | None) -> ContactSpecs:
 
 
 def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> ContactSpecs:
-    """Return the command's sources; missing ones come from the study, then from the plate file."""
+    """Return the command's sources; the study, then the plate file supply missing sources."""
     return named.otherwise(of_study(study)).otherwise(of_plate(file))
 
 
@@ -131,7 +131,7 @@ def open_sources(
 
 
 def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
-    """Connect the sources, read each one briefly, and return one sentence per source."""
+    """Connect the sources, read each source briefly, and return one sentence per source."""
     # A pointer requires the window, and a simulated finger requires the simulated participant.
     later = {k: s for k, s in specs.used.items() if s.partition(":")[0] in NEED_A_PARTICIPANT}
     now = ContactSpecs(

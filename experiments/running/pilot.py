@@ -134,7 +134,7 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
             continue
         raise UserError(
             f"--out {folder}: contains another pilot or a participant's data ({path.name}); "
-            "expected a new folder, or one with an interrupted pilot of the same study and "
+            "expected a new folder, or the folder of an interrupted pilot of the same study and "
             "seed"
         )
     if not journals(folder):

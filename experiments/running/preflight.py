@@ -398,7 +398,7 @@ def _measures_finger(planned: PlannedSession) -> bool:
 
 
 def _contact_specs(planned: PlannedSession) -> ContactSpecs:
-    """Return the command's finger sensors; missing ones come from the study, then the plate."""
+    """Return the command's finger sensors; the study, then the plate supply missing sensors."""
     plan = _plan(planned)
     spec = with_plate_file(planned.plate, plan.study.plate.file)
     plate = plate_for(plan, spec, SystemClock())

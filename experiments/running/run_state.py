@@ -34,7 +34,7 @@ def run_state(path: Path) -> RunState:
 
 
 def participants(dataset: Path) -> list[str]:
-    """Return the labels of a data set's participants, including withdrawn ones, sorted."""
+    """Return the sorted labels of a data set's participants, including those who withdrew."""
     folders = (dataset / "sourcedata").glob("sub-*")
     present = {folder.name.removeprefix("sub-") for folder in folders}
     return sorted(present.union(withdrawn(dataset)))

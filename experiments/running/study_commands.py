@@ -171,12 +171,10 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
     lines += [
         "",
         f"participant {participant}, {which}run {run}: {place}",
-        f"surfaces of participant {participant}, {q.unit_in_short} (unblinds you)",
+        f"surfaces of participant {participant}, {q.unit_in_short} (this list unblinds you)",
     ]
     if any(protocol.possible_levels for protocol, _ in plan.tasks()):
-        lines.append(
-            "orders that depend on answers: for a participant who always chooses the first option"
-        )
+        lines.append("orders that depend on answers assume that the first option is always chosen")
     lines += [f"  {task:<22} {order}" for task, order in orders(plan).items()]
     return "\n".join(lines)
 

@@ -156,7 +156,7 @@ class Interruptions:
             self._participant.hold(self._hold_text, typed)
 
     def _void(self, request: Request) -> None:
-        """Void the trial in progress, or an earlier one that the protocol can still repeat."""
+        """Void the current trial, or an earlier trial that the protocol can still repeat."""
         now = self._progress.voidable
         trial = request.trial or now
         if trial is None:

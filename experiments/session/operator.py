@@ -30,7 +30,7 @@ class SessionStatus:
     trial, total : int
         Trial k of n within the task; 0 before the first trial.
     voidable : Trial or None
-        The trial that a void request refers to by default: the trial in progress, or the last one.
+        The trial that a void request refers to by default: the current trial, or the last trial.
     answered : Trial or None
         The trial before the current trial. This earlier trial can also be voided, because a slip of
         the finger is often noticed only when the next surface has been presented.

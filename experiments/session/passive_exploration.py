@@ -26,8 +26,8 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
     Raises
     ------
     UserError
-        If a study with passive strokes has no stage, if a study without passive strokes has one,
-        or if the strokes exceed the stage's limits.
+        If a study with passive strokes has no stage, if a study without passive strokes has a
+        stage, or if the strokes exceed the stage's limits.
     """
     position, passive = sources.get("position"), stroke is not None and stroke.passive
     if passive and not isinstance(position, Stage):

@@ -70,7 +70,7 @@ class Progress:
 
     @property
     def voidable(self) -> Trial | None:
-        """The trial that can be voided now: the current trial, the last one, or None."""
+        """The trial that can be voided now: the current trial, the last trial, or None."""
         trial = self._trial
         ended = trial and self._over and trial.number >= trial.total and not self._closing
         return None if ended else trial

@@ -90,7 +90,7 @@ class SurfaceState:
 
     @property
     def temperature_c(self) -> float | None:
-        """The plate's last temperature reading; None if it does not report one."""
+        """The plate's last temperature reading; None if the plate reports no temperature."""
         return self._temperature_c
 
     @property

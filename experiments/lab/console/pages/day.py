@@ -67,7 +67,7 @@ def today(view: View) -> dict[str, object]:
 
 
 def _between(found: Snapshot, job: Job | None) -> str:
-    """Return the participant whose session is starting or ending: it runs, but is not live."""
+    """Return the participant whose session is starting or ending; empty if there is none."""
     return job.about if job and job.running and not found.live else ""
 
 
