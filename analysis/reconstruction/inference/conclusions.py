@@ -193,7 +193,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return conclusions on the repeated-measures F and, if amplitudes are printed, on exponents."""
+    """Return conclusions on repeated-measures F and, if amplitudes are stated, on exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
