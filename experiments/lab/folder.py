@@ -96,7 +96,7 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     folder : Path
         A new folder, or a folder without this file.
     answers : dict
-        Values by key, from the command line.
+        Values from the command line, by key.
     ask : callable or None
         Called with a question and the value that an empty answer selects; returns the answer. If
         ``ask`` is None, keys without an answer keep their defaults.

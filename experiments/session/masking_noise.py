@@ -37,7 +37,7 @@ class Noise(Protocol):
 
 
 class NoNoise:
-    """A stand-in for sessions without masking noise."""
+    """A stand-in for the masking noise in sessions without noise."""
 
     state: NoiseState = "absent"
 

@@ -113,7 +113,7 @@ class StudyForm:
     Parameters
     ----------
     content : dict
-        The file's content, valid or not.
+        The file's content, which can be invalid.
     faults : sequence of Told
         The errors in the file.
     """

@@ -18,7 +18,7 @@ BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
 class Measured(NamedTuple):
     """The readings so far as (Hz, V, µm peak to peak), and the point that is waiting for a reading.
 
-    ``asked`` is (Hz, V), or None if the command is not waiting for a reading. ``typed`` is true if
+    ``asked`` is the requested (Hz, V), or None if no reading is expected. ``typed`` is true if
     a person types the readings.
     """
 

@@ -91,7 +91,7 @@ def _withdraw(desk: Desk, request: Withdraw) -> str:
     removed = withdraw(dataset, request.participant)
     desk.now()
     left = "".join(
-        f" {dataset} was merged from {source}, which may still contain their data: "
+        f" {dataset} was merged from {source}, which may still contain the participant's data: "
         "withdraw the participant there too."
         for source in sources_with(dataset, request.participant)
     )

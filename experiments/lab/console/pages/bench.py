@@ -151,6 +151,6 @@ def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
 
 
 def _readings(job: Job | None) -> list[tuple[float, float]]:
-    """Return readings of the presented surface as (s, level in the plate's quantity)."""
+    """Return the times in s and the readings of the presented surface in the plate's quantity."""
     rows = READING.findall(job.said()) if job else []
     return [(float(s), float(um)) for s, um in rows if um != "n/a"][-MOST_READINGS:]

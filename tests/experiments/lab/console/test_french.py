@@ -123,7 +123,7 @@ def test_a_french_page_answers_in_french(visitor, recorded):
     assert "glissance" in visitor.see("/study")
     assert visitor.ask("resume", participant="09", session="", run="01") == (
         409,
-        "le participant 09 n’a pas de tel passage interrompu",
+        "le participant 09 n’a pas ce passage interrompu",
     )
 
 
