@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class ConfidenceInterval:
-    """Confidence bounds for a quantity, in its unit.
+    """The confidence bounds for a quantity, in its unit.
 
     Parameters
     ----------
     low, high : float
-        Lower and upper bounds; unpacking the interval yields both.
+        Lower and upper bound; unpacking the interval yields both.
     confidence : float
-        Confidence level, such as 0.95.
+        Confidence level of the interval, such as 0.95.
     """
 
     low: float
@@ -23,7 +23,7 @@ class ConfidenceInterval:
     confidence: float = 0.95
 
     def __iter__(self) -> Iterator[float]:
-        """Yield the lower and the upper bound."""
+        """Yield the lower and then the upper bound."""
         yield self.low
         yield self.high
 

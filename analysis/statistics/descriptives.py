@@ -18,7 +18,7 @@ SD_CONVENTIONS = {"sample": 1, "population": 0}
 
 
 def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return the three statistics of the paper's Table III for each amplitude.
+    """Return the three statistics of Table III in the paper for each amplitude.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
         Participants' mean estimates; see
         `slipscale.analysis.preprocessing.normalisation.cell_means`.
     standard_deviation : {"sample", "population"}
-        Whether to divide by n - 1 or by n.
+        Whether the standard deviation divides by n - 1 or by n.
 
     Returns
     -------
@@ -41,7 +41,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
 
 
 def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return n, mean, maximum deviation and standard deviation for each column of ``cells``."""
+    """Return n, mean, maximum deviation and standard deviation of each column of ``cells``."""
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)
@@ -57,7 +57,7 @@ def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -
 
 
 def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> NDArray[np.float64]:
-    """Return half-widths of Cousineau–Morey within-participant intervals, one per column.
+    """Return half-widths of Cousineau–Morey within-participant intervals, one per condition.
 
     Each participant's values are shifted to the grand mean (Cousineau 2005, Tutor. Quant. Methods
     Psychol. 1, 42-45), the variance is corrected by k / (k - 1) (Morey 2008, ibid. 4, 61-64), and
@@ -66,8 +66,8 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
     Parameters
     ----------
     values : array, shape (participants, conditions)
-        Values without missing cells. With fewer than `FEWEST` participants or two conditions, the
-        result is NaN.
+        Values without missing cells. With fewer than `FEWEST` participants or fewer than two
+        conditions, the half-widths are NaN.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import, only when an interval is asked for
 
@@ -85,14 +85,14 @@ def describe(
     *,
     confidence: float = 0.95,
 ) -> pd.DataFrame:
-    """Return all descriptive statistics, one row per amplitude.
+    """Return all descriptive statistics, with one row per amplitude.
 
     Parameters
     ----------
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean estimates.
     logs : DataFrame, shape (participants, amplitudes)
-        Participants' mean natural logarithms, for the geometric means.
+        Participants' mean natural logarithms, used for the geometric means.
     confidence : float
         Confidence level of the intervals.
 
@@ -101,8 +101,8 @@ def describe(
     DataFrame
         Columns ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population
         maximum_deviation mean_low mean_high geometric_n geometric_low geometric_high within_low
-        within_high``. The intervals of the mean and the geometric mean are t-based; ``within``
-        refers to `within_intervals`.
+        within_high``. The intervals of the mean and of the geometric mean are t-based. The columns
+        named ``within`` contain the intervals of `within_intervals`.
     """
     table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
     logs = logs.reindex(columns=cells.columns)
@@ -130,7 +130,7 @@ def within_intervals(
 
     The intervals are computed on logarithms with the Cousineau–Morey method and transformed back.
     The spread of estimates is proportional to their size, so only logarithms have a common variance
-    at all amplitudes. On raw means, the intervals of small means would extend below 0.
+    at all amplitudes. If raw means were used, the intervals of small means would extend below 0.
 
     Parameters
     ----------

@@ -25,7 +25,7 @@ def _noncentrality(t: float, df: int, p: float) -> float:
 
 
 def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float] | None:
-    """Return the non-centrality parameters for which t lies at either confidence limit."""
+    """Return the non-centrality parameters for which t lies at each confidence limit."""
     from scipy import special  # noqa: PLC0415 - see `d_z_interval`
 
     if abs(t) > LARGEST_T:
@@ -62,7 +62,7 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
 def hedges_g(
     first: Array, second: Array, confidence: float
 ) -> tuple[float, ConfidenceInterval | None]:
-    """Return Hedges' g of two groups and its interval; the interval is None if not defined.
+    """Return Hedges' g of two groups and its interval, which is None if it is not defined.
 
     Hedges' g is the difference between means divided by the pooled standard deviation, multiplied
     by a bias correction (Hedges 1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal
@@ -127,7 +127,7 @@ def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
 
 
 def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
-    """Return the effect and total sums of squares, optionally leaving out each participant in turn.
+    """Return the effect and total sums of squares, optionally omitting each participant in turn.
 
     With one within-participant factor, the ratio of effect to total is generalised eta squared
     (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
@@ -152,14 +152,14 @@ def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval
     """Return the interval for generalised eta squared; None if it is not defined.
 
     Tukey's jackknife across participants is applied to artanh η (Fisher's z of the correlation
-    ratio), with a t quantile. Coverage is nominal with six or more participants (tests/analysis).
-    With twelve participants, the coverage of a percentile bootstrap is about 75 % instead of 95 %,
-    because η² is biased upwards.
+    ratio), with a t quantile. The coverage is nominal with six or more participants
+    (tests/analysis). With twelve participants, the coverage of a percentile bootstrap is about 75 %
+    instead of 95 %, because η² is biased upwards.
 
     Parameters
     ----------
     values : array, shape (participants, amplitudes)
-        Values of at least three participants, without missing cells.
+        Values of at least three participants, none of which is missing.
     """
     from scipy import stats  # noqa: PLC0415
 

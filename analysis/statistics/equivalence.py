@@ -1,6 +1,6 @@
 """Test whether two amplitudes are equivalent, by two one-sided tests and by a Bayes factor.
 
-A non-significant difference is not evidence of equality; these tests can provide it.
+A non-significant difference is not evidence of equality, but these tests can provide such evidence.
 """
 
 from __future__ import annotations
@@ -28,12 +28,13 @@ class Equivalence:
     Parameters
     ----------
     bound : float
-        Equivalence bound, above 1: a ratio between 1 / bound and bound counts as equivalent.
+        Equivalence bound, a number above 1. A ratio between 1 / bound and bound counts as
+        equivalent.
     interval : ConfidenceInterval
         Interval for the ratio at confidence level 1 - 2 α, where α is the significance level. The
         interval lies inside the bounds if and only if ``p`` < α.
     p : float
-        The larger of the two one-sided p-values.
+        Larger p-value of the two one-sided tests.
     """
 
     bound: float
@@ -44,13 +45,14 @@ class Equivalence:
 def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
     """Test whether a mean difference of logarithms lies between -log(bound) and log(bound).
 
-    For the method, see Schuirmann (1987), J. Pharmacokinet. Biopharm. 15, 657-680.
+    For the method of two one-sided tests, see Schuirmann (1987), J. Pharmacokinet. Biopharm. 15,
+    657-680.
 
     Parameters
     ----------
     logs : MeanOverParticipants
-        Mean of participants' differences. The confidence level of its interval sets α = 1 -
-        confidence.
+        Mean of participants' differences. The confidence level of the interval sets the
+        significance level: α = 1 - confidence.
     bound : float
         Equivalence bound, a ratio above 1.
     """
@@ -76,7 +78,7 @@ def bayes_factor(t: float, n: int) -> float:
     225-237, eq. 1) as a sum over log g. The prior for d_z is a Cauchy distribution with scale
     `PRIOR_SCALE`. The result is infinite if it overflows. pingouin integrates over g and misses the
     peak if t is large (48 instead of 6,900 at n = 3, t = 10,000). For thousands of participants,
-    pingouin's result is 0 / 0.
+    pingouin's integral is 0 / 0.
 
     >>> round(bayes_factor(3.5, 20), 2), round(1 / bayes_factor(0.2, 20), 2)
     (17.18, 4.23)

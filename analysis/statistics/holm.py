@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 
 def holm(ps: Sequence[float]) -> list[float]:
-    """Return Holm-corrected p-values; NaN remains NaN and is not counted as a test.
+    """Return Holm-corrected p-values. NaN remains NaN and is not counted as a test.
 
     >>> holm([0.01, float("nan"), 0.04, 0.03])
     [0.03, nan, 0.06, 0.06]

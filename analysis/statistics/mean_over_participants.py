@@ -1,4 +1,4 @@
-"""Compute the mean of one value per participant, its t-based interval and t test against 0."""
+"""Compute the mean of one value per participant, its t-based interval and its t test against 0."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ class MeanOverParticipants:
     p: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         return renamed(self, interval="ci")
 
 
 def mean_over_participants(
     values: NDArray[np.float64], confidence: float
 ) -> MeanOverParticipants | NotComputed:
-    """Return the mean of one value per participant, its t-based interval and t test against 0.
+    """Return the mean of one value per participant, its t-based interval and its t test against 0.
 
     Parameters
     ----------
@@ -73,6 +73,6 @@ def mean_over_participants(
 
 
 def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:
-    """Return Holm-corrected p-values for a family of means; None if a mean was not computed."""
+    """Return Holm-corrected p-values for a family of means; None for each missing mean."""
     ps = holm([each.p if each else np.nan for each in found])
     return [p if each else None for p, each in zip(ps, found, strict=True)]

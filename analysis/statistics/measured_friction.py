@@ -2,8 +2,8 @@
 
 If a study measures normal and lateral force, the logarithm of the estimate is regressed on the
 coefficient of friction, separately for each participant. Slopes and correlations are then averaged
-across participants, because trials of one person are not independent and skin differs between
-people.
+across participants, because trials of the same person are not independent and because skin differs
+between people.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LARGEST_CORRELATION = 1 - 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParticipantLine:
-    """The regression line of one participant.
+    """The regression line of one participant's log estimates on friction.
 
     Parameters
     ----------
@@ -47,11 +47,11 @@ class ParticipantLine:
     slope : float
         Change in the natural logarithm of the estimate per unit of the coefficient of friction.
     slope_interval : ConfidenceInterval
-        t-based least-squares interval; assumes independent trials.
+        t-based least-squares interval for the slope, assuming independent trials.
     correlation : float
         Pearson correlation between the logarithm of the estimate and the coefficient of friction.
     correlation_interval : ConfidenceInterval
-        Interval from Fisher's z; assumes independent trials.
+        Interval for the correlation from Fisher's z, assuming independent trials.
     """
 
     participant_id: str
@@ -64,13 +64,13 @@ class ParticipantLine:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class MeanCorrelation:
-    """The mean correlation across participants, computed as the mean of Fisher's z.
+    """Mean correlation across participants, computed from the mean of Fisher's z.
 
     Parameters
     ----------
     correlation : float
     interval : ConfidenceInterval
-        t-based interval for the mean z, transformed back.
+        t-based interval for the mean of Fisher's z, transformed back to a correlation.
     """
 
     correlation: float
@@ -86,10 +86,10 @@ class MeasuredFriction:
     trials : int
         Number of trials used.
     participants : tuple of ParticipantLine
-        Participants for whom a line was fitted.
+        Participants for whom a regression line was fitted.
     left_out : tuple of str
-        Participants excluded because they had too few trials, or because friction or ratings did
-        not vary.
+        Participants who were excluded because they had too few trials, or because friction or
+        estimates did not vary.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes.
     correlation : MeanCorrelation or NotComputed
@@ -104,7 +104,7 @@ class MeasuredFriction:
 
 
 def used_trials(prepared: Prepared) -> pd.DataFrame:
-    """Return the trials that have a logarithm and a measured coefficient of friction."""
+    """Return the trials with a log estimate and a measured coefficient of friction."""
     trials = prepared.trials
     if prepared.refused or COEFFICIENT not in trials:
         return trials.iloc[:0]

@@ -43,26 +43,26 @@ class MixedModel:
     Parameters
     ----------
     intercept, exponent : float
-        Fixed effects: natural logarithm of the normalised estimate at 1 µm peak to peak, and the
-        exponent of the power function.
+        Fixed effects: the natural logarithm of the normalised estimate at 1 µm peak to peak, and
+        the exponent of the power function.
     se : float
         Standard error of the exponent.
     interval : ConfidenceInterval
         t-based interval for the exponent, with n - 1 degrees of freedom.
     sd_intercept, sd_exponent, sd_residual : float
-        Standard deviations of the random effects and of the residual.
+        Standard deviations of the two random effects and of the residual.
     log_likelihood_reml : float
         Restricted log likelihood.
     converged : bool
         Whether the optimiser reported convergence.
     at_bound : bool
-        Whether a variance or correlation is at its bound.
+        Whether a variance or correlation is at the bound of its range.
     optimiser : str
-        Name of the optimiser that found this fit.
+        Name of the optimiser that found the returned fit.
     warnings : tuple of str
-        Warnings from statsmodels for this fit.
+        Warnings that statsmodels issued for the returned fit.
     n, trials : int
-        Numbers of participants and of trials above 0 µm.
+        Number of participants, and number of trials above 0 µm.
     """
 
     intercept: float
@@ -81,18 +81,18 @@ class MixedModel:
     trials: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         return renamed(self, interval="ci")
 
 
 def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     """Fit a linear mixed model of log estimate on log amplitude, with random effects (REML).
 
-    statsmodels fits random intercepts and slopes to trials above 0 µm. Of the fits by the
-    `OPTIMISERS` that were tried, the one with the highest likelihood is returned. The interval for
-    the slope uses the t distribution with n - 1 degrees of freedom, because the normal distribution
-    of statsmodels gives intervals that are too narrow for twelve people. Standard errors of
-    variances are not reported, because the values from statsmodels are not usable.
+    statsmodels fits random intercepts and slopes to trials above 0 µm. The fit with the highest
+    likelihood among the `OPTIMISERS` that were tried is returned. The interval for the slope uses
+    the t distribution with n - 1 degrees of freedom. The normal distribution that statsmodels uses
+    gives intervals that are too narrow for twelve people. Standard errors of variances are not
+    reported, because the values from statsmodels are not usable.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -131,7 +131,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return log estimates and log amplitudes above 0 µm, and the reason if none can be fitted."""
+    """Return log estimates and log amplitudes above 0 µm, and any reason against a model."""
     trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {
@@ -170,14 +170,14 @@ def singular(fit: MixedLMResults) -> bool:
 def likeliest(
     frame: pd.DataFrame, fixed: str, random: str
 ) -> tuple[MixedLMResults, str, list[str]]:
-    """Return the fit with the highest likelihood, its optimiser, and its statsmodels warnings.
+    """Return the fit with the highest likelihood, its optimiser and its statsmodels warnings.
 
     Parameters
     ----------
     frame : DataFrame
-        Columns ``ly``, ``lx`` and ``who``, and all columns in the formulas.
+        Data with the columns ``ly``, ``lx`` and ``who``, and all columns in the formulas.
     fixed, random : str
-        Formulas for the fixed effects and for the random effects of participants.
+        Formulas for the fixed effects and for participants' random effects.
     """
     # statsmodels.formula.api is not used, because it loads all of statsmodels, which is slow.
     from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415

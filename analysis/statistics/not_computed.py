@@ -1,8 +1,8 @@
 """Represent a result that could not be computed, together with the reason.
 
 `NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. Code that
-also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can be falsy,
-such as a number or an empty tuple.
+also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can themselves
+be falsy, such as a number or an empty tuple.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class NotComputed:
-    """A missing result and the reason why it is missing.
+    """A missing result with the reason why it is missing.
 
     Parameters
     ----------
     reason : str
-        A clause without a full stop.
+        Reason why the result is missing, as a clause without a full stop.
     """
 
     reason: str
@@ -38,15 +38,15 @@ def computed(result: T | NotComputed) -> T | None:
 
 
 def all_computed(results: Iterable[T | NotComputed]) -> list[T]:
-    """Return the results that were computed."""
+    """Return only the results that were computed."""
     return [each for each in results if not isinstance(each, NotComputed)]
 
 
 def missing(results: Iterable[object]) -> list[NotComputed]:
-    """Return the missing results, with their reasons."""
+    """Return only the missing results, with their reasons."""
     return [each for each in results if isinstance(each, NotComputed)]
 
 
 def fold(result: T | NotComputed, read: Callable[[T], S], otherwise: Callable[[str], S]) -> S:
-    """Apply ``read`` to a result, or ``otherwise`` to the reason why it is missing."""
+    """Apply ``read`` to a computed result, or ``otherwise`` to the reason why it is missing."""
     return otherwise(result.reason) if isinstance(result, NotComputed) else read(result)

@@ -34,7 +34,7 @@ class PowerLaw:
     sd : float
         Standard deviation of participants' exponents (n - 1).
     n : int
-        Number of participants with an exponent.
+        Number of participants with a fitted exponent.
     points : int
         Largest number of amplitudes above 0 in any participant's fit.
     """
@@ -46,7 +46,7 @@ class PowerLaw:
     points: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         return renamed(self, interval=key_of(self.interval))
 
 
@@ -62,9 +62,8 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame
-        Columns ``exponent intercept points``, with the index of ``logs``; NaN with fewer than two
-        points.
+    DataFrame Columns ``exponent intercept points``, with the index of ``logs``. Exponents and
+    intercepts are NaN with fewer than two points.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     lines = fit_lines(np.log(usable.columns.to_numpy(float)), usable.to_numpy(float))

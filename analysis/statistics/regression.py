@@ -12,12 +12,12 @@ from slipscale.analysis.statistics.arrays import Array
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Lines:
-    """Fitted lines, y = intercept + slope x.
+    """The fitted lines, y = intercept + slope x.
 
     Parameters
     ----------
     slope, intercept : array, shape (...)
-        NaN with fewer than two points, or if all points have the same x.
+        Both are NaN with fewer than two points, or if all points have the same x.
     points : int array, shape (...)
         Number of points used for each line.
     """

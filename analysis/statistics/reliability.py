@@ -30,19 +30,19 @@ GROUPS = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntraclassCorrelation:
-    """An intraclass correlation; no interval if the value or any jackknife value reaches 1."""
+    """An intraclass correlation, with no interval if the value or any jackknife value reaches 1."""
 
     value: float
     interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         return renamed(self, interval="ci")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reliability:
-    """Proportion of the variance in log estimates that is due to participants.
+    """Variance component of participants, as a proportion of the variance in log estimates.
 
     The model is: log estimate = mean of the amplitude + participant + participant x amplitude +
     repetition. Differences between amplitudes do not count as reliability, because the study chose
@@ -54,13 +54,15 @@ class Reliability:
         Reliability of a single estimate, and of the mean of a participant's repetitions at an
         amplitude.
     variance_participants, variance_interaction, variance_repetitions : float
-        Variance components of the natural logarithms, at least 0.
+        Variance components of the log estimates, each at least 0.
     n, amplitudes, trials : int
-        Numbers of participants, amplitudes and trials.
+        Number of participants, number of amplitudes and number of trials.
     repetitions : float
-        Number of repetitions per cell; the harmonic mean if cells differ.
+        Number of repetitions per participant and amplitude; the harmonic mean if the numbers
+        differ.
     method : {"mean squares", "REML"}
-        Estimation method; REML is used if cells differ in their number of estimates.
+        Estimation method. REML is used if participants or amplitudes differ in their number of
+        estimates.
     """
 
     single: IntraclassCorrelation
@@ -79,10 +81,10 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
     """Return intraclass correlations across repetitions, from variance components.
 
     If every participant has the same number of estimates above zero at every amplitude, components
-    are computed from mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch.
-    4). Otherwise, they are estimated from all estimates by restricted maximum likelihood.
-    Intervals use a jackknife across participants on Fisher's z, because a participant's amplitudes
-    are not independent targets.
+    are computed from mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch. 4).
+    Otherwise, variance components are estimated from all estimates by restricted maximum
+    likelihood. Intervals use a jackknife of Fisher's z across participants, because a participant's
+    amplitudes are not independent targets.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -132,7 +134,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
 
 
 def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple[Array, Array]:
-    """Return the components for all participants, and with each participant omitted in turn."""
+    """Return the variance components for all participants, and with each participant omitted."""
     n, k, repetitions = shape
     block = usable.sort_values(CELL, kind="stable")["log"].to_numpy(float).reshape(shape)
     squares = _sums_of_squares(block)
@@ -144,7 +146,7 @@ def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple
 
 
 def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]:
-    """Return the components estimated by REML, overall and with groups of participants omitted."""
+    """Return REML variance components for all participants, and with groups of them omitted."""
     whole = reml_components(means, counts, squares)
     if whole[2] <= TINY:
         return whole, whole[None]
@@ -158,7 +160,7 @@ def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]
 
 
 def _sums_of_squares(block: Array) -> Array:
-    """Return each participant's sums of squares: participants, interaction and repetitions."""
+    """Return each participant's sums of squares for participants, interaction and repetitions."""
     _, k, repetitions = block.shape
     cells = block.mean(axis=2)
     centred = cells - cells.mean(axis=0)
@@ -173,7 +175,7 @@ def _sums_of_squares(block: Array) -> Array:
 
 
 def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
-    """Return the participant, interaction and repetition components, which may be negative."""
+    """Return the participant, interaction and repetition components, each possibly negative."""
     people = squares[..., 0] / (n - 1)
     within = squares[..., 2] / (n * k * (repetitions - 1))
     interaction = squares[..., 1] / ((n - 1) * (k - 1)) if k > 1 else within

@@ -14,7 +14,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SubsetSummary:
-    """The main results for a subset of participants.
+    """The main results for all or some of the participants.
 
     Parameters
     ----------
@@ -25,7 +25,7 @@ class SubsetSummary:
     power_law, friedman
         The group exponent and the result of Friedman's test.
     means : Mapping
-        Amplitude (µm peak to peak) -> mean normalised estimate.
+        Mean normalised estimates, keyed by amplitude in µm peak to peak.
     """
 
     participants: str
@@ -35,7 +35,7 @@ class SubsetSummary:
     means: Mapping[float, float]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         exponent, friedman = computed(self.power_law), computed(self.friedman)
         return {
             "participants": self.participants,
@@ -49,7 +49,7 @@ class SubsetSummary:
 
 
 def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:
-    """Return the main results for all participants and, if any remain, for those without flags."""
+    """Return the main results for all participants and, if any, for participants without flags."""
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
     sets = {"all analysed participants": everyone}
     if flagged and kept.any():

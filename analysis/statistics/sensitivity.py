@@ -13,18 +13,18 @@ from slipscale.stimuli.quantity import Quantity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RuleSummary:
-    """Means and standard deviations under one rule.
+    """Means and standard deviations under one normalisation rule.
 
     Parameters
     ----------
     rule : str
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     used : bool
-        Whether the analysis uses this rule.
+        Whether the main analysis uses this rule.
     unit : str
         Unit of the means and standard deviations.
     mean, sd_sample : Mapping
-        Amplitude (µm peak to peak) -> value across participants.
+        Value across participants, keyed by amplitude in µm peak to peak.
     """
 
     rule: str
@@ -37,7 +37,7 @@ class RuleSummary:
 def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[RuleSummary, ...]:
     """Return Table III's means and standard deviations under every applicable rule.
 
-    The exponent and every within-participant test on logarithms are the same under all rules.
+    The exponent and all within-participant tests on logarithms are the same under all rules.
     """
     rows = []
     normalised = normalise_by_all(trials)

@@ -1,7 +1,7 @@
 """Define how a statistic is declared and how results are stored.
 
-A declaration contains everything that the report, its files, a pre-registration and a pilot need.
-Rules:
+A declaration contains everything that the report, its files, a pre-registration and a pilot need
+about a statistic. Rules:
 
 - if the study did not choose a statistic, or the data do not support it, its result is a
   `NotComputed` with the reason;
@@ -37,20 +37,20 @@ SessionTable = tuple[str, str, "pd.DataFrame"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inputs:
-    """Input data for all statistics.
+    """The input data for all statistics.
 
     Parameters
     ----------
     data : Dataset
-        The data set after exclusions.
+        The data set after exclusion of trials and participants.
     prepared : Prepared or None
         Magnitude estimates, or None if the data set contains none.
     rule : str or None
-        Normalisation rule, or None without magnitude estimates.
+        Normalisation rule, or None if there are no magnitude estimates.
     bayesian : bool
-        Whether to sample the hierarchical Bayesian power function, which takes half a minute.
+        Whether to fit the hierarchical Bayesian power function, which takes half a minute.
     session_tables : callable
-        Returns the session measures of all kinds of tasks.
+        Function that returns the session measures of all kinds of tasks.
     found : Inference
         The results of the statistics declared before this one.
     """
@@ -70,11 +70,11 @@ class Family(Generic[T_co]):
     Parameters
     ----------
     name : str
-        Hypothesis and method, with a placeholder for the quantity ``q``.
+        Hypothesis and test method, with ``q`` as the placeholder for the rated quantity.
     read : callable
-        Returns the uncorrected p-values of a result.
+        Function that returns the uncorrected p-values of a result.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis that includes this family.
+        The primary analysis to which this family belongs.
     corrected : bool
         Whether the p-values of the family are Holm-corrected.
     """
@@ -87,15 +87,16 @@ class Family(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sentence(Generic[T_co]):
-    """A report sentence about a result.
+    """A sentence of the report about a result.
 
     Parameters
     ----------
     write : callable
-        Returns the sentence, given the result, the confidence level and the quantity; or None if
-        there is nothing to report.
+        Function of the result, the confidence level and the rated quantity. Returns the sentence,
+        or None if there is nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis that includes this sentence. In other analyses it is secondary.
+        The primary analysis to which this sentence belongs. In other analyses, this sentence is
+        secondary.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]
@@ -109,28 +110,31 @@ class Statistic(Generic[T_co]):
     Parameters
     ----------
     key : str
-        Key in ``inference.json``, and name in the ``tests`` of a study.
+        Key in ``inference.json``, and name in the ``tests`` of a study file.
     meaning : str
-        Description of the computation, for a pre-registration.
+        Description of the computation for a pre-registration.
     compute : callable
-        Returns the result, or the reason why it is missing.
+        Function that returns the result, or the reason why the result is missing.
     test : bool
         Whether a study may omit the statistic.
     title : str
-        Name in the list of tests that could not be computed. If empty, the statistic is not listed.
+        Title in the list of tests that could not be computed. If the title is empty, the statistic
+        is not listed.
     parts : callable, optional
-        Returns the parts of a result that can be missing separately. The keys are titles, with a
-        placeholder for the quantity ``q``.
+        Function that returns the parts of a result that can be missing separately. The keys are
+        titles, with ``q`` as the placeholder for the rated quantity.
     families : tuple of Family
-        Tests that the report evaluates by p-values. Estimates with intervals need no family.
+        Families of tests that the report evaluates by p-values. Estimates with intervals do not
+        need a family.
     sentences : tuple of Sentence
         Sentences for the results section, in order.
     methods : str
-        Sentence for the methods section, with a placeholder for the quantity ``q`` and references
-        as ``[[key]]``.
+        Sentence for the methods section. The placeholder ``q`` is the rated quantity, and
+        ``[[key]]`` is a reference.
     conclusions, headlines : Mapping
-        Conclusions, and numbers to plot, for simulated pilots. Each maps a regular expression for
-        names below ``key`` to a description; ``{0}`` is the first group of the expression.
+        Conclusions of simulated pilots, and numbers to plot from them. Each mapping goes from a
+        regular expression for names below ``key`` to a description, in which ``{0}`` is the first
+        group of the expression.
     """
 
     key: str
@@ -146,7 +150,7 @@ class Statistic(Generic[T_co]):
     headlines: Mapping[str, str] = field(default_factory=dict)
 
     def __reduce__(self) -> tuple[Callable[[str], object], tuple[str]]:
-        """Pickle only the key, because the functions of a declaration cannot be pickled."""
+        """Pickle a declaration by its key only, because its functions cannot be pickled."""
         return _statistic_of, (self.key,)
 
 
@@ -162,8 +166,8 @@ class Inference:
 
     Examples
     --------
-    Code looks up a result by its declaration, ``inference[FRIEDMAN]``. In a notebook, the key is
-    shorter: ``analysis.inference.friedman``.
+    Code looks up a result by its declaration, as in ``inference[FRIEDMAN]``. In a notebook, the key
+    is a shorter way to look up a result: ``analysis.inference.friedman``.
     """
 
     results: Mapping[str, object] = field(default_factory=dict)
@@ -171,7 +175,7 @@ class Inference:
     declared: tuple[Statistic[object], ...] = ()
 
     def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
-        """Return the result of a statistic, or the reason why it is missing."""
+        """Return the result of a statistic, or the reason why the result is missing."""
         return cast("T | NotComputed", self.results[statistic.key])
 
     def found(self, statistic: Statistic[T]) -> T | None:
@@ -180,22 +184,22 @@ class Inference:
         return computed(result)
 
     def __getattr__(self, key: str) -> object:
-        """Return a result by its key, for notebooks."""
+        """Return a result by its key, as is convenient in notebooks."""
         try:
             return self.results[key]
         except KeyError:
             raise AttributeError(f"no statistic has the key '{key}'") from None
 
     def __dir__(self) -> Iterator[str]:
-        """List the keys, for completion."""
+        """List the keys of all results, for completion in notebooks."""
         return iter([*object.__dir__(self), *self.results])
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the results by key."""
+        """Return a mapping of keys to results."""
         return self.results
 
     def with_result(self, statistic: Statistic[object], result: object) -> Inference:
-        """Return a copy with one more result."""
+        """Return a copy of these results with one more result."""
         results = {**self.results, statistic.key: result}
         return Inference(results, (*self.declared, statistic))
 

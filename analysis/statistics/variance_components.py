@@ -1,10 +1,10 @@
 """Estimate variance components from unbalanced repeated estimates by REML.
 
-Model: log estimate = mean of the level + participant + participant x level + repetition. Restricted
-maximum likelihood needs only the means and counts of cells (participant x level) and the sum of
-squares within cells (Searle, Casella and McCulloch 1992, Variance Components, ch. 6). If every cell
-has the same number of repetitions and no component is negative, the result equals the mean-squares
-estimate.
+The model is: log estimate = mean of the level + participant + participant x level + repetition.
+Restricted maximum likelihood needs only the mean and number of estimates per participant and level,
+and the sum of squares around these means (Searle, Casella and McCulloch 1992, Variance Components,
+ch. 6). If all participants have the same number of repetitions at every level and no component is
+negative, the result equals the mean-squares estimate.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ STARTS = ((1.0, 0.5), (0.05, 0.05))
 def reml_components(
     means: Array, counts: Array, squares: Array, starts: Sequence[Sequence[float]] = STARTS
 ) -> Array:
-    """Return the participant, participant x level and repetition components, all at least 0.
+    """Return the components of participant, participant x level and repetition, each at least 0.
 
     Parameters
     ----------
     means : array, shape (participants, levels)
-        Mean of each cell; ignored for empty cells.
+        Mean estimate per participant and level; ignored if there are no estimates.
     counts : array, shape (participants, levels)
-        Number of estimates in each cell; 0 for empty cells.
+        Number of estimates per participant and level; 0 if there are none.
     squares : array, shape (participants,)
-        Each participant's sum of squares around their cell means.
+        Sum of squares of each participant's estimates around their means per level.
     starts : sequence of (float, float)
-        Starting values of the search.
+        Ratios at which the search starts.
     """
     from scipy import optimize  # noqa: PLC0415 - takes half a second to import
 
@@ -78,9 +78,9 @@ def _deviance(  # noqa: PLR0917
 ) -> tuple[float, Array, float]:
     """Return -2 log restricted likelihood (no constant), its gradient and the repetition variance.
 
-    ``ratios`` are the participant and interaction components relative to the repetition variance,
-    which has a closed form. Each row of ``counts`` describes a group of ``people`` with the same
-    counts; ``sums`` and ``products`` refer to the cell means of the group.
+    ``ratios`` are the participant and interaction components divided by the repetition variance,
+    for which there is a closed formula. Each row of ``counts`` describes a group of ``people`` with
+    the same counts; ``sums`` and ``products`` refer to the cell means of the group.
     """
     person, cell = ratios
     present = counts > 0

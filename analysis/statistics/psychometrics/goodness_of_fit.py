@@ -29,16 +29,16 @@ RUNS = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoodnessOfFit:
-    """Deviation of the answers from a fitted curve.
+    """The deviation of the answers from a fitted curve.
 
     Parameters
     ----------
     deviance : float
-        Twice the difference in log likelihood between the observed proportions and the curve.
+        Twice the difference in log likelihood between observed proportions and fitted curve.
     p : float
-        Proportion of simulated, refitted data sets that have at least this deviance.
+        Proportion of simulated and refitted data sets with at least this deviance.
     simulations : int
-        Number of simulated data sets.
+        Number of data sets that were simulated.
     """
 
     deviance: float

@@ -9,9 +9,9 @@ people: with a shared slope, the model would treat the errors of people with sha
 lapses, and the typical curve would be too steep. With several conditions, ν is 0, because a third
 integral would take seven times as long. The fit needs no prior and no bound near the true value,
 even if a participant gave few answers. Catch trials present a level that nobody misses, so only
-lapses cause errors there; they are part of the likelihood. The fit maximises the marginal
-likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function with
-lapses, random thresholds and random slopes.
+lapses cause errors in these trials, which contribute to the likelihood. The fitted parameters
+maximise the marginal likelihood (see `integrated_over_people`). No package on PyPI fits a
+psychometric function with lapses, random thresholds and random slopes.
 """
 
 from __future__ import annotations
@@ -58,20 +58,20 @@ LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """Answer counts for several people; one row per person, condition and level.
+    """The answer counts of several people, with one row per person, condition and level.
 
     Parameters
     ----------
     person, condition : int array, shape (rows,)
         Indices, counted from 0.
     design : array, shape (rows, coefficients)
-        Design matrix of the thresholds; its rows are equal within a person's condition.
+        Design matrix of the thresholds, whose rows are equal for the same person and condition.
     u : array, shape (rows,)
         Coordinates of the levels; `psychometric_fit.FAR_BELOW` for 0 on a logarithmic axis.
     yes, n : array, shape (rows,)
-        Numbers of correct (or "yes") answers and of all answers.
+        Number of correct (or "yes") answers, and number of all answers.
     catch_right, catch_wrong : int
-        Numbers of correctly and wrongly answered catch trials, over all participants.
+        Number of correct and number of wrong answers in catch trials, over all participants.
     """
 
     person: NDArray[np.intp]
@@ -85,12 +85,12 @@ class Trials:
 
 
 class HierarchicalFit:
-    """A fitted hierarchical model with profile-likelihood confidence intervals.
+    """A hierarchical model after the fit, with profile-likelihood confidence intervals.
 
     Parameters
     ----------
     model : Model
-        Curve, share, guess rate and largest lapse rate.
+        Curve, share, guess rate and largest lapse rate of the model.
     trials : Trials
     start : array, optional
         Starting point of the search, if an approximate maximum is known.
@@ -153,7 +153,7 @@ class HierarchicalFit:
         self.best = self._best() if start is None else self._fitted.fit(start)
 
     def _best(self) -> Maximum:
-        """Return the highest of the maxima found from several starting points."""
+        """Return the highest maximum that the search reaches from several starting points."""
         if self.slopes_differ:
             shared = HierarchicalFit(self.model, self.trials, slopes_differ=False)
             fits = self._fitted.fit(shared.best.theta), shared.best
@@ -222,8 +222,7 @@ class HierarchicalFit:
         Parameters
         ----------
         place : int
-            Index of the parameter: a coefficient, or ``slope`` for the natural logarithm of the
-            slope.
+            Index of a coefficient, or ``slope`` for the natural logarithm of the slope.
         df : int
             Degrees of freedom between people.
         """
@@ -231,7 +230,7 @@ class HierarchicalFit:
         return self._fitted.profile(self.best, place, fall)
 
     def p(self, coefficient: int, df: int) -> float:
-        """Return the p-value of a coefficient: 1 minus the level of the interval that ends at 0."""
+        """Return a coefficient's p-value: 1 minus the level of the interval with one end at 0."""
         from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)
@@ -239,20 +238,20 @@ class HierarchicalFit:
         return float(2 * stats.t.sf(t, df))
 
     def fallen(self, held: dict[int, float]) -> float:
-        """Return the drop in log likelihood when some parameters are held fixed."""
+        """Return the drop in log likelihood if some parameters are fixed."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
 
     @property
     def jumps(self) -> bool:
-        """Whether the steepest allowed slope is about as likely as the best slope."""
+        """Return whether the steepest allowed slope is about as likely as the best slope."""
         steepest = self._fitted.bounds[self.slope][1]
         return self.fallen({self.slope: steepest}) < FLAT
 
     def deviations(self) -> Array:
         """Return each person's deviation from the population threshold, in level coordinates.
 
-        Deviations are conditional means, given the person's answers and the fitted model. They are
-        shrunk towards 0, more strongly for people with fewer answers.
+        Deviations are conditional means, given the person's answers and the fitted model.
+        Deviations are shrunk towards 0, more strongly for people with fewer answers.
         """
         _, shares = self._fitted.posteriors(self.best.theta)
         return np.asarray(self.sd * (shares @ self._fitted.outer.nodes[0]))
@@ -264,5 +263,5 @@ class HierarchicalFit:
 
     @property
     def scale(self) -> float:
-        """Level coordinates per internal unit of the fit."""
+        """Number of level coordinates per internal unit of the fit."""
         return self._scale

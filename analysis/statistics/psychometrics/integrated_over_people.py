@@ -1,17 +1,17 @@
-"""Maximise a marginal likelihood, integrated over differences between people.
+"""Maximise a likelihood that is integrated over differences between people.
 
 A participant's answers are grouped into kinds (such as a level or a step size), and kinds are
 grouped into cells (such as a condition). Some random effects are common to all answers of a
-participant; one more is common to the kinds of a cell:
+participant, and one more random effect is common to the kinds in a cell:
 
     L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
 
-All random effects have a standard normal distribution; the integrals are sums on evenly spaced
-grids. The error is negligible if the step is smaller than the width of a participant's likelihood.
-Gauss-Hermite quadrature with few points would miss a narrow peak.
+All random effects have a standard normal distribution, and the integrals are sums on evenly spaced
+grids. The integration error is negligible if the grid's step is smaller than the width of a
+participant's likelihood. Gauss-Hermite quadrature with few points would miss a narrow peak.
 
-Confidence intervals use the profile likelihood: at their ends, the log likelihood is (n / 2) log(1
-+ t² / df) below its maximum. For a normal sample, this reproduces the t interval exactly, so
+Confidence intervals use the profile likelihood. At their ends, the log likelihood is (n / 2) log(1
++ t² / df) below its maximum. For a normal sample, these limits reproduce the t interval exactly, so
 intervals from few people are no narrower than the intervals of a t test.
 """
 
@@ -44,10 +44,10 @@ AWAY_FROM_ZERO = 0.3
 
 
 class Prediction(NamedTuple):
-    """Log probabilities of yes and no, shape (kinds, outer nodes, inner nodes), and derivatives.
+    """Log probabilities of yes and no, shape (kinds, outer nodes, inner nodes), with derivatives.
 
-    ``gradient`` returns the gradient of the log likelihood, given the weights of the yes and no
-    answers.
+    The function ``gradient`` returns the gradient of the log likelihood, given the weights of the
+    yes and no answers.
     """
 
     log_yes: Array
@@ -59,20 +59,20 @@ class Predict(Protocol):
     """A function that predicts answers from parameters and from nodes of the random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return the prediction; ``outer`` has shape (effects, nodes, 1), ``inner`` (nodes,)."""
+        """Return the prediction for ``outer`` (effects, nodes, 1) and ``inner`` (nodes,)."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counted:
-    """Answer counts per person and kind.
+    """Counts of answers per person and kind of answer.
 
     Parameters
     ----------
     yes, no : array, shape (people, kinds)
     cells : int array, shape (kinds,)
-        Index of each kind's cell, from 0.
+        Index of the cell of each kind, from 0.
     times : array, shape (people,)
-        Number of people with each row of counts.
+        Number of people who have each row of counts.
     """
 
     yes: Array
@@ -87,7 +87,7 @@ class Counted:
 
 
 class Maximum(NamedTuple):
-    """The location of a likelihood's maximum, with the log likelihood and its gradient there."""
+    """A maximum of a likelihood: its location, the log likelihood and its gradient there."""
 
     theta: Array
     log_likelihood: float
@@ -95,7 +95,7 @@ class Maximum(NamedTuple):
 
 
 class Interval(NamedTuple):
-    """A parameter's estimate (None if there is no maximum) and the ends of its interval."""
+    """The estimate of a parameter (None if there is no maximum) and the ends of its interval."""
 
     value: float | None
     low: float
@@ -103,7 +103,7 @@ class Interval(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """Nodes of standard normal variables, shape (effects, nodes), and their log weights."""
+    """The nodes of standard normal variables, shape (effects, nodes), and their log weights."""
 
     nodes: Array
     log_weights: Array
@@ -128,7 +128,7 @@ def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
 
 
 def students_fall(people: int, df: int, confidence: float) -> float:
-    """Return the drop in log likelihood that defines the ends of an interval."""
+    """Return the drop in log likelihood that defines the ends of a confidence interval."""
     from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     t = float(stats.t.ppf((1 + confidence) / 2, df))
@@ -143,13 +143,14 @@ class IntegratedModel:
     counted : Counted
     predict : Predict
     bounds : sequence of (float, float)
-        Bounds of each parameter; equal bounds hold it fixed.
+        Bounds of each parameter. Equal bounds fix the parameter.
     spreads : collection of int
-        Indices of the parameters that are standard deviations of random effects.
+        Indices of parameters that are standard deviations of random effects.
     outer, inner : Grid
-        Grids for a participant's effects, and for the effect of a cell.
+        Grid for a participant's random effects, and grid for the random effect of a cell.
     more : callable, optional
-        Returns the log likelihood of further answers without random effects, and its gradient.
+        Function that returns the log likelihood of additional answers without random effects, and
+        its gradient.
     """
 
     def __init__(
@@ -170,7 +171,7 @@ class IntegratedModel:
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
 
     def posteriors(self, theta: Array) -> tuple[Array, Array]:
-        """Return each row's log likelihood, and the posterior probabilities of the outer nodes."""
+        """Return the log likelihood of each row, and the posterior probabilities of outer nodes."""
         predicted = self._predicted(theta)
         logs, shares, _ = self._integrated(predicted)
         return logs, shares
@@ -193,7 +194,7 @@ class IntegratedModel:
         return logs, shares, within
 
     def minus_log(self, theta: Array) -> tuple[float, Array]:
-        """Return minus the log likelihood and its gradient."""
+        """Return the negative log likelihood and its gradient."""
         predicted = self._predicted(theta)
         logs, shares, within = self._integrated(predicted)
         weights = shares * self.counted.times[:, None]
@@ -209,10 +210,10 @@ class IntegratedModel:
         return -value, -gradient
 
     def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
-        """Return the maximum of the likelihood, optionally with some parameters held fixed.
+        """Return the maximum of the likelihood, optionally with some parameters fixed.
 
-        If a lapse rate is near 0, the search can end after a few tiny steps, far from the maximum.
-        It is therefore repeated until no free parameter has a large gradient.
+        If a lapse rate is near 0, a search can end after a few tiny steps, far from the maximum.
+        The search is therefore repeated until no free parameter has a large gradient.
         """
         from scipy import optimize  # noqa: PLC0415
 
@@ -240,9 +241,10 @@ class IntegratedModel:
         Parameters
         ----------
         best : Maximum
-            Result of `fit` without fixed parameters.
+            Result of `fit`, called without fixed parameters.
         fall : float
-            Drop in log likelihood at the ends, such as the result of `students_fall`.
+            Drop in log likelihood at the ends of the interval, such as the result of
+            `students_fall`.
         """
         ends: list[float] = []
         flat = False
@@ -261,7 +263,7 @@ class IntegratedModel:
     def _end(
         self, best: Maximum, place: int, edge: float, fall: float
     ) -> tuple[float, Maximum, bool]:
-        """Search outwards to where the profile log likelihood is ``fall`` below its maximum.
+        """Search outwards for the point where the profile log likelihood has fallen by ``fall``.
 
         The square root of the drop is nearly linear in the parameter, so a few Newton steps are
         enough.
@@ -269,11 +271,12 @@ class IntegratedModel:
         Returns
         -------
         end : float
-            Infinite if the drop is smaller than ``fall`` up to the edge of the search.
+            The end is infinite if the log likelihood falls by less than ``fall`` up to the edge of
+            the search.
         likeliest : Maximum
             Best fit found during the search.
         flat : bool
-            Whether the profile is flat up to the edge.
+            Whether the profile likelihood is flat up to the edge of the search.
         """
         root, inside, outside = (2 * fall) ** 0.5, float(best.theta[place]), edge
         reached, likeliest, start = False, best, best

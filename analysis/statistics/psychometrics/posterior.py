@@ -10,8 +10,8 @@ The posterior is computed on a grid of the parameters of `psychometric_fit`. The
 - lapse rate: uniform up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313);
   a free guess rate is uniform up to its own bound.
 
-Levels may depend on earlier answers, because the posterior does not depend on how they were chosen.
-For the intervals' coverage, see ``docs/validation/measured/statistics.md``.
+Earlier answers may determine the levels, because the posterior does not depend on the choice of
+levels. For measurements of the intervals' coverage, see ``docs/validation/measured/statistics.md``.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ TAIL = 1e-5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Marginals:
-    """Medians and interval ends of the posterior for one data set.
+    """The medians and interval ends of the posterior for one data set.
 
     Parameters
     ----------
     threshold, log_slope : array, shape (3,)
-        Median, lower end and upper end: the threshold as a coordinate of the curve, the slope as a
-        natural logarithm.
+        Median, lower end and upper end. The threshold is a coordinate of the curve, and the slope
+        is a natural logarithm.
     lapse, guess : float
         Posterior means.
     """
@@ -56,12 +56,12 @@ class Marginals:
 
 
 def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
-    """Return the posterior's medians and equal-tailed intervals.
+    """Return the medians and equal-tailed intervals of the posterior.
 
     Parameters
     ----------
     counts : Counts
-        Counts of one data set.
+        Counts of answers in one data set.
     """
     bounds = likelihood.search_bounds(model, counts.u)
     low, high = bounds.low[0], bounds.high[0]
@@ -116,6 +116,6 @@ def _where(values: Array, weights: Array, points: int) -> Array:
 
 
 def _quantiles(values: Array, weights: Array, confidence: float) -> Array:
-    """Return the median and interval ends, with each weight spread evenly around its value."""
+    """Return the median and the interval ends, spreading each weight evenly around its value."""
     below = np.cumsum(weights) - weights / 2
     return np.interp([0.5, (1 - confidence) / 2, (1 + confidence) / 2], below, values)

@@ -39,14 +39,14 @@ SECTIONS, ROUNDS = 16, 4
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Answer counts for several data sets.
+    """Counts of answers for several data sets.
 
     Parameters
     ----------
     u : array, shape (sets, levels)
-        Coordinates of the levels; see `coordinates`.
+        Coordinates of the levels, as computed by `coordinates`.
     correct, trials : array, shape (sets, levels)
-        Numbers of correct answers and of all answers; levels without answers are ignored.
+        Number of correct answers and number of all answers; levels without answers are ignored.
     """
 
     u: Array
@@ -54,11 +54,11 @@ class Counts:
     trials: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Counts:
-        """Return a selection of the data sets."""
+        """Return only the selected data sets."""
         return Counts(self.u[sets], self.correct[sets], self.trials[sets])
 
     def log_likelihood(self, proportion: Array) -> Array:
-        """Return the log likelihood of each set, shape (sets,), without binomial coefficients."""
+        """Return the log likelihood of each data set, without binomial coefficients."""
         p = np.clip(proportion, EDGE, 1 - EDGE)
         wrong = self.trials - self.correct
         return np.asarray((self.correct * np.log(p) + wrong * np.log1p(-p)).sum(axis=-1))
@@ -66,32 +66,32 @@ class Counts:
 
 @dataclass(frozen=True, slots=True)
 class Bounds:
-    """Lower and upper bounds of the parameters, each of shape (sets, 4)."""
+    """The lower and upper bounds of the parameters, each of shape (sets, 4)."""
 
     low: Array
     high: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Bounds:
-        """Return the bounds for a selection of the data sets."""
+        """Return only the bounds for the selected data sets."""
         return Bounds(self.low[sets], self.high[sets])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Model:
-    """A psychometric model to fit.
+    """The psychometric model that is fitted to answers.
 
     Parameters
     ----------
     curve : Curve
         The family of curves.
     share : float
-        Value of the curve at the threshold, before guesses and lapses.
+        Value of the curve at the threshold, without guesses and lapses.
     guess : {"fixed", "free", "equal to lapse"}
-        How the lower asymptote is determined.
+        Method of determining the lower asymptote.
     guess_rate : float
-        Value of the lower asymptote if it is fixed.
+        Value of the lower asymptote if this asymptote is fixed.
     largest_lapse : float
-        Upper bound of the lapse rate; 0 fixes it at 0.
+        Upper bound of the lapse rate; a bound of 0 fixes the rate at 0.
     """
 
     curve: Curve
@@ -102,12 +102,12 @@ class Model:
 
     @property
     def offset(self) -> float:
-        """The curve's argument at the threshold."""
+        """Argument of the curve at the threshold."""
         return float(self.curve.inverse(np.array(self.share)))
 
     @property
     def spread(self) -> float:
-        """Difference between the curve's arguments at 5 % and 95 %."""
+        """Difference between the arguments at which the curve reaches 5 % and 95 %."""
         low, high = self.curve.inverse(np.array([0.05, 0.95]))
         return float(high - low)
 
@@ -141,14 +141,14 @@ class Model:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Fits:
-    """Maximum-likelihood parameters for several data sets.
+    """The maximum-likelihood parameters of several data sets.
 
     Parameters
     ----------
     theta : array, shape (sets, 4)
-        Columns `THRESHOLD`, `LOG_SLOPE`, `LAPSE`, `GUESS`.
+        Parameters in the columns `THRESHOLD`, `LOG_SLOPE`, `LAPSE` and `GUESS`.
     log_likelihood : array, shape (sets,)
-        Log likelihood without the binomial coefficients.
+        Log likelihood of each data set, without the binomial coefficients.
     bounds : Bounds
         Search ranges.
     """
@@ -166,15 +166,16 @@ class Fits:
 
 
 def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
-    """Return finite level coordinates; on a logarithmic axis, 0 maps to `FAR_BELOW`."""
+    """Return finite coordinates of the levels; on a logarithmic axis, 0 becomes `FAR_BELOW`."""
     return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:
-    """Return the search ranges of parameters.
+    """Return the range of parameters in which to search.
 
-    Thresholds may lie up to one range of the levels outside the levels. The shallowest curve rises
-    over twenty ranges, the steepest over one tenth of the distance between the closest levels.
+    The threshold may lie outside the levels by up to the range of the levels. The shallowest curve
+    rises over twenty times the range of the levels. The steepest curve rises over one tenth of the
+    smallest distance between two levels.
     """
     seen = np.where(u > FAR_BELOW, u, np.nan)
     bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -205,7 +206,7 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
     Parameters
     ----------
     bounds : Bounds or None
-        Search ranges; equal bounds hold a parameter fixed. Default: `search_bounds`.
+        Ranges of the search. Equal bounds fix a parameter. Default: `search_bounds`.
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
     # The likelihood can have two peaks: one at which lapses explain the errors at high levels, and
@@ -226,14 +227,14 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
 def profile(
     model: Model, counts: Counts, fits: Fits, parameter: int, *, drop: float
 ) -> tuple[Array, Array]:
-    """Return where the profile log likelihood is ``drop`` below its maximum.
+    """Return the points where the profile log likelihood is ``drop`` below its maximum.
 
     Parameters
     ----------
     parameter : int
         `THRESHOLD` or `LOG_SLOPE`.
     drop : float
-        Drop in log likelihood; for a confidence interval, half a chi-square quantile.
+        Drop in log likelihood. For a confidence interval, the drop is half a chi-square quantile.
 
     Returns
     -------
@@ -269,10 +270,10 @@ def profile(
 
 
 def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
-    """Return the most likely parameters on a coarse grid, shape (sets, 4).
+    """Return the most likely parameters on a coarse grid, with shape (sets, 4).
 
-    The grid starts with shallow curves: if a curve gives an observed answer a probability of 0, its
-    gradient does not lead to a better curve.
+    The grid starts with shallow curves. If a curve gives an observed answer a probability of 0, the
+    gradient of its likelihood does not lead to a better curve.
     """
     sets = len(counts.u)
     # Data sets simulated from one model have the same levels and bounds, so the curves are computed
@@ -304,7 +305,7 @@ def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
 
 
 def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
-    """Return the local maxima of the likelihoods reached from the given starting points."""
+    """Return the local maximum of each likelihood that is reached from its starting point."""
     theta = start.copy()
     value = counts.log_likelihood(model.proportion(theta, counts.u))
     damping = np.full(len(theta), 1e-2)
@@ -327,7 +328,7 @@ def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
 
 
 def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: Array) -> Array:
-    """Return a damped Fisher-scoring step; parameters at a bound do not step beyond it."""
+    """Return a damped Fisher-scoring step that does not move parameters beyond their bounds."""
     p, gradient = model.with_gradient(theta, counts.u)
     p = np.clip(p, EDGE, 1 - EDGE)
     weight = 1 / (p * (1 - p))

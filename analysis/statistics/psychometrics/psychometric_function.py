@@ -1,7 +1,7 @@
 """Represent a fitted psychometric function, and the answers used for the fit.
 
-Levels are in µm peak to peak: an amplitude (detection) or a difference between amplitudes
-(discrimination).
+Each level is an amplitude (detection) or a difference between amplitudes (discrimination), in µm
+peak to peak.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from slipscale.faults import UserError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """The constraints that a question places on the lower asymptote.
+    """The constraints that a task's question places on the lower asymptote.
 
     Parameters
     ----------
     guess : {"fixed", "free", "equal to lapse"}
-        How the lower asymptote is determined.
+        Method of determining the lower asymptote.
     guess_rate : float
-        Value of the lower asymptote if it is fixed.
+        Value of the lower asymptote if this asymptote is fixed.
     """
 
     guess: Guess
@@ -48,14 +48,14 @@ METHODS: dict[str, Method] = {
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Answers:
-    """One participant's answers, counted by level.
+    """The answers of one participant, counted by level.
 
     Parameters
     ----------
     levels_um_pp : array, shape (levels,)
-        Levels in µm peak to peak, ascending.
+        Levels in µm peak to peak, in ascending order.
     correct, trials : array, shape (levels,)
-        Numbers of correct (or "yes") answers and of all answers.
+        Number of correct (or "yes") answers, and number of all answers.
 
     Raises
     ------
@@ -92,14 +92,14 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """An estimate with its interval, in the unit stated by the name of the field that holds it."""
+    """An estimate with its interval, in the unit given by the name of its field."""
 
     value: float
     interval: ConfidenceInterval
 
 
 def estimate(value_and_ends: Array, confidence: float) -> Estimate:
-    """Return an estimate, given a value and the lower and upper ends of its interval."""
+    """Return an estimate with its interval, given the value and both ends of the interval."""
     value, low, high = (float(number) for number in value_and_ends)
     return Estimate(value=value, interval=ConfidenceInterval(low, high, confidence))
 
@@ -113,20 +113,20 @@ class PsychometricFunction:
     estimator : {"maximum likelihood", "posterior"}
         Estimation method.
     curve, method : str
-        Keys of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES` and of `METHODS`.
+        Key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`, and key of `METHODS`.
     share : float
-        Value of the curve at the threshold, before guesses and lapses.
+        Value of the curve at the threshold, without guesses and lapses.
     threshold_um_pp : Estimate
-        Threshold in µm peak to peak. An end of the interval that the data do not determine is
-        infinite, or 0 for a logarithmic curve.
+        Threshold in µm peak to peak. If the data do not determine an end of an interval, this end
+        is infinite, or 0 for a logarithmic curve.
     slope : Estimate or NotComputed
-        Slope of the curve's argument, per µm; dimensionless for a logarithmic curve.
+        Slope of the curve's argument per µm; without unit for a logarithmic curve.
     lapse, guess : float
-        1 minus the upper asymptote, and the lower asymptote.
+        Lapse rate (1 minus the upper asymptote), and lower asymptote.
     slope_value : float
-        The slope, even if the data do not determine it.
+        Estimated slope, even if the data do not determine the slope.
     trials, levels : int
-        Numbers of trials and levels.
+        Number of trials, and number of levels.
     """
 
     estimator: Literal["maximum likelihood", "posterior"]
@@ -169,7 +169,7 @@ class PsychometricFunction:
         return float(curve.level(u))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         slope = self.slope
         return {
             "estimator": self.estimator,

@@ -47,17 +47,17 @@ def fit_threshold(
     Parameters
     ----------
     method, curve : str
-        Keys of `METHODS` and `CURVES`.
+        Keys of `METHODS` and `CURVES`, respectively.
     share : float
-        Value of the curve at the threshold, before guesses and lapses. A value of 0.5 is halfway
+        Value of the curve at the threshold, without guesses and lapses. A share of 0.5 is halfway
         between the asymptotes (75 % correct with two intervals and no lapses).
     largest_lapse : float
-        Upper bound of the lapse rate; 0 excludes lapses.
+        Upper bound of the lapse rate; a bound of 0 excludes lapses.
 
     Raises
     ------
     UserError
-        If the method or curve is unknown, or a number is out of range.
+        If the method or curve is unknown, or if an argument is out of range.
     """
     model = model_of(method, curve, share, largest_lapse)
     found = _likeliest(answers, model)
@@ -93,14 +93,14 @@ def fit_threshold(
 def threshold_values(
     people: Sequence[Answers], *, method: str, curve: str, half_width: bool = False
 ) -> Array:
-    """Return the thresholds of many people, in µm peak to peak, as `fit_threshold` does for one.
+    """Return the thresholds of many people in µm peak to peak, fitted as by `fit_threshold`.
 
     Without intervals, the computation takes a second for thousands of thresholds.
 
     Parameters
     ----------
     half_width : bool
-        If True, return half the distance between the curve's 25 % and 75 % points instead of the
+        Whether to return half the distance between the curve's 25 % and 75 % points instead of the
         threshold. The curve must be a function of the amplitude, not of its logarithm.
 
     Returns
@@ -129,7 +129,7 @@ def threshold_values(
 
 
 def side_by_side(sets: Sequence[Counts]) -> Counts:
-    """Combine data sets, padding shorter ones with copies of the last level without answers."""
+    """Combine data sets, and extend shorter ones by copies of the last level without answers."""
     longest = max(each.u.shape[1] for each in sets)
 
     def padded(values: Array, *, repeat: bool) -> Array:
@@ -154,7 +154,7 @@ def fit_threshold_by_posterior(
     """Fit a psychometric function using posterior medians and equal-tailed credible intervals.
 
     For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
-    errors are the same as in `fit_threshold`. If `fit_threshold` finds no threshold, this function
+    errors are described in `fit_threshold`. If `fit_threshold` finds no threshold, this function
     returns the same reason.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
@@ -239,7 +239,7 @@ def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estima
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:
-    """Return for each set whether the steepest allowed slope is about as likely as the best."""
+    """For each data set, return whether the steepest slope is about as likely as the best slope."""
     steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
     steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
     held = likelihood.fit(model, counts, steepest)

@@ -1,4 +1,4 @@
-"""Apply the report's tests to thousands of simulated tables at once.
+"""Compute the report's tests for thousands of simulated tables at once.
 
 A table has one row per participant and one column per stimulus. Unless stated otherwise, a
 function takes an array of tables, shape (tables, participants, columns), and returns one value per
@@ -19,7 +19,7 @@ from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MO
 
 
 def repeated_measures_f(tables: Array) -> Array:
-    """Return the one-way repeated-measures F; infinite if the error is zero."""
+    """Return the one-way repeated-measures F; infinite if the error sum of squares is zero."""
     _, n, k = tables.shape
     x = tables - tables.mean(axis=(1, 2), keepdims=True)
     between = n * (x.mean(axis=1) ** 2).sum(axis=1)
@@ -84,15 +84,15 @@ def friedman_p(tables: Array) -> Array:
 
 
 def signed_rank_p(differences: Array) -> Array:
-    """Return Wilcoxon's two-sided p-value for each row of differences; 1 if all are zero.
+    """Return Wilcoxon's two-sided p-value for each row of differences; 1 if a row is all zero.
 
-    Zeros are omitted, and tied absolute differences share their mean rank. Without ties, the
-    p-value is exact up to the same sample size as in the report.
+    Differences of zero are omitted, and tied absolute differences share their mean rank. Without
+    ties, the p-value is exact up to the same sample size as in the report.
 
     Parameters
     ----------
     differences : array, shape (tables, participants)
-        Paired differences; NaN if missing.
+        Paired differences; NaN for missing differences.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -111,10 +111,10 @@ def signed_rank_p(differences: Array) -> Array:
 
 
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
-    """Return exact two-sided p-values for sums of positive ranks, given the numbers of differences.
+    """Return exact two-sided p-values for sums of positive ranks, given the numbers of ranks.
 
-    Ties can give a sum that is not a whole number; as in SciPy, it is rounded to the less extreme
-    neighbour.
+    Ties can give a sum that is not a whole number. As in SciPy, the sum is then rounded to the less
+    extreme neighbour.
     """
     all_ranks = changed * (changed + 1) // 2
     # The distribution is symmetrical, so the upper tail is computed as a lower tail.
@@ -126,9 +126,9 @@ def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
 def _rank_sums() -> Array:
     """Return the distribution of the sum of positive ranks: P(sum <= s) at [n, s].
 
-    Each rank is positive with probability 1/2. The distribution for n ranks therefore averages the
-    distribution for n - 1 ranks and the same distribution shifted by n (Wilcoxon, 1945, Biometrics
-    Bulletin 1, 80-83).
+    Under the null hypothesis, each rank is positive with probability 1/2. The distribution for n
+    ranks is therefore the average of the distribution for n - 1 ranks and this distribution shifted
+    by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
     """
     most = EXACT_AT_MOST * (EXACT_AT_MOST + 1) // 2
     share = np.zeros((EXACT_AT_MOST + 1, most + 1))
@@ -175,7 +175,7 @@ def sd_of_exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def _limit(top: Array) -> Array:
-    """Return the limit of ``top / error`` for a vanishing error: infinity, or 0 if ``top`` is 0."""
+    """Return the limit of ``top / error`` as the error vanishes: infinity, or 0 if ``top`` is 0."""
     return np.where(top == 0, 0.0, np.copysign(np.inf, top))
 
 

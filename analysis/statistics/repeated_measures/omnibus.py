@@ -1,7 +1,7 @@
 """Test whether estimates differ between amplitudes: ANOVA, Friedman's test and trend tests.
 
-Each test takes a `Prepared` and returns its result or `NotComputed`. The tests first check for
-constant data and for too few participants or conditions, because SciPy would return NaN.
+Each test takes a `Prepared` object and returns its result or `NotComputed`. The tests first check
+for constant data and for too few participants or conditions, because SciPy would return NaN.
 """
 
 from __future__ import annotations
@@ -36,16 +36,16 @@ SHAPIRO_AT_MOST = 5000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RmAnova:
-    """Repeated-measures analysis of variance on mean logarithms.
+    """A repeated-measures analysis of variance of mean log estimates.
 
     Parameters
     ----------
     F, df1, df2, p : float, int, int, float
-        F test without sphericity correction.
+        F test without a correction for violations of sphericity.
     epsilon_gg, p_gg : float
-        Greenhouse–Geisser epsilon and corrected p-value.
+        Greenhouse–Geisser epsilon, and the p-value corrected with it.
     epsilon_hf, p_hf : float
-        Huynh–Feldt epsilon and corrected p-value.
+        Huynh–Feldt epsilon, and the p-value corrected with it.
     eta2_generalised : float
         Generalised eta squared.
     eta2_generalised_interval : ConfidenceInterval or None
@@ -56,9 +56,11 @@ class RmAnova:
     shapiro_w, shapiro_p : float or None
         Shapiro-Wilk test of the residuals' normality; None if there are too many values for SciPy.
     n, n_incomplete : int
-        Number of participants tested, and of participants without a log estimate at some amplitude.
+        Number of participants tested, and number of participants without a log estimate at some
+        amplitude.
     amplitudes_um_pp, left_out_um_pp : tuple of float
-        Amplitudes compared, and amplitudes omitted because every estimate is zero.
+        Amplitudes that are compared, and amplitudes that are omitted because every estimate is
+        zero.
     """
 
     F: float
@@ -81,7 +83,7 @@ class RmAnova:
     left_out_um_pp: tuple[float, ...]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         keys = {"scale": "log", **renamed(self, eta2_generalised_interval="eta2_generalised_ci")}
         keys["eta2_generalised_ci"] = bounds(self.eta2_generalised_interval)
         if self.shapiro_p is None:
@@ -91,7 +93,7 @@ class RmAnova:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friedman:
-    """Result of Friedman's rank test, with Kendall's W as effect size."""
+    """The result of Friedman's rank test, with Kendall's W as effect size."""
 
     chi2: float
     df: int
@@ -103,7 +105,7 @@ class Friedman:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PageTrend:
-    """Result of Page's trend test: a one-sided p-value, and the method that SciPy used."""
+    """The result of Page's trend test, with a one-sided p-value and the method that SciPy used."""
 
     L: float
     p: float
@@ -114,14 +116,15 @@ class PageTrend:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearTrend:
-    """Linear contrast of mean logarithms on amplitude.
+    """A linear contrast of mean log estimates on amplitude.
 
     Parameters
     ----------
     log_slope_per_um_pp : MeanOverParticipants or NotComputed
         Change in the natural logarithm of the estimate per µm peak to peak.
     n, n_incomplete : int
-        Number of participants tested, and of participants without a log estimate at some amplitude.
+        Number of participants tested, and number of participants without a log estimate at some
+        amplitude.
     """
 
     log_slope_per_um_pp: MeanOverParticipants | NotComputed
@@ -129,7 +132,7 @@ class LinearTrend:
     n_incomplete: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         return {
             "unit": OurName("natural logarithm per um_pp"),
             **record(self.log_slope_per_um_pp),
@@ -151,7 +154,7 @@ def lacking(
 
 
 def additive_residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return residuals after removing participant and amplitude means, shaped as ``values``."""
+    """Return ``values`` after removing the means of participants and of amplitudes."""
     rows, columns = values.mean(axis=1, keepdims=True), values.mean(axis=0, keepdims=True)
     return np.asarray(values - rows - columns + values.mean())
 
@@ -162,7 +165,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
 
 
 def log_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return the complete table of mean logarithms, and the reason if it cannot be tested."""
+    """Return the complete table of mean logarithms, and any reason why it cannot be tested."""
     table = data.whole_logs
     if data.refused:
         return table, data.zero_sentence
@@ -236,7 +239,7 @@ def rm_anova(data: Prepared) -> RmAnova | NotComputed:
 
 
 def friedman(data: Prepared) -> Friedman | NotComputed:
-    """Perform Friedman's rank test on mean estimates, with Kendall's W.
+    """Perform Friedman's rank test on mean estimates, and compute Kendall's W.
 
     Zeros and differences between participants' scales do not affect the test.
     """
@@ -265,7 +268,7 @@ def friedman_of(
 
 
 def page_trend(data: Prepared) -> PageTrend | NotComputed:
-    """Perform Page's one-sided trend test: estimates increase with amplitude."""
+    """Perform Page's one-sided test of whether estimates increase with amplitude."""
     return page_trend_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 
@@ -274,7 +277,7 @@ def page_trend_of(
 ) -> PageTrend | NotComputed:
     """Return Page's test for a complete table of participants by conditions in ascending order.
 
-    If the property decreases with the level, the test expects descending values.
+    If the rated property decreases with the level, the test expects descending values.
     """
     from scipy import stats  # noqa: PLC0415
 
@@ -307,7 +310,7 @@ def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
 
 
 def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
-    """Return the Huynh-Feldt epsilon (1976), at most 1."""
+    """Return the Huynh-Feldt epsilon (1976), which is at most 1."""
     return min((n * df1 * epsilon_gg - 2) / (df1 * (n - 1 - df1 * epsilon_gg)), 1.0)
 
 

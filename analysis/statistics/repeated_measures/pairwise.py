@@ -36,7 +36,7 @@ TIED_DECIMALS = 9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PairedT:
-    """Result of a paired t test on mean logarithms.
+    """The result of a paired t test on mean log estimates.
 
     Parameters
     ----------
@@ -45,13 +45,13 @@ class PairedT:
     ratio_interval : ConfidenceInterval
         t-based interval for the ratio, computed on logarithms.
     t, df, p, p_holm : float, int, float, float
-        Two-sided test; ``p_holm`` is Holm-corrected across all pairs.
+        Two-sided t test, with ``p_holm`` Holm-corrected across all pairs.
     d_z : float
         Mean difference divided by the standard deviation of the differences.
     d_z_interval : ConfidenceInterval or None
-        Exact interval; None if it is not defined.
+        Exact interval for the effect size; None if it is not defined.
     equivalence : Equivalence
-        Test of whether the ratio lies within the study's bound.
+        Test of whether the ratio lies within the equivalence bound.
     equivalence_p_holm : float
         p-value of the equivalence test, Holm-corrected across all pairs.
     bayes_factor : float
@@ -73,10 +73,10 @@ class PairedT:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SignedRank:
-    """Result of Wilcoxon's signed-rank test on estimates.
+    """The result of Wilcoxon's signed-rank test on estimates.
 
-    ``up`` and ``down`` are the numbers of participants whose estimate increased or decreased. ``p``
-    and ``p_holm`` are two-sided. They are NaN if no estimate changed, or if fewer than three
+    Numbers of participants whose estimate increased (``up``) or decreased (``down``). ``p`` and
+    ``p_holm`` are two-sided. Both p-values are NaN if no estimate changed, or if fewer than three
     participants have both estimates.
     """
 
@@ -93,10 +93,11 @@ class PairComparison:
     Parameters
     ----------
     from_um_pp, to_um_pp : float
-        Smaller and larger amplitude, µm peak to peak.
+        The smaller and the larger amplitude in µm peak to peak.
     n, n_logs : int
-        Numbers of participants with an estimate, and with a logarithm, at both amplitudes. A
-        participant without a value at one amplitude is still included in the other pairs.
+        Number of participants with an estimate at both amplitudes, and number with a logarithm at
+        both amplitudes. A participant without a value at one amplitude is still included in the
+        other pairs.
     logs, ranks
         Results of the t test (``n_logs`` participants) and of the Wilcoxon test (``n``
         participants).
@@ -110,7 +111,7 @@ class PairComparison:
     ranks: SignedRank
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         keys: dict[str, object] = {
             "from_um_pp": self.from_um_pp,
             "to_um_pp": self.to_um_pp,
@@ -149,9 +150,9 @@ class PairComparison:
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     """Compare all pairs of amplitudes by paired t and Wilcoxon tests, with Holm's correction.
 
-    Each pair includes all participants with both values. A participant without a logarithm at an
-    amplitude, because of estimates of zero, is excluded from its t tests, but not from its rank
-    tests.
+    Each pair includes all participants with values at both amplitudes. A participant without a
+    logarithm at an amplitude, because of estimates of zero, is excluded from the t tests at this
+    amplitude, but not from the rank tests.
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004
@@ -201,7 +202,7 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
 def _paired_t(
     data: Prepared, differences: list[NDArray[np.float64]]
 ) -> list[PairedT | NotComputed]:
-    """Return the t test of each pair, Holm-corrected across the pairs that could be tested."""
+    """Return the t test of each pair, Holm-corrected across all pairs that could be tested."""
     means = [_mean(data, each) for each in differences]
     tested = [mean for mean in means if mean]
     same = [equivalence(mean, data.choices.equivalence_ratio) for mean in tested]
@@ -236,7 +237,7 @@ def signed_rank_p(differences: NDArray[np.float64]) -> float:
     """Return the two-sided Wilcoxon signed-rank p-value, exact for small samples with ties.
 
     With ties in small samples, SciPy permutes in a Python loop and takes about a second per pair.
-    The same permutation test on precomputed ranks is a thousand times faster.
+    This function, which permutes precomputed ranks, is a thousand times faster.
     """
     from scipy import stats  # noqa: PLC0415
 

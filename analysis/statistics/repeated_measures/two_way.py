@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """An effect in a within-participant analysis of variance.
+    """An effect in a within-participant analysis of variance, with its test.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Effect:
     eta2_partial_interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return the result with its JSON keys."""
         return renamed(self, eta2_partial_interval="eta2_partial_ci")
 
 
@@ -62,16 +62,19 @@ def two_way(
 ) -> tuple[Effect, Effect, Effect] | NotComputed:
     """Test two within-participant factors, with the Greenhouse-Geisser correction.
 
-    Uses pingouin, whose sums of squares and epsilons agree with R if no cell is missing.
+    The computation uses pingouin, whose sums of squares and epsilons agree with R if no value is
+    missing.
 
     Parameters
     ----------
     whole : DataFrame, shape (participants, first x second)
-        Cell means of participants without missing cells. The columns are a two-level index.
+        Mean estimates of participants who have a value in every combination of conditions. The
+        columns form a two-level index.
     confidence : float
-        Confidence level of the effect-size intervals.
+        Confidence level of the intervals for effect sizes.
     cells : str
-        Required cells, for the message, such as "every amplitude in every session".
+        Required combinations of conditions for the message, such as "every amplitude in every
+        session".
 
     Returns
     -------
