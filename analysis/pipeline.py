@@ -54,7 +54,8 @@ def analyse(
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. The default is the rule in
         the study file or, if none is set, `default_rule` in that module.
     equivalence_ratio : float, optional
-        Ratio within which two amplitudes count as equal. By default, the ratio in the study file.
+        Ratio within which two amplitudes count as equal. The default is the ratio in the study
+        file.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function as well, which requires the extra
         ``bayes``.

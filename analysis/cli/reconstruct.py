@@ -192,7 +192,7 @@ def _announce(columns: list[Solutions]) -> None:
 def _check(arguments: argparse.Namespace) -> None:
     """Reject arguments that contradict each other or are out of range."""
     if arguments.seed < 0:
-        raise UserError(f"--seed is {arguments.seed}, expected 0 or more")
+        raise UserError(f"--seed {arguments.seed}: expected 0 or more")
     if arguments.sample is None:
         if arguments.long:
             raise UserError(

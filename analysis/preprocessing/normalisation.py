@@ -26,8 +26,7 @@ class Rule:
     Parameters
     ----------
     divisor : callable
-        Returns the divisor for each estimate, given the trials; NaN or 0 if the rule does not
-        apply.
+        Function that returns each trial's divisor; NaN or 0 if the rule does not apply.
     top : float
         Normalised value of an estimate that equals the divisor.
     formula : str
@@ -39,7 +38,7 @@ class Rule:
     source : str
         Reference that describes the rule.
     needs : str
-        What the data must contain, for the error message.
+        Data that the rule requires, for the error message.
     unit : str
         Unit of the result for axis labels, in which ``q`` is a placeholder for the quantity.
     """

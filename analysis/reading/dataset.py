@@ -67,7 +67,7 @@ class Dataset:
     problems : tuple of str
         Problems found, one sentence each.
     sources : tuple of Source
-        Every file that was read.
+        All files that were read.
     folder : Path or None
         The data set folder; None for a single table.
     quantity : Quantity

@@ -48,8 +48,8 @@ THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 def in_points(cell: str, decimal: Decimal) -> str:
     """Write a number with a decimal point and without thousands separators.
 
-    In the original, the other mark, blanks and apostrophes may separate thousands. Cells that are
-    not numbers are not changed.
+    In the original numbers, the other mark, blanks and apostrophes may separate thousands. Cells
+    that are not numbers are not changed.
 
     >>> in_points("1.234,5", ",")
     '1234.5'

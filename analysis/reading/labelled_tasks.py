@@ -124,7 +124,7 @@ def of_one_label(
     tasks : Mapping
         Task label -> tables.
     wanted : str or None
-        The requested label, if it is of this kind.
+        The requested label, if the label is of this kind.
     """
     usual = kind.label if kind.label in tasks else min(tasks, default=kind.label)
     label = wanted if wanted is not None and wanted in tasks else usual

@@ -1,8 +1,8 @@
 """Detect rows that are probably not valid data, and reject or report them.
 
 Summary rows and participants with two spellings are rejected, because the number of participants
-would be wrong. Reported are labels that differ only in case, answers that were pasted twice or
-copied from another participant, and usual codes for missing answers.
+would be wrong. Labels that differ only in case, answers that were pasted twice or copied from
+another participant, and usual codes for missing answers are reported.
 """
 
 from __future__ import annotations

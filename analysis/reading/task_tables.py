@@ -72,7 +72,7 @@ def task_trials(
         Numeric columns with values of at least 0. Columns that are not in ``marks`` may be absent;
         their values are then NaN.
     words : tuple of str
-        Columns of labels. If a column is absent, its labels are empty.
+        Columns of labels. If a column is absent, all labels in this column are empty.
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str

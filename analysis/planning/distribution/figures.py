@@ -90,7 +90,7 @@ def curves_figure(found: Distribution) -> Figure:
 
 @styled
 def results_figure(found: Distribution) -> Figure:
-    """Plot the main results other than Table III, one histogram each."""
+    """Plot a histogram of each main result outside Table III."""
     shown = found.headlines[:PANELS]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)

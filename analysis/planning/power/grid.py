@@ -38,8 +38,8 @@ class Condition:
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
-        Catch steps per series of the descending difference. If None, use the number in the study
-        file, and do not estimate the precision from catch steps.
+        Number of catch steps per series of the descending difference. If None, use the number in
+        the study file, and do not estimate the precision from catch steps.
     """
 
     participants: int

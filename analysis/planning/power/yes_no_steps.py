@@ -143,7 +143,7 @@ def _catch_counts(removed: Array, felt: Array) -> tuple[tuple[float, ...], tuple
 
 @lru_cache(maxsize=10_000)
 def _half_width(yes: tuple[float, ...], answers: tuple[float, ...], confidence: float) -> float:
-    """Return the half-width of the report's interval. Results are cached, since counts recur."""
+    """Return the half-width of the interval for the proportion of "yes", as in the report."""
     if not answers:
         return math.nan
     found = clustered_interval(np.array(yes), np.array(answers), confidence)

@@ -46,8 +46,7 @@ class ProtocolStudy:
     name : str
         Path of the file, or name of the shipped study.
     own_name : str
-        The study's name in its file. Seeds depend on this name, so that results do not depend on
-        the file's location.
+        The study's name in its file. Seeds depend on this name and not on the file's location.
     text : str
         Text of the study file, with the number of trials set.
     place : int

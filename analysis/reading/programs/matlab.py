@@ -42,7 +42,7 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     Parameters
     ----------
     sheet : str or None
-        Name of the variable; None for the only table.
+        Name of the variable; None selects the only table.
 
     Raises
     ------

@@ -25,7 +25,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     Parameters
     ----------
     sheet : str or None
-        Name of the sheet; None for the only non-empty sheet.
+        Name of the sheet; None selects the only non-empty sheet.
 
     Raises
     ------
