@@ -72,8 +72,8 @@ def add_study(parser: ArgumentParser) -> Commands:
     show.add_argument(
         "--timeline",
         action="store_true",
-        help="print a participant's timeline instead: minutes and their spread, plate vibration "
-        "time, cost",
+        help="print a participant's timeline instead: minutes with their spread, vibration time, "
+        "and cost",
     )
     show.add_argument(
         "--people",

@@ -353,7 +353,7 @@ def _leave(
     if journal.lost:
         print(
             f"{MOVED} ({journal.lost}): the complete run "
-            f"is in {journal.path}. Copy it back once the disk or folder is available again.",
+            f"is in {journal.path}. Copy the journal back once the disk or folder is available.",
             file=sys.stderr,
         )
     try:

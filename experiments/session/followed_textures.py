@@ -3,7 +3,7 @@
 A texture follows the finger only if a source measures the property that the texture depends on, and
 if `followed_texture` finds that the plate supports it. Otherwise the plate plays the texture
 independently of the finger. Before a readback is compared with a command, the plate returns to the
-level at which it first settled.
+level at which the texture first settled.
 """
 
 from __future__ import annotations

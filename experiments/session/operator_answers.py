@@ -1,7 +1,7 @@
 """Let the operator answer questions: enter the participant's verbal reports, or decide.
 
-Meanwhile, the participant's screen shows the question. The operator's entries are validated like a
-participant's entries.
+The participant's screen shows the question until the operator has answered. The operator's entries
+are validated like a participant's entries.
 """
 
 from __future__ import annotations

@@ -38,7 +38,7 @@ MEASURED = ("measured", "applied")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """A completed step of the script, and the start time if it is a presentation."""
+    """A completed step of a trial's script, and its start time if it is a presentation."""
 
     step: Present | Explore | Silence
     began_s: float = 0.0
