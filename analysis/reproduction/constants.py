@@ -71,7 +71,7 @@ def plate_area() -> Outcome:
 
 
 def plate_half_wave() -> Outcome:
-    """Compute the half wave of the (8;0) mode, Section III-C."""
+    """Compute half the wavelength of the (8;0) mode (Section III-C)."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     return Outcome(

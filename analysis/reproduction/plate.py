@@ -36,7 +36,7 @@ def _printed() -> BeamSection:
 
 
 def _timoshenko_half_wave_mm() -> float:
-    """Compute the half wave of a Timoshenko beam at 25 kHz, a model that the paper does not use."""
+    """Compute half the wavelength at 25 kHz in a Timoshenko beam, which the paper does not use."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return BeamSection.plane_strain().timoshenko_half_wave_mm(25_000)
