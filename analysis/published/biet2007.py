@@ -1,8 +1,8 @@
 """Provide the results of Biet et al. (2007) as printed.
 
-Biet, Giraud, Lemaire-Semail, "Squeeze film effect for the design of an ultrasonic tactile
-plate", IEEE Transactions on Ultrasonics, Ferroelectrics, and Frequency Control 54(12), 2007,
-pp. 2678-2688. Numbers are strings, so that the printed decimals are kept.
+Biet, Giraud, Lemaire-Semail, "Squeeze film effect for the design of an ultrasonic tactile plate",
+IEEE Transactions on Ultrasonics, Ferroelectrics, and Frequency Control 54(12), 2007, pp. 2678-2688.
+Numbers are stored as strings, so that the printed decimals are kept.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ NOT_RAW_DATA = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TableRow:
-    """One column of Table III (normalised estimates, 0-100), as printed strings.
+    """A column of Table III (normalised estimates, 0-100), as printed strings.
 
     ``amplitude_um_pp`` is peak to peak, as stated in Section IV-B.
     """
@@ -48,7 +48,7 @@ class TableRow:
 
 
 def _table3() -> tuple[TableRow, ...]:
-    """Return Table III from the file that `slipscale reconstruct` also reads."""
+    """Return Table III from the file that `slipscale reconstruct` reads."""
     columns = tomllib.loads(TABLE3_FILE.read_text(encoding="utf-8"))["column"]
     return tuple(
         TableRow(
@@ -82,7 +82,7 @@ def covers(amplitudes_um_pp: Iterable[object]) -> bool:
 
 
 def agrees(published: str, ours: float) -> bool:
-    """Return whether our value rounds to the printed number.
+    """Return whether a computed value rounds to the printed number.
 
     The printed number represents a closed interval of half a unit in the last place on either side,
     so both half-up and half-even rounding agree.

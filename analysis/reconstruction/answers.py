@@ -51,40 +51,41 @@ class Variant:
 
 @dataclass(frozen=True, kw_only=True)
 class ColumnAnswer:
-    """All results for one column.
+    """All results for one column of the table.
 
     Parameters
     ----------
     label, sd_convention, rounding : str
-        Label, SD convention and rounding rule of the column.
+        Label of the column, with its SD convention and rounding rule.
     printed : str
         Description of all printed numbers of the column.
     reason : str
-        Reason why no data set exists; empty if one exists.
+        Reason why no data set is consistent with the column; empty if a data set is.
     multisets : int or None
-        Number of data sets, ignoring the order of participants; None if not counted.
+        Number of data sets, ignoring the order of participants; None if they are not counted.
     ordered : int or None
-        Number of data sets if participants are distinguished; None if counting takes too long.
+        Number of data sets, counting different orders of participants separately; None if counting
+        takes too long.
     grim, grimmer : bool
         Whether the mean passes GRIM and the SD passes GRIMMER.
     sums : tuple of (Fraction, Fraction)
-        Admissible sums and sums of squares, in the scale's own unit.
+        Permitted sums and sums of squares, in the unit of the scale.
     order_statistics : tuple of OrderStatistic
         Order statistics; empty if no data set exists or if the computation takes too long.
     variants : tuple of Variant
-        Counts under other SD conventions and rounding rules; empty if not requested.
+        Counts under other SD conventions and rounding rules; empty unless requested.
     scale_is_printed : bool
         Whether the table states at least one end of the scale.
     assumptions : tuple of str
-        Sentences that describe the assumptions.
+        Descriptions of the assumptions about the column.
     refused : str
-        Reason why the data sets are not counted; empty if they are.
+        Reason why the data sets are not counted; empty if they are counted.
     not_drawn : str
         Reason why data sets can be counted but not sampled; empty if they can be sampled.
     witness : tuple of float
-        One verified data set, given if data sets are not counted; empty if none was found.
+        One verified data set if data sets are not counted; empty if none was found.
     log10_estimate : float or None
-        Approximate log10 of the number of data sets (saddle-point method), if they are not
+        Approximate log10 of the number of data sets (saddle-point method), if these are not
         counted.
     """
 
@@ -109,7 +110,7 @@ class ColumnAnswer:
 
     @property
     def consistent(self) -> bool | None:
-        """Whether any data set exists; None if unknown."""
+        """Whether any data set is consistent with the column; None if this is unknown."""
         if self.multisets is None:
             return True if self.witness else None
         return self.multisets > 0
@@ -122,8 +123,8 @@ class Across:
     Parameters
     ----------
     bounds : tuple of Conclusion
-        Bounds over all data sets and pairings. If there are too many data sets to list, the bounds
-        are derived from sums and sums of squares alone.
+        Conclusions over all data sets and pairings. If there are too many data sets to list, their
+        bounds are derived from sums and sums of squares alone.
     not_listed : tuple of str
         Labels of the columns with too many data sets to list.
     distributions : tuple of Distribution
@@ -187,7 +188,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
 
 
 def worth_marginals(solutions: Solutions) -> bool:
-    """Whether exact marginals can be computed quickly."""
+    """Return whether exact distributions of ratings can be computed quickly."""
     if solutions.not_drawn or solutions.listed_apart:
         return False
     cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
@@ -195,7 +196,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Whether to count ordered samples: if requested, or if counting is quick."""
+    """Return whether to count ordered samples, because of the request or because it is quick."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:
@@ -206,7 +207,7 @@ def worth_ordering(solutions: Solutions, measure: str) -> bool:
 
 
 def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
-    """Return the admissible sums and sums of squares in the scale's own unit."""
+    """Return the permitted sums and sums of squares in the unit of the scale."""
     low, step = solutions.column.scale.minimum, solutions.column.scale.step
     return tuple(
         (
@@ -218,7 +219,7 @@ def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
 
 
 def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ...]:
-    """Return sharp bounds and the mean of each order statistic over all data sets."""
+    """Return the sharp bounds and the mean of each order statistic over all data sets."""
     rows = []
     for rank in range(1, found.n + 1):
         chances = found.order_statistic(rank)
@@ -258,9 +259,9 @@ def across(
     seed: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Across:
-    """Return bounds across columns and, if all columns can be counted, distributions.
+    """Return bounds across columns and, if data sets of all columns can be counted, distributions.
 
-    `tell` is called with a description of the current step.
+    The function `tell` is called with a description of the current step.
 
     Raises
     ------
@@ -288,7 +289,7 @@ def across(
 
 
 def seconds_across(columns: Sequence[Solutions], design: Design) -> float:
-    """Estimate the run time of `across` in seconds."""
+    """Estimate the run time of `across` in seconds, for progress messages."""
     from slipscale.analysis.reconstruction.counts.listing import LISTED  # noqa: PLC0415
     from slipscale.analysis.reconstruction.inference.conclusions import seconds_to_conclude  # noqa: PLC0415 - if requested
 

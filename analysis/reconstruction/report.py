@@ -102,7 +102,7 @@ def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer])
     unknown = [answer.label for answer in columns if answer.consistent is None]
     sentence = f"No ratings give the printed {_listed('column', none)}." if none else ""
     if not none and not unknown:
-        sentence = "There are ratings that give every printed column."
+        sentence = "Every printed column is possible."
     if unknown:
         sentence += (
             f" It is undecided whether any ratings give the printed {_listed('column', unknown)}."
@@ -111,9 +111,9 @@ def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer])
     open_ = sum(one.verdict == "not decided" for one in tests)
     if wrong:
         named = "; ".join(f"{one.question}, {one.printed}" for one in wrong)
-        sentence += f" {len(wrong)} of {len(tests)} printed tests cannot come from them: {named}."
+        sentence += f" {len(wrong)} of {len(tests)} printed tests are impossible: {named}."
     elif tests and not open_:
-        sentence += " They also give every printed test."
+        sentence += " Every printed test is possible."
     if open_:
         sentence += f" {open_} of {len(tests)} printed tests were not decided."
     return sentence.strip()
@@ -137,7 +137,7 @@ def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
         extent = f"between {low} and {high}" if isfinite(one.high) else f"of at least {low}"
         yield f"every data set and pairing gives a value {extent}"
     if one.pairs is not None:
-        yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares fit"
+        yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares match"
     if one.correlation_low is not None:
         yield (
             f"the printed value requires a correlation of {one.correlation_low:.3f} to "
@@ -183,7 +183,7 @@ def _finite_or_none(value: object) -> object:
 
 
 def column_lines(answer: ColumnAnswer) -> Iterator[str]:
-    """Yield lines of text about one column."""
+    """Yield lines of text about a column of whole ratings."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
     yield f"  printed: {answer.printed}"
     yield f"  assumed: {'; '.join(answer.assumptions)}"
@@ -192,7 +192,7 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     elif answer.multisets:
         yield f"  multisets        {answer.multisets:,}"
         if answer.ordered is None:
-            why = answer.not_drawn or "this takes too long; use --measure ordered"
+            why = answer.not_drawn or "the count takes too long; use --measure ordered"
             yield f"  ordered samples  not counted, {why}"
         else:
             yield f"  ordered samples  {answer.ordered:,}"
@@ -227,8 +227,8 @@ def across_lines(answer: Across) -> list[str]:
     """Return the answers across columns as lines of text."""
     lines = []
     for decided, heading in (
-        (True, "The same answer in every data set and pairing"),
-        (False, "Depends on the data set or the pairing"),
+        (True, "Answers that are the same in every data set and pairing"),
+        (False, "Answers that depend on the data set or the pairing"),
     ):
         if found := [bound for bound in answer.bounds if bound.decided is decided]:
             lines += [heading, *(line for bound in found for line in _bound_lines(bound)), ""]
@@ -249,7 +249,7 @@ def across_lines(answer: Across) -> list[str]:
 
 
 def _bound_lines(found: Conclusion) -> Iterator[str]:
-    """Yield a bound, and the tables that attain its ends."""
+    """Yield lines of text about a bound and the tables that attain it."""
     yield _bound(found)
     ends = ((found.low, found.at_low), (found.high, found.at_high))
     for value, table in ends[:1] if found.low == found.high else ends:
@@ -258,7 +258,7 @@ def _bound_lines(found: Conclusion) -> Iterator[str]:
 
 
 def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
-    """Format the ratings in each column, with the same order of participants."""
+    """Format the ratings in each column, using the same order of participants."""
     return "; ".join(
         f"{label}: {' '.join(f'{v:g}' for v in row)}"
         for label, row in zip(labels, table, strict=True)
@@ -290,7 +290,7 @@ def _number(value: float) -> str:
 
 
 def outward(value: float, *, down: bool) -> str:
-    """Round a bound to four digits, outwards so that it remains a bound.
+    """Round a bound outwards to four digits, so that it remains a bound.
 
     >>> outward(80.99895, down=True), outward(4.1601, down=False), outward(-1.23451, down=True)
     ('80.99', '4.161', '-1.235')

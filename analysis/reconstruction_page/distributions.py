@@ -22,14 +22,14 @@ BAND = (0.025, 0.975)
 
 @dataclass(frozen=True, kw_only=True)
 class Bands:
-    """Summary over all data sets of a quantity that varies along the scale.
+    """A summary, over all data sets, of a quantity that varies along the scale.
 
     Parameters
     ----------
     edges : ndarray, shape (places + 1,)
         Edges of the bins, in the unit of the scale.
     mean, low, high, least, most : ndarray, shape (places,)
-        Mean, 2.5 % and 97.5 % quantiles, smallest and largest value.
+        Mean, 2.5 % and 97.5 % quantiles, smallest value and largest value.
     exact : bool
         Whether the summary covers all data sets; otherwise, it is based on samples.
     """
@@ -44,7 +44,7 @@ class Bands:
 
 
 def histogram(solutions: Solutions, samples: Array) -> Bands:
-    """Summarise the number of ratings in each bar, over samples in steps above the minimum."""
+    """Summarise the number of ratings in each bar over samples in steps above the minimum."""
     scale = solutions.column.scale
     first, last = int(samples.min()), int(samples.max())
     width = -(-(last - first + 1) // BARS)

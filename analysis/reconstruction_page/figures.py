@@ -1,4 +1,4 @@
-"""Plot the histogram and the cumulative distribution of ratings over all data sets."""
+"""Plot the histogram and the cumulative distribution of a column's ratings over all data sets."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ SIZE = (5.2, 2.5)
 
 @styled
 def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Plot the number of ratings in each bar: mean, 95 % band, smallest and largest.
+    """Plot the number of ratings in each bar, with mean, 95 % band, smallest and largest value.
 
-    ``ends`` are the limits of the axis.
+    The limits of the axis are ``ends``.
     """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)
@@ -38,7 +38,7 @@ def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
 
 @styled
 def cumulative_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Plot the cumulative proportion of ratings: mean, 95 % band, smallest and largest."""
+    """Plot the cumulative proportion of ratings: mean, 95 % band, smallest and largest value."""
     figure, axes = canvas(size=SIZE)
     at = bands.edges
 

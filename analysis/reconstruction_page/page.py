@@ -48,13 +48,13 @@ class Source:
     title : str
         Title of the table.
     columns : sequence of (Solutions, ColumnAnswer)
-        Each column and its answer.
+        Columns, each with its answer.
     tests : sequence of PrintedTestAnswer
-        Answers on the printed tests.
+        Answers to the printed tests.
     across : Across or None
-        Answers across columns, if requested.
+        Answers across columns, if they were requested.
     measure, seed : str, int
-        Settings that reproduce the samples.
+        Settings for reproducing the samples.
     """
 
     title: str
@@ -100,7 +100,7 @@ def _facts(source: Source) -> list[tuple[str, str]]:
 
 
 def _drawn(source: Source, place: int, number: int) -> Array | None:
-    """Draw samples of a column, in steps; return None if none can be drawn."""
+    """Draw samples of a column, in steps; return None if no samples can be drawn."""
     solutions, _ = source.columns[place]
     if solutions.not_drawn or not solutions.consistent:
         return None
@@ -156,7 +156,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
 
 
 def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
-    """Return axis limits: half a step beyond the scale or, without a scale, the ratings."""
+    """Return axis limits: half a step beyond the scale or, without a scale, beyond the ratings."""
     column = solutions.column
     scale = column.scale
     first = int(samples.min()) if "minimum" in column.assumed else 0
