@@ -214,8 +214,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
     Raises
     ------
     UserError
-        If the rule does not exist, or if participants lack data that the rule requires. The error
-        message lists these participants.
+        If the rule does not exist, or if participants lack data that the rule requires.
     """
     below = divisors(trials, rule)
     if below.isna().any():

@@ -1,7 +1,7 @@
 """Describe the analysis plan in words.
 
 The description comes from the analysis of one simulated study. Real data will be analysed by the
-same code, so the description always matches the analysis.
+same code.
 """
 
 from __future__ import annotations

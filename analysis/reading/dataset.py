@@ -32,8 +32,8 @@ class Dataset:
         response_time scale_top modulus flag timed_out faulty``, one row per answered main trial, in
         order of presentation. The table is empty without magnitude estimation.
     answers : DataFrame
-        Main trials of magnitude estimation that were not voided, including unanswered ones. They
-        are used to assess data quality.
+        Main trials of magnitude estimation that were not voided, including unanswered trials,
+        for assessing data quality.
     study_text : str
         Text of the study file used in the sessions; empty if it is not in the folder.
     textures : DataFrame

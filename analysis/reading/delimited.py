@@ -1,8 +1,7 @@
 """Read many small tables of one kind at once, with the file and line of every row.
 
-A study with thousands of participants has thousands of files. To avoid the overhead of parsing each
-file, files with the same header are joined and parsed together. Error messages still contain the
-file and line of each row.
+To avoid the overhead of parsing thousands of files separately, files with the same header are
+joined and parsed together.
 """
 
 from __future__ import annotations

@@ -256,8 +256,7 @@ def parse_mapping(table: Mapping[str, object], source: str) -> TableMapping:
     Raises
     ------
     UserError
-        If entries are invalid or inconsistent. The error message lists these entries and the
-        expected values.
+        If entries are invalid or inconsistent.
     """
     try:
         return TableMapping.model_validate(table)
