@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -14,12 +16,17 @@ if TYPE_CHECKING:
 
 
 def sessions_of(data: Dataset) -> list[str]:
-    """Return the sorted labels of all sessions that contain trials."""
+    """Return the labels of all sessions that contain trials, in the order of the study file.
+
+    Labels that the study file does not list follow, sorted.
+    """
     found: set[str] = set()
     for table in data.tables.values():
         if "session" in table:
             found.update(map(str, table["session"].dropna().unique()))
-    return sorted(found - {""})
+    planned = [str(label) for label in tomllib.loads(data.study_text).get("sessions", ())]
+    listed = [label for label in planned if label in found]
+    return [*listed, *sorted(found - {"", *listed}, key=numbers_first)]
 
 
 def only_session(data: Dataset, session: str) -> Dataset:

@@ -86,7 +86,7 @@ def _doubts(analysis: Analysis) -> list[str]:
     found = []
     if isinstance(order, NotComputed) and "not identifiable" in order.reason:
         found.append(f"Order effects are {order.reason}.")
-    if analysis.prepared is not None:
+    if analysis.prepared is not None and analysis.dataset.choices.primary == "ranks":
         found += unequal_spread(analysis.prepared)
     return found
 

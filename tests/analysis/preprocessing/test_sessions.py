@@ -1,5 +1,7 @@
 """Several sessions: taken together and said so, or one by itself."""
 
+from dataclasses import replace
+
 import pytest
 
 from slipscale.analysis.load import load
@@ -39,6 +41,20 @@ def test_one_session_is_analysed_by_itself(table):
         note = f"Only session {session} is analysed; the data contain sessions 01, 02."
         assert note in found.problems
         assert not [each for each in found.problems if "are combined" in each]
+
+
+def test_the_study_file_decides_which_session_is_the_first(table):
+    # Sorted labels made "evening" the first session of a study with a morning and an evening.
+    study = 'sessions = ["02", "01"]'
+    found = analyse(replace(load(table), study_text=study), normalise="none")
+    assert sessions_of(found.dataset) == ["02", "01"]
+    (exponent,) = [each for each in found.inference.sessions.measures if "exponent" in each.name]
+    [change] = exponent.changes
+    assert change.session == "01"
+    assert exponent.means[1] - exponent.means[0] == pytest.approx(change.change.mean)
+    assert change.change.mean < 0  # estimates grew more steeply in session 02
+    unknown = replace(load(table), study_text='sessions = ["02", "03"]')
+    assert sessions_of(unknown) == ["02", "01"]
 
 
 def test_a_session_that_is_not_there_is_told_with_those_that_are(table):
