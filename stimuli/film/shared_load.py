@@ -25,6 +25,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
 from functools import lru_cache
+from itertools import product
 
 import numpy as np
 from scipy.optimize import brentq
@@ -226,18 +227,24 @@ def band(
     amplitude_um_peak : float
         Vibration amplitude of the plate in µm **peak**.
     """
-    # Friction increases from SLIPPERY to GRIPPY in all parameters except the exponent. A larger
-    # exponent lowers the pressure above 0.5 N, raises it below and has no effect at 0.5 N.
+    # Friction rises with the gap at rest and falls with the leak and the bounce. The area, its
+    # exponent and the asperities act through the pressure and the gap, in either direction, so all
+    # combinations of their ends are compared. At 0.5 N, the exponent has no effect.
     ends = (SLIPPERY, GRIPPY)
     exponents = {skin.area_exponent for skin in ends if normal_force_n != NORMAL_FORCE_N} or {0.0}
     found = [
         solve(
-            replace(skin, area_exponent=exponent),
+            replace(
+                skin,
+                contact_area_cm2=area.contact_area_cm2,
+                asperity_length_um=asperities.asperity_length_um,
+                area_exponent=exponent,
+            ),
             amplitude_um_peak,
             frequency_hz=frequency_hz,
             normal_force_n=normal_force_n,
         ).relative_friction
-        for skin in ends
+        for skin, area, asperities in product(ends, repeat=3)
         for exponent in exponents
     ]
     return min(found), max(found)
