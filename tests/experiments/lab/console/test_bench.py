@@ -12,7 +12,9 @@ import pytest
 from slipscale.experiments.lab.console import jobs as job_file
 from slipscale.experiments.lab.console.actions.calibrating import measured_so_far
 from slipscale.experiments.lab.console.jobs import Jobs
+from slipscale.experiments.lab.console.page_texts import page_texts
 from slipscale.experiments.lab.folder import read_lab
+from slipscale.hardware.plate_file import Identity
 
 pytestmark = pytest.mark.clock
 
@@ -183,3 +185,10 @@ def running(port):
     """Return whether a process has the port's name among its arguments."""
     listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
     return any("watch" in line and port in line for line in listed.stdout.splitlines())
+
+
+@pytest.mark.parametrize("language", ["en", "fr"])
+@pytest.mark.parametrize("field", Identity.model_fields)
+def test_every_part_of_a_plates_identity_has_its_own_label(language, field):
+    labels = page_texts(language)
+    assert labels[f"bench.identity_{field}"] != labels["bench.serial"]
