@@ -48,7 +48,6 @@ class TableRow:
 
 
 def _table3() -> tuple[TableRow, ...]:
-    """Return Table III from the file that `slipscale reconstruct` reads."""
     columns = tomllib.loads(TABLE3_FILE.read_text(encoding="utf-8"))["column"]
     return tuple(
         TableRow(

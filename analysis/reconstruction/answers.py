@@ -164,7 +164,6 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
 
 
 def _uncounted(solutions: Solutions) -> ColumnAnswer:
-    """Return the answer for a column with too many data sets to count."""
     from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
 
     column, found = solutions.column, solutions.targets
@@ -196,7 +195,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Return whether to count ordered samples, because of the request or because it is quick."""
+    """Return whether to count ordered samples, either on request or if counting is quick."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:

@@ -249,7 +249,6 @@ def across_lines(answer: Across) -> list[str]:
 
 
 def _bound_lines(found: Conclusion) -> Iterator[str]:
-    """Yield lines of text about a bound and the tables that attain it."""
     yield _bound(found)
     ends = ((found.low, found.at_low), (found.high, found.at_high))
     for value, table in ends[:1] if found.low == found.high else ends:

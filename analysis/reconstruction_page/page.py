@@ -85,7 +85,6 @@ def render(source: Source) -> str:
 
 
 def _facts(source: Source) -> list[tuple[str, str]]:
-    """Return the facts at the top of the page, as names and values."""
     answers = [answer for _, answer in source.columns]
     none = [answer.label for answer in answers if answer.consistent is False]
     impossible = sum(one.verdict == "impossible" for one in source.tests)
@@ -100,7 +99,6 @@ def _facts(source: Source) -> list[tuple[str, str]]:
 
 
 def _drawn(source: Source, place: int, number: int) -> Array | None:
-    """Draw samples of a column, in steps; return None if no samples can be drawn."""
     solutions, _ = source.columns[place]
     if solutions.not_drawn or not solutions.consistent:
         return None
@@ -111,7 +109,6 @@ def _drawn(source: Source, place: int, number: int) -> Array | None:
 
 
 def _column(source: Source, place: int) -> html.ReportSection:
-    """Return the section on a column, with counts, figures and order statistics."""
     solutions, answer = source.columns[place]
     section = html.ReportSection(answer.label)
     # The heading already shows the label, and a table shows the sorted ratings.
@@ -201,7 +198,6 @@ MEANINGS = (
 
 
 def _verdict(source: Source) -> html.ReportSection:
-    """Return the section with the verdict, assumptions and, if necessary, questions to ask."""
     answers = [answer for _, answer in source.columns]
     section = html.ReportSection("Verdict", shown="always")
     section.blocks.append(html.paragraph(verdict(answers, source.tests)))
@@ -226,7 +222,6 @@ def _verdict(source: Source) -> html.ReportSection:
 
 
 def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
-    """Return the section on the printed tests, with the evidence for each verdict."""
     section = html.ReportSection("Printed tests")
     section.blocks.append(
         html.table(
@@ -245,7 +240,6 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
 
 
 def _across(found: Across) -> html.ReportSection:
-    """Return the section with conclusions across columns."""
     section = html.ReportSection("Across columns")
     for decided, caption in (
         (True, "The same answer in every data set and pairing."),
@@ -303,7 +297,6 @@ def _attained(bound: Conclusion) -> Iterator[str]:
 
 
 def _samples(text: str) -> html.ReportSection:
-    """Return the section from which samples can be downloaded."""
     address = "data:text/csv;base64," + b64encode(text.encode()).decode()
     link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
         address,

@@ -59,9 +59,9 @@ def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -
 def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> NDArray[np.float64]:
     """Return half-widths of Cousineau–Morey within-participant intervals, one per condition.
 
-    Each participant's values are shifted to the grand mean (Cousineau 2005, Tutor. Quant. Methods
-    Psychol. 1, 42-45), the variance is corrected by k / (k - 1) (Morey 2008, ibid. 4, 61-64), and
-    the half-width uses the t distribution.
+    Each participant's values are shifted to the grand mean (Cousineau 2005, Tutorials in
+    Quantitative Methods for Psychology 1, 42-45), the variance is corrected by k / (k - 1) (Morey
+    2008, ibid. 4, 61-64), and the half-width uses the t distribution.
 
     Parameters
     ----------

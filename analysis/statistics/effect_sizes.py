@@ -48,9 +48,9 @@ def d_z_interval(t: float, n: int, confidence: float) -> ConfidenceInterval | No
 
     Returns None if |t| exceeds `LARGEST_T`, or if SciPy cannot find the interval. The interval is
     exact for normal differences, because t is non-central with parameter d_z √n. It therefore
-    excludes 0 if and only if the paired t test is significant (Cumming and Finch 2001, Educ.
-    Psychol. Meas. 61, 532-574; JASP gives the same result). pingouin's approximate interval can
-    include 0 at n = 4 with p = .02.
+    excludes 0 if and only if the paired t test is significant (Cumming and Finch 2001, Educational
+    and Psychological Measurement 61, 532-574; JASP gives the same result). pingouin's approximate
+    interval can include 0 at n = 4 with p = .02.
 
     >>> [round(bound, 2) for bound in d_z_interval(4.66, 4, 0.95) or ()]
     [0.3, 4.33]
@@ -65,8 +65,8 @@ def hedges_g(
     """Return Hedges' g of two groups and its interval, which is None if it is not defined.
 
     Hedges' g is the difference between means divided by the pooled standard deviation, multiplied
-    by a bias correction (Hedges 1981, J. Educ. Stat. 6, 107-128). The interval is exact for normal
-    data with equal variances.
+    by a bias correction (Hedges 1981, Journal of Educational Statistics 6, 107-128). The interval
+    is exact for normal data with equal variances.
     """
     df = len(first) + len(second) - 2
     pooled = ((len(first) - 1) * first.var(ddof=1) + (len(second) - 1) * second.var(ddof=1)) / df
@@ -93,7 +93,7 @@ def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> Confid
     """Return the non-central F interval for (partial) eta squared; None if F is too large.
 
     Eta squared is λ / (λ + df1 + df2 + 1), where λ is the non-centrality parameter (Steiger 2004,
-    Psychol. Methods 9, 164-182).
+    Psychological Methods 9, 164-182).
     """
     if not f < LARGEST_F:
         return None
@@ -130,7 +130,7 @@ def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
     """Return the effect and total sums of squares, optionally omitting each participant in turn.
 
     With one within-participant factor, the ratio of effect to total is generalised eta squared
-    (Olejnik and Algina 2003, Psychol. Methods 8, 434-447).
+    (Olejnik and Algina 2003, Psychological Methods 8, 434-447).
     """
     n, k = centred.shape
     left = centred if leave_out else np.zeros((1, k))

@@ -45,8 +45,8 @@ class Equivalence:
 def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
     """Test whether a mean difference of logarithms lies between -log(bound) and log(bound).
 
-    For the method of two one-sided tests, see Schuirmann (1987), J. Pharmacokinet. Biopharm. 15,
-    657-680.
+    For the method of two one-sided tests, see Schuirmann (1987), Journal of Pharmacokinetics and
+    Biopharmaceutics 15, 657-680.
 
     Parameters
     ----------
@@ -74,11 +74,11 @@ def equivalence(logs: MeanOverParticipants, bound: float) -> Equivalence:
 def bayes_factor(t: float, n: int) -> float:
     """Return the Bayes factor for a difference, given the paired t of n differences.
 
-    Computes the Jeffreys–Zellner–Siow Bayes factor (Rouder et al. 2009, Psychon. Bull. Rev. 16,
-    225-237, eq. 1) as a sum over log g. The prior for d_z is a Cauchy distribution with scale
-    `PRIOR_SCALE`. The result is infinite if it overflows. pingouin integrates over g and misses the
-    peak if t is large (48 instead of 6,900 at n = 3, t = 10,000). For thousands of participants,
-    pingouin's integral is 0 / 0.
+    Computes the Jeffreys–Zellner–Siow Bayes factor (Rouder et al. 2009, Psychonomic Bulletin &
+    Review 16, 225-237, eq. 1) as a sum over log g. The prior for d_z is a Cauchy distribution with
+    scale `PRIOR_SCALE`. The result is infinite if it overflows. pingouin integrates over g and
+    misses the peak if t is large (48 instead of 6,900 at n = 3, t = 10,000). For thousands of
+    participants, pingouin's integral is 0 / 0.
 
     >>> round(bayes_factor(3.5, 20), 2), round(1 / bayes_factor(0.2, 20), 2)
     (17.18, 4.23)

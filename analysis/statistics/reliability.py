@@ -44,7 +44,7 @@ class IntraclassCorrelation:
 class Reliability:
     """Variance component of participants, as a proportion of the variance in log estimates.
 
-    The model is: log estimate = mean of the amplitude + participant + participant x amplitude +
+    The model of log estimates is: amplitude mean + participant + participant x amplitude +
     repetition. Differences between amplitudes do not count as reliability, because the study chose
     the amplitudes.
 
@@ -175,7 +175,6 @@ def _sums_of_squares(block: Array) -> Array:
 
 
 def _components(squares: Array, n: int, k: int, repetitions: int) -> Array:
-    """Return the participant, interaction and repetition components, each possibly negative."""
     people = squares[..., 0] / (n - 1)
     within = squares[..., 2] / (n * k * (repetitions - 1))
     interaction = squares[..., 1] / ((n - 1) * (k - 1)) if k > 1 else within

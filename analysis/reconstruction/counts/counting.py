@@ -81,7 +81,7 @@ def estimate(tasks: list[Problem], measure: str) -> Estimate:
 
 
 def largest_possible(tasks: list[Problem], measure: str) -> int:
-    """Return an upper bound on the number of solutions, which is close to large numbers."""
+    """Return an upper bound on the number of solutions, which is tight if the number is large."""
     bound = simple_bound(tasks, measure)
     if bound < WORD:
         return bound
@@ -147,7 +147,6 @@ def _multisets(task: Problem, modulus: int | None) -> float | int:
 
 
 def _estimated_multisets(tasks: list[Problem]) -> Estimate:
-    """Estimate the number of multisets in floating point."""
     with np.errstate(over="ignore", invalid="ignore"):
         value = sum(float(_multisets(task, None)) for task in tasks)
     roundings = max(
@@ -169,7 +168,6 @@ def attained(tasks: list[Problem], memory_gib: float = MEMORY_GIB) -> set[tuple[
 
 
 def _residue(tasks: list[Problem], measure: str, modulus: int) -> int:
-    """Return the number of solutions modulo `modulus`."""
     found = 0
     for task in tasks:
         for joint in task.joints(*task.tables(measure, modulus)):

@@ -39,7 +39,6 @@ def multisets(tasks: list[Problem], n: int, memory_gib: float) -> Array:
 
 
 def _blocks(ranking: Ranking) -> Iterator[Array]:
-    """Yield all solutions of a ranking, in batches."""
     for first in range(0, ranking.total, CHUNK):
         ranks = np.arange(first, min(first + CHUNK, ranking.total), dtype=np.uint64)
         yield ranking.solutions(ranks)

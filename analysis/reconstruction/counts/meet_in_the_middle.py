@@ -138,7 +138,7 @@ class _Half:
         )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
-        """Return the largest a and w for k values, from `looked_at` sums (0: from all sums)."""
+        """Return the largest a and w of k values from `looked_at` sums, or from all sums if 0."""
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
             if k > n:

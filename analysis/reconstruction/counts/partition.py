@@ -55,7 +55,7 @@ class Wanted:
     medians : tuple of (int, int), optional
         Permitted pairs of the two middle values (the same value twice if n is odd).
     occurrences : tuple of (int, int, int)
-        Values, each with the minimum and maximum number of times that it occurs.
+        Values, each with its minimum and maximum number of occurrences.
     """
 
     moments: Moments

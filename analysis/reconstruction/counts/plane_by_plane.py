@@ -153,7 +153,6 @@ class _Run:
 
 
 def _runs(goals: Iterable[Goal]) -> list[_Run]:
-    """Group goals into runs."""
     groups: dict[tuple[int, range], list[int]] = {}
     for goal in goals:
         constant = (goal.square_sum - goal.signed_sum) // 2

@@ -91,7 +91,6 @@ def verdict(row: Row, memory_gib: float, minutes: float) -> Verdict:
 
 
 def _failed(targets: Targets) -> str:
-    """Return the name of the first test that a column failed."""
     tests = ((targets.grim, "GRIM"), (targets.grimmer, "GRIMMER"), (not targets.reason, "extremes"))
     return next((name for passed, name in tests if not passed), "count")
 

@@ -225,7 +225,6 @@ def variances(column: Column, mean: Fraction) -> Interval:
 
 
 def _steps(column: Column, values: Interval) -> Interval:
-    """Convert an interval of ratings to steps above the scale minimum."""
     scale = column.scale
     return values.scaled(1 / scale.step, -scale.minimum / scale.step)
 
@@ -308,7 +307,6 @@ class _Extremes:
         return inside, frozenset(above) | frozenset(-v for v in below)
 
     def _medians(self, low: int, high: int) -> tuple[tuple[int, int], ...] | None:
-        """Return the pairs of middle ratings that match the printed median."""
         column = self.column
         if column.median is None:
             return None

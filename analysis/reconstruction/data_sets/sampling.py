@@ -65,7 +65,6 @@ class Sampler:
 
     @cached_property
     def _ends(self) -> Array:
-        """Cumulative number of ordered samples that the listed multisets represent."""
         return np.cumsum(arrangements(self.listed, self.total))
 
     def draw(self, number: int, generator: np.random.Generator) -> Array:

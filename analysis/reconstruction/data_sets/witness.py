@@ -96,14 +96,12 @@ def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
 
 
 def _prints_root(printed: Printed, square: Fraction, rule: str) -> bool:
-    """Return whether the square root of `square` (0 or more) rounds to the printed number."""
     root = printed.values(rule)
     above = root.low < 0 or square > root.low**2 or (root.low_closed and square == root.low**2)
     return above and (square < root.high**2 or (root.high_closed and square == root.high**2))
 
 
 def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool:
-    """Return whether the confidence interval of the mean rounds to the printed interval."""
     if column.ci_low is None or column.ci_high is None:
         return True
     half = Fraction(column.quantile * sqrt(variance / column.n))

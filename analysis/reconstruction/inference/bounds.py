@@ -1,9 +1,9 @@
 """Compute bounds on statistics of two or more columns that hold in every data set and pairing.
 
 A published table does not state which ratings in different columns are from the same participant,
-so bounds must hold for every pairing of ratings. Some data sets and some pairing attain a sharp
-bound, and are returned with it. Other bounds are valid but may not be attained. For the paired t,
-see `extreme_t`; for the repeated-measures F, see `repeated_measures_f`.
+so bounds must hold for every pairing of ratings. A sharp bound is attained by data sets and a
+pairing that are returned with the bound. Other bounds are valid but may not be attained. For the
+paired t, see `extreme_t`; for the repeated-measures F, see `repeated_measures_f`.
 """
 
 from __future__ import annotations
@@ -127,7 +127,6 @@ def _beats(
 
 
 def _largest_sums(rows: Array) -> Array:
-    """Return the indices of some rows with the largest sums."""
     sums = rows.sum(axis=1)
     few = min(CANDIDATES, len(sums))
     found: Array = np.argpartition(sums, -few)[-few:]

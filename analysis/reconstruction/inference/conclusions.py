@@ -185,7 +185,6 @@ def _concluded(
 
 
 def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
-    """Convert a table from steps to ratings."""
     return tuple(
         tuple(float(v) for v in values_of(column, np.array(row)))
         for column, row in zip(columns, table, strict=False)

@@ -4,8 +4,8 @@ For k columns of the same n participants, C is the sum of the products of all pa
 ratings in steps. C, sums and sums of squares together determine the paired t, Pearson's r and the
 repeated-measures F. For each pair of columns the sum of products is largest if both are sorted in
 the same order and smallest in opposite order (rearrangement inequality). If the data sets are not
-listed, the Cauchy-Schwarz inequality gives bounds on this sum, C. To decide whether an intermediate
-value occurs, ratings are exchanged between participants and, for small n, all pairings are tried.
+listed, the Cauchy-Schwarz inequality gives bounds on C. To decide whether an intermediate value
+occurs, ratings are exchanged between participants and, for small n, all pairings are tried.
 """
 
 from __future__ import annotations
@@ -146,7 +146,7 @@ def example(
     Parameters
     ----------
     columns : sequence of ColumnRows
-        Sources of the data sets.
+        The data sets of each column.
     found : Choices
         Choices of moments.
     wanted : tuple of ndarray of int
@@ -246,5 +246,4 @@ def every(
 
 @lru_cache(maxsize=512)
 def _orders(row: tuple[int, ...]) -> Array:
-    """Return all distinct orders of the values in a row."""
     return np.array(sorted(set(permutations(row))), dtype=np.int64)

@@ -143,7 +143,6 @@ def _quantiles(values: Array) -> tuple[tuple[float, float], ...]:
 
 
 def _questions(columns: list[Sampler]) -> list[_Question]:
-    """Return the statistics that can be computed for these columns, with their pairings."""
     n, k = columns[0].solutions.column.n, len(columns)
     names = labels([column.solutions for column in columns])
     everything = tuple(range(k))
@@ -196,7 +195,6 @@ def _by_search(
     statistic: Statistic,
     test: Test | None = None,
 ) -> _Question:
-    """Return a question whose extreme pairings are found by a search."""
     least, most = (
         ("heuristic", partial(_search, statistic=statistic, sign=sign)) for sign in (-1, 1)
     )

@@ -72,7 +72,6 @@ def paired_t(x: Array, y: Array) -> Range:
 
 
 def _by_moments(rows: Array) -> list[_Rows]:
-    """Group rows by sum and sum of squares."""
     moments = np.stack([rows.sum(axis=1), (rows.astype(np.int64) ** 2).sum(axis=1)], axis=1)
     found, which = np.unique(moments, axis=0, return_inverse=True)
     return [

@@ -34,7 +34,7 @@ SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Check a printed test on independent groups, at first without counting data sets."""
+    """Check a printed test on independent groups, counting data sets only if necessary."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -90,7 +90,6 @@ def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
 
 
 def _shown(rows: Sequence[ColumnRows], places: Array) -> tuple[Array, ...]:
-    """Search for one data set per group with the selected moments."""
     generator = np.random.default_rng(1)
     known: dict[tuple[int, int], Array] = {}
     for place in generator.permutation(places)[:SHOWN_FOR].tolist():

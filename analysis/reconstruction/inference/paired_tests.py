@@ -140,7 +140,6 @@ def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
 def _correlations(
     found: Choices, parts: Sequence[tuple[Array, Array]]
 ) -> tuple[float, float] | None:
-    """Return the smallest and largest correlation that are compatible with the printed test."""
     reach, middle = _reach(found), found.sums.prod(axis=1)
     ends = [
         (found.n * c - middle)[usable] / reach[usable]

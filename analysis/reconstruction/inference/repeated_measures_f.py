@@ -2,9 +2,9 @@
 
 The published table determines the total sum of squares and the sum of squares between columns. The
 sum of squares between participants, which is removed from the error, depends on the pairing. This
-sum and F are smallest if participants' totals are as equal as whole numbers allow. Both are largest
-if all columns have the same order (see `cross_products`). These bounds on F hold for columns of any
-size. A search tests whether a table attains a bound.
+sum and F are smallest if participants' totals are as equal as whole numbers allow. The sum and F
+are largest if all columns have the same order (see `cross_products`). These bounds on F hold for
+columns of any size. A search tests whether a table attains a bound.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
 
 
 def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
-    """Search for data sets, in the same order, whose sum of cross products is `most`.
+    """Search for sorted data sets whose sum of cross products is `most`.
 
     For each column in turn, the search chooses the data set that correlates best with the sum of
     the other columns.

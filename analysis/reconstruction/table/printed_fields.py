@@ -26,12 +26,10 @@ def exact(value: object) -> Fraction:
 
 
 def _text(value: object) -> str:
-    """Convert a number to text; return "" for lists, tables and dates."""
     return str(value) if isinstance(value, str | int) else ""
 
 
 def _words(value: object) -> object:
-    """Split a CSV cell at spaces; return other values unchanged."""
     return value.split() if isinstance(value, str) else value
 
 

@@ -124,7 +124,7 @@ class Summary(FrozenTable):
     sd, se : Printed, optional
         Standard deviation, and standard error of the mean (the SD divided by the square root of n).
     geometric_mean, log_sd : Printed, optional
-        Geometric mean, and SD of logarithms; used instead of mean and SD.
+        Geometric mean and SD of logarithms, given instead of mean and SD.
     log_base : {"10", "2", "e"}
         Base of the logarithms.
     ci_low, ci_high : Printed, optional

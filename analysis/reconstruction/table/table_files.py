@@ -71,8 +71,6 @@ class Row:
 
 
 class _File(FrozenTable):
-    """The contents of a TOML file with a published table."""
-
     title: str = ""
     design: Design | None = None
     scale: OpenScale = OpenScale()
@@ -261,12 +259,10 @@ def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
 
 
 def _line(line: int, _place: Place) -> int:
-    """Return the line of a row, which is the line of all its cells."""
     return line
 
 
 def _wrong_names(names: list[str]) -> Iterator[str]:
-    """Yield the errors in the column names of a CSV header."""
     for name in dict.fromkeys(names):
         if name not in KNOWN:
             yield f"{name or 'a column without a name'}: expected one of {', '.join(KNOWN)}"

@@ -59,9 +59,9 @@ def goodness_of_fit(
     """Test a curve's deviance against data sets simulated from the curve and refitted.
 
     With few answers per level, the deviance does not follow a chi-square distribution, so its
-    distribution is simulated (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313). If an
-    adaptive rule chose the levels, the same rule chooses the levels of each simulated data set, and
-    the simulated answers follow the curve of the posterior. With few adaptive answers, the
+    distribution is simulated (Wichmann and Hill 2001, Perception & Psychophysics 63, 1293-1313). If
+    an adaptive rule chose the levels, the same rule chooses the levels of each simulated data set,
+    and the simulated answers follow the curve of the posterior. With few adaptive answers, the
     maximum-likelihood curve is too steep, so data simulated from it are too regular. In 80 runs of
     a 60-trial staircase, 5 had p < .05 with this method, and 9 with the maximum-likelihood curve.
     Simulation at the observed levels gave p < .05 in 21 of 100 runs.

@@ -85,7 +85,7 @@ class Trials:
 
 
 class HierarchicalFit:
-    """A hierarchical model after the fit, with profile-likelihood confidence intervals.
+    """A fitted hierarchical model with profile-likelihood confidence intervals.
 
     Parameters
     ----------
@@ -153,7 +153,6 @@ class HierarchicalFit:
         self.best = self._best() if start is None else self._fitted.fit(start)
 
     def _best(self) -> Maximum:
-        """Return the highest maximum that the search reaches from several starting points."""
         if self.slopes_differ:
             shared = HierarchicalFit(self.model, self.trials, slopes_differ=False)
             fits = self._fitted.fit(shared.best.theta), shared.best
@@ -175,7 +174,6 @@ class HierarchicalFit:
         return max(map(self._fitted.fit, starts), key=lambda one: one.log_likelihood)
 
     def _catches(self, theta: Array) -> tuple[float, Array]:
-        """Return the log likelihood of the catch trials, and its gradient."""
         right, wrong = self.trials.catch_right, self.trials.catch_wrong
         lapse = float(np.clip(theta[self.lapse], likelihood.EDGE, 1))
         gradient = np.zeros(len(theta))

@@ -5,10 +5,10 @@ The posterior is computed on a grid of the parameters of `psychometric_fit`. The
 - threshold: uniform in its coordinate, up to one range of the levels beyond the outermost levels;
 - slope: log-normal with standard deviation `SLOPE_SD`. For a logarithmic curve, the median is
   `USUAL_SLOPE`, which lies between 1.3 (d' proportional to the level) and 3.5 (contrast detection,
-  Watson and Pelli 1983, Percept. Psychophys. 33, 113-120). For other curves, a curve with the
+  Watson and Pelli 1983, Perception & Psychophysics 33, 113-120). For other curves, a curve with the
   median slope rises from 5 to 95 % over the range of levels;
-- lapse rate: uniform up to its bound (Wichmann and Hill 2001, Percept. Psychophys. 63, 1293-1313);
-  a free guess rate is uniform up to its own bound.
+- lapse rate: uniform up to its bound (Wichmann and Hill 2001, Perception & Psychophysics 63,
+  1293-1313); a free guess rate is uniform up to its own bound.
 
 Earlier answers may determine the levels, because the posterior does not depend on the choice of
 levels. For measurements of the intervals' coverage, see ``docs/validation/measured/statistics.md``.
@@ -101,7 +101,6 @@ def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
 
 
 def _middles(low: float, high: float, parts: int) -> Array:
-    """Return the midpoints of equal parts of a range, or a single value if the range is empty."""
     if low >= high:
         return np.array([low])
     return np.asarray(low + (high - low) * (np.arange(parts) + 0.5) / parts)

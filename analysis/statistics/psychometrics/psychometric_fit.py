@@ -328,7 +328,6 @@ def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
 
 
 def _step(model: Model, counts: Counts, theta: Array, bounds: Bounds, damping: Array) -> Array:
-    """Return a damped Fisher-scoring step that does not move parameters beyond their bounds."""
     p, gradient = model.with_gradient(theta, counts.u)
     p = np.clip(p, EDGE, 1 - EDGE)
     weight = 1 / (p * (1 - p))

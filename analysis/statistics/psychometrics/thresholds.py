@@ -205,7 +205,6 @@ def counts_of(answers: Answers, model: Model) -> Counts:
 
 
 def _likeliest(answers: Answers, model: Model) -> likelihood.Fits | NotComputed:
-    """Return the maximum-likelihood parameters, or the reason why there is no threshold."""
     if why := _too_little(answers, model):
         return NotComputed(why)
     found = likelihood.fit(model, counts_of(answers, model))
@@ -247,7 +246,6 @@ def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.b
 
 
 def _half_chi_square(confidence: float) -> float:
-    """Return the drop in log likelihood at the ends of a confidence interval."""
     from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     return float(stats.chi2.ppf(confidence, 1)) / 2

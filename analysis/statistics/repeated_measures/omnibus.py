@@ -310,7 +310,6 @@ def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
 
 
 def _huynh_feldt(epsilon_gg: float, n: int, df1: int) -> float:
-    """Return the Huynh-Feldt epsilon (1976), which is at most 1."""
     return min((n * df1 * epsilon_gg - 2) / (df1 * (n - 1 - df1 * epsilon_gg)), 1.0)
 
 

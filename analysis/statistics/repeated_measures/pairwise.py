@@ -202,7 +202,6 @@ def _mean(data: Prepared, differences: NDArray[np.float64]) -> MeanOverParticipa
 def _paired_t(
     data: Prepared, differences: list[NDArray[np.float64]]
 ) -> list[PairedT | NotComputed]:
-    """Return the t test of each pair, Holm-corrected across all pairs that could be tested."""
     means = [_mean(data, each) for each in differences]
     tested = [mean for mean in means if mean]
     same = [equivalence(mean, data.choices.equivalence_ratio) for mean in tested]
