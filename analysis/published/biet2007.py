@@ -1,4 +1,4 @@
-"""Provide the results of Biet et al. (2007) as printed.
+"""Provide the printed results of Biet, Giraud and Lemaire-Semail (2007).
 
 Biet, Giraud, Lemaire-Semail, "Squeeze film effect for the design of an ultrasonic tactile plate",
 IEEE Transactions on Ultrasonics, Ferroelectrics, and Frequency Control 54(12), 2007, pp. 2678-2688.

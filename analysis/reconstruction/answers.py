@@ -60,7 +60,7 @@ class ColumnAnswer:
     printed : str
         Description of all printed numbers of the column.
     reason : str
-        Reason why no data set is consistent with the column; empty if a data set is.
+        Reason why no data set is consistent with the column; otherwise empty.
     multisets : int or None
         Number of data sets, ignoring the order of participants; None if they are not counted.
     ordered : int or None

@@ -95,8 +95,7 @@ class Sentence(Generic[T_co]):
         Function of the result, the confidence level and the rated quantity. Returns the sentence,
         or None if there is nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which this sentence belongs. In other analyses, this sentence is
-        secondary.
+        The primary analysis to which this sentence belongs.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]

@@ -87,8 +87,7 @@ class Glimpse:
     cells : ndarray, shape (planes,)
         Number of cells in each of these planes.
     sizes : ndarray, shape (planes, distances)
-        Number of cells required by values at or beyond a distance. Each column represents `share`
-        distances.
+        Number of cells required by values at or beyond a distance.
     share : float
         Number of distances that each column of `sizes` represents.
     """

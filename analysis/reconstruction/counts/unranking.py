@@ -1,9 +1,9 @@
 """Find the solution with a given rank by reversing the dynamic programming of the count.
 
-All ranks are processed at the same time. Values are removed from the state tables in ascending
-order of their distance from the centre. At each distance, the tables give the number of solutions
-that contain this distance zero times, once, twice and so on, and each rank selects one of these
-numbers. Only integers are used, so uniformly drawn ranks give exactly uniform solutions.
+Values are removed from the state tables in ascending order of their distance from the centre. At
+each distance, the tables give the number of solutions that contain this distance zero times, once,
+twice and so on, and each rank selects one of these numbers. Only integers are used, so uniformly
+drawn ranks give exactly uniform solutions.
 """
 
 from __future__ import annotations

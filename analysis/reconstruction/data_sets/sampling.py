@@ -54,7 +54,7 @@ class Sampler:
 
     @property
     def listed(self) -> Array:
-        """All multisets of ratings, one sorted row of steps above the scale minimum per multiset.
+        """All multisets of ratings, as sorted rows of steps above the scale minimum.
 
         Raises
         ------
@@ -75,7 +75,7 @@ class Sampler:
         number : int
             Number of data sets.
         generator : numpy.random.Generator
-            Random generator. The same generator state gives the same data sets.
+            Random generator.
 
         Returns
         -------

@@ -112,7 +112,7 @@ class Solutions:
 
     @cached_property
     def listed(self) -> Array:
-        """All multisets of ratings, one sorted row of steps above the scale minimum per multiset.
+        """All multisets of ratings, as sorted rows of steps above the scale minimum.
 
         Raises
         ------
@@ -167,7 +167,7 @@ class Solutions:
 
     @property
     def reason(self) -> str:
-        """Reason why no data set is consistent with the column; empty if a data set is."""
+        """Reason why no data set is consistent with the column; otherwise empty."""
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (

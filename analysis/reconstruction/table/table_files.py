@@ -151,8 +151,7 @@ def read(path: Path) -> PublishedTable:
     Raises
     ------
     UserError
-        If the table does not exist, cannot be read or is invalid. The error message lists all
-        errors with their lines.
+        If the table does not exist, cannot be read or is invalid.
     """
     if not path.exists() and path.name == str(path):
         # The name of a study also refers to its only table: biet2007 is biet2007_table3.
