@@ -1,6 +1,6 @@
 """Represent and validate the scale and columns of a published table.
 
-Only numbers that cannot be parsed are errors. Impossible numbers, such as a mean outside the scale,
+Only input that cannot be parsed is an error. Impossible numbers, such as a mean outside the scale,
 are findings, which `constraints.targets` reports.
 """
 
