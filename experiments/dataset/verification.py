@@ -22,6 +22,8 @@ from slipscale.experiments.dataset.journals import Problem, read_runs
 from slipscale.experiments.dataset.rendering import README, render
 from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.dataset.withdrawn import RECORD, unfinished
+from slipscale.experiments.steps.questions import CONSENT
+from slipscale.experiments.study.person_questions import TAKEN
 
 # Maximum number of similar problems in one file that are reported individually.
 TOLD = 20
@@ -139,24 +141,30 @@ def _short(row: Sequence[str]) -> str:
 def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Problem]:
     """Yield the entries in which a JSON file differs; entries that the file lacks are ignored."""
     try:
-        there = _settled(json.loads(text))
+        there = _settled(json.loads(text), name)
     except (ValueError, RecursionError) as error:
         yield Problem(file=name, what=f"cannot be read ({error})")
         return
-    for entry, wanted in _settled(json.loads(json.dumps(content))).items():
+    for entry, wanted in _settled(json.loads(json.dumps(content)), name).items():
         if entry in there and there[entry] != wanted:
             yield Problem(file=name, place=entry, what="differs from the journal")
 
 
-def _settled(content: object) -> dict[str, object]:
-    """Return the entries that are the same in all versions, such as units and levels."""
+def _settled(content: object, file: str) -> dict[str, object]:
+    """Return the entries that are the same in all versions, such as units and codes.
+
+    The meanings of codes are compared only for the study's questions. Other meanings are
+    Slipscale's own words, which can change between versions.
+    """
     if not isinstance(content, dict):
         return {}
     if isinstance(content.get(SIDECAR), dict):
         return dict(content[SIDECAR])
     columns = {name: part for name, part in content.items() if isinstance(part, dict)}
     return {name: content[name] for name in SETTLED if name in content} | {
-        f"{name}: {key}": part[key]
+        f"{name}: {key}": sorted(part[key])
+        if key == "Levels" and (file != "participants.json" or name in (*TAKEN, CONSENT))
+        else part[key]
         for name, part in columns.items()
         for key in ("Units", "Levels")
         if key in part

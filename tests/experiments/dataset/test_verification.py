@@ -253,11 +253,27 @@ def test_a_cut_tail_is_found_and_building_keeps_the_tables(dataset):
 
 
 @pytest.mark.parametrize(
+    "file, column",
+    [("participants.json", "mode"), ("task-magnitudeestimation_beh.json", "phase")],
+)
+def test_slipscales_own_words_can_change_between_versions_and_codes_cannot(dataset, file, column):
+    path = dataset / file
+    content = json.loads(path.read_text(encoding="utf-8"))
+    levels = content[column]["Levels"]
+    content[column]["Levels"] = dict.fromkeys(levels, "words of an earlier version")
+    path.write_text(json.dumps(content), encoding="utf-8")
+    assert verify(dataset) == []
+    content[column]["Levels"] = {"other": "code"}
+    path.write_text(json.dumps(content), encoding="utf-8")
+    assert [each.place for each in verify(dataset)] == [f"{column}: Levels"]
+
+
+@pytest.mark.parametrize(
     "file, was, changed, entry",
     [
         ("dataset_description.json", '"Name": "', '"Name": "My ', "Name"),
         ("task-magnitudeestimation_beh.json", '"Units": "s"', '"Units": "ms"', "Units"),
-        ("participants.json", '"no": "', '"no": "never ', "Levels"),
+        ("participants.json", '"woman": "', '"woman": "never ', "Levels"),
     ],
 )
 def test_an_edited_description_is_named_by_its_entry(dataset, file, was, changed, entry):
