@@ -90,7 +90,7 @@ def eta2_of(f: float, df1: float, df2: float) -> float:
 
 
 def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> ConfidenceInterval | None:
-    """Return the non-central F interval for (partial) eta squared; None if F is too large.
+    """Return the non-central F interval for (partial) eta squared; None if it cannot be computed.
 
     Eta squared is λ / (λ + df1 + df2 + 1), where λ is the non-centrality parameter (Steiger 2004,
     Psychological Methods 9, 164-182).
@@ -159,7 +159,7 @@ def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval
     Parameters
     ----------
     values : array, shape (participants, amplitudes)
-        Values of at least three participants, none of which is missing.
+        Values of at least three participants, without missing values.
     """
     from scipy import stats  # noqa: PLC0415
 

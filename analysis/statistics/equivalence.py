@@ -78,7 +78,7 @@ def bayes_factor(t: float, n: int) -> float:
     Review 16, 225-237, eq. 1) as a sum over log g. The prior for d_z is a Cauchy distribution with
     scale `PRIOR_SCALE`. The result is infinite if it overflows. pingouin integrates over g and
     misses the peak if t is large (48 instead of 6,900 at n = 3, t = 10,000). For thousands of
-    participants, pingouin's integral is 0 / 0.
+    participants, pingouin computes 0 / 0.
 
     >>> round(bayes_factor(3.5, 20), 2), round(1 / bayes_factor(0.2, 20), 2)
     (17.18, 4.23)

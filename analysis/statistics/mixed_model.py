@@ -131,7 +131,7 @@ def mixed_model(data: Prepared) -> MixedModel | NotComputed:
 
 
 def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return log estimates and log amplitudes, and any reason why no model can be fitted."""
+    """Return the data to fit (amplitudes above 0 µm), and the reason if no model can be fitted."""
     trials = data.trials[(data.trials["amplitude_um_pp"] > 0) & data.trials["log"].notna()]
     frame = pd.DataFrame(
         {

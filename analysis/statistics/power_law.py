@@ -62,8 +62,9 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
 
     Returns
     -------
-    DataFrame Columns ``exponent intercept points``, with the index of ``logs``. Exponents and
-    intercepts are NaN with fewer than two points.
+    DataFrame
+        Columns ``exponent intercept points``, with the index of ``logs``. Exponents and intercepts
+        are NaN with fewer than two points.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     lines = fit_lines(np.log(usable.columns.to_numpy(float)), usable.to_numpy(float))

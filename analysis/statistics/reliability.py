@@ -42,11 +42,12 @@ class IntraclassCorrelation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reliability:
-    """Variance component of participants, as a proportion of the variance in log estimates.
+    """Test-retest reliability of log estimates, with the variance components.
 
     The model of log estimates is: amplitude mean + participant + participant x amplitude +
-    repetition. Differences between amplitudes do not count as reliability, because the study chose
-    the amplitudes.
+    repetition. Reliability is the proportion of variance that is due to participants and to their
+    interaction with amplitude. The variance between amplitude means is excluded, because the study
+    chose the amplitudes.
 
     Parameters
     ----------
@@ -134,7 +135,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
 
 
 def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple[Array, Array]:
-    """Return the variance components for all participants, and with each participant omitted."""
+    """Return the variance components for all participants, and with each one omitted in turn."""
     n, k, repetitions = shape
     block = usable.sort_values(CELL, kind="stable")["log"].to_numpy(float).reshape(shape)
     squares = _sums_of_squares(block)
@@ -146,7 +147,7 @@ def _by_mean_squares(usable: pd.DataFrame, shape: tuple[int, int, int]) -> tuple
 
 
 def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]:
-    """Return REML variance components for all participants, and with groups of them omitted."""
+    """Return REML variance components for all participants, and with each group omitted in turn."""
     whole = reml_components(means, counts, squares)
     if whole[2] <= TINY:
         return whole, whole[None]

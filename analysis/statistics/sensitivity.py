@@ -24,7 +24,7 @@ class RuleSummary:
     unit : str
         Unit of the means and standard deviations.
     mean, sd_sample : Mapping
-        Value across participants, keyed by amplitude in µm peak to peak.
+        Mean and standard deviation across participants, keyed by amplitude in µm peak to peak.
     """
 
     rule: str

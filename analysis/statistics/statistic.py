@@ -48,7 +48,7 @@ class Inputs:
     rule : str or None
         Normalisation rule, or None if there are no magnitude estimates.
     bayesian : bool
-        Whether to fit the hierarchical Bayesian power function, which takes half a minute.
+        Whether to sample the hierarchical Bayesian power function, which takes half a minute.
     session_tables : callable
         Function that returns the session measures of all kinds of tasks.
     found : Inference
@@ -70,11 +70,12 @@ class Family(Generic[T_co]):
     Parameters
     ----------
     name : str
-        Hypothesis and test method, with ``q`` as the placeholder for the rated quantity.
+        Hypothesis and test method. In the placeholders, ``q`` is the quantity of the stimuli, as in
+        ``{q.levels}``.
     read : callable
         Function that returns the uncorrected p-values of a result.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which this family belongs.
+        Primary analysis to which the family belongs. If omitted, the tests are always secondary.
     corrected : bool
         Whether the p-values of the family are Holm-corrected.
     """
@@ -92,10 +93,11 @@ class Sentence(Generic[T_co]):
     Parameters
     ----------
     write : callable
-        Function of the result, the confidence level and the rated quantity. Returns the sentence,
-        or None if there is nothing to report.
+        Function that takes the result, the confidence level and the quantity of the stimuli, and
+        returns the sentence, or None if there is nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        The primary analysis to which this sentence belongs.
+        Primary analysis to which the sentence belongs. If omitted, the sentence is always
+        secondary.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]
@@ -121,15 +123,15 @@ class Statistic(Generic[T_co]):
         is not listed.
     parts : callable, optional
         Function that returns the parts of a result that can be missing separately. The keys are
-        titles, with ``q`` as the placeholder for the rated quantity.
+        titles, which can contain placeholders such as ``{q.levels}``.
     families : tuple of Family
         Families of tests that the report evaluates by p-values. Estimates with intervals do not
         need a family.
     sentences : tuple of Sentence
         Sentences for the results section, in order.
     methods : str
-        Sentence for the methods section. The placeholder ``q`` is the rated quantity, and
-        ``[[key]]`` is a reference.
+        Sentence for the methods section. It can contain placeholders such as ``{q.levels}``, and
+        references as ``[[key]]``.
     conclusions, headlines : Mapping
         Conclusions of simulated pilots, and numbers to plot from them. Each mapping goes from a
         regular expression for names below ``key`` to a description, in which ``{0}`` is the first

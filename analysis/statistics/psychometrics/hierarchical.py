@@ -241,7 +241,7 @@ class HierarchicalFit:
 
     @property
     def jumps(self) -> bool:
-        """Return whether the steepest allowed slope is about as likely as the best slope."""
+        """Whether the steepest allowed slope is about as likely as the best slope."""
         steepest = self._fitted.bounds[self.slope][1]
         return self.fallen({self.slope: steepest}) < FLAT
 
@@ -261,5 +261,5 @@ class HierarchicalFit:
 
     @property
     def scale(self) -> float:
-        """Number of level coordinates per internal unit of the fit."""
+        """Size of the fit's internal unit, in level coordinates."""
         return self._scale

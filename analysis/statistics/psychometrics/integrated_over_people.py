@@ -64,7 +64,7 @@ class Predict(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counted:
-    """Counts of answers per person and kind of answer.
+    """Numbers of yes and no answers per person and kind.
 
     Parameters
     ----------

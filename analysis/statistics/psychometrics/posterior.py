@@ -10,8 +10,9 @@ The posterior is computed on a grid of the parameters of `psychometric_fit`. The
 - lapse rate: uniform up to its bound (Wichmann and Hill 2001, Perception & Psychophysics 63,
   1293-1313); a free guess rate is uniform up to its own bound.
 
-Earlier answers may determine the levels, because the posterior does not depend on the choice of
-levels. For measurements of the intervals' coverage, see ``docs/validation/measured/statistics.md``.
+Levels may depend on earlier answers, because the rule that chose the levels does not affect the
+posterior. For measurements of the intervals' coverage, see
+``docs/validation/measured/statistics.md``.
 """
 
 from __future__ import annotations

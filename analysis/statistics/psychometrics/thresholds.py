@@ -129,7 +129,7 @@ def threshold_values(
 
 
 def side_by_side(sets: Sequence[Counts]) -> Counts:
-    """Combine data sets, and extend shorter ones by copies of the last level without answers."""
+    """Combine data sets, padding the shorter ones with unanswered copies of their last level."""
     longest = max(each.u.shape[1] for each in sets)
 
     def padded(values: Array, *, repeat: bool) -> Array:

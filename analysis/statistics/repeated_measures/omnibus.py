@@ -154,7 +154,7 @@ def lacking(
 
 
 def additive_residuals(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return ``values`` after removing the means of participants and of amplitudes."""
+    """Return the residuals after removing the means of participants and of amplitudes."""
     rows, columns = values.mean(axis=1, keepdims=True), values.mean(axis=0, keepdims=True)
     return np.asarray(values - rows - columns + values.mean())
 
@@ -165,7 +165,7 @@ def _is_constant(values: NDArray[np.float64]) -> bool:
 
 
 def log_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
-    """Return the complete table of mean logarithms, and any reason why it cannot be tested."""
+    """Return the complete table of mean logarithms, and the reason if it cannot be tested."""
     table = data.whole_logs
     if data.refused:
         return table, data.zero_sentence
@@ -268,7 +268,7 @@ def friedman_of(
 
 
 def page_trend(data: Prepared) -> PageTrend | NotComputed:
-    """Perform Page's one-sided test of whether estimates increase with amplitude."""
+    """Perform Page's one-sided test for a trend of estimates with amplitude."""
     return page_trend_of(data.whole, _incomplete(data, data.whole), data.quantity)
 
 

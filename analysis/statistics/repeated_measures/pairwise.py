@@ -75,9 +75,9 @@ class PairedT:
 class SignedRank:
     """The result of Wilcoxon's signed-rank test on estimates.
 
-    Numbers of participants whose estimate increased (``up``) or decreased (``down``). ``p`` and
-    ``p_holm`` are two-sided. Both p-values are NaN if no estimate changed, or if fewer than three
-    participants have both estimates.
+    ``up`` and ``down`` are the numbers of participants whose estimate increased or decreased. ``p``
+    and ``p_holm`` are two-sided. Both p-values are NaN if no estimate changed, or if fewer than
+    three participants have both estimates.
     """
 
     up: int

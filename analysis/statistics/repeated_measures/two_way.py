@@ -18,7 +18,7 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Effect:
-    """An effect in a within-participant analysis of variance, with its test.
+    """The test of an effect in a repeated-measures analysis of variance.
 
     Parameters
     ----------
@@ -68,8 +68,8 @@ def two_way(
     Parameters
     ----------
     whole : DataFrame, shape (participants, first x second)
-        Mean estimates of participants who have a value in every combination of conditions. The
-        columns form a two-level index.
+        Values to test, such as mean log estimates, of participants who have a value in every
+        combination of conditions. The columns are a two-level index.
     confidence : float
         Confidence level of the intervals for effect sizes.
     cells : str
