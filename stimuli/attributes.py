@@ -1,6 +1,7 @@
 """Define the attributes of surfaces that participants judge, with words in each language.
 
-A study sets its ``attribute``, and texts contain placeholders for the words. A study defines the
+A study sets its ``attribute``. Text shown to participants contains placeholders, which are replaced
+by the words for this attribute. A study defines the
 words of an unlisted attribute in ``[attribute_words]``.
 """
 

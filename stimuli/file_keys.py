@@ -33,7 +33,7 @@ class FileNames:
     tables : frozenset of str
         Tables in which keys are converted, in addition to the top level.
     other : Mapping
-        Quantity of each table whose levels are in another quantity.
+        Quantity of each table whose levels are not in the study's quantity.
     """
 
     quantity: Quantity

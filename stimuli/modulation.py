@@ -5,7 +5,7 @@ The amplitude of a plate at resonance follows a command as a first-order lag wit
 is 0.63 ms and f0/(2Q) is 254 Hz. The serial line that transmits the commands is usually slower.
 Abrupt changes of the drive would cause clicks, so each change takes several time constants.
 
-Friction follows more slowly than the amplitude, because gas needs milliseconds to enter and leave
+Friction changes more slowly than the amplitude, because gas needs milliseconds to enter and leave
 the film (`slipscale.stimuli.film.reynolds.time_constant_s`).
 """
 

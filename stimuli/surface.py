@@ -42,7 +42,7 @@ def pp_from_peak(amplitude_um_peak: Amplitude) -> Amplitude:
 
 
 class Stimulus(Protocol):
-    """Interface of stimuli: plain surfaces, textures, and textures with a varied parameter."""
+    """Common interface for stimuli: surfaces, textures, and textures with a varied parameter."""
 
     @property
     def label(self) -> str:

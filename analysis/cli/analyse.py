@@ -30,7 +30,7 @@ COLUMN_OPTIONS = {
     "n": ("COLUMN", "column with the total number of answers, used with --yes-count"),
     "reference": (
         "COLUMN",
-        "column with the previous stimulus, used with --answer (default: 0)",
+        "column with the previous stimulus, used with --answer (if omitted, it is 0)",
     ),
     "first": ("COLUMN", "for ratings of pairs: column with the first item"),
     "second": ("COLUMN", "for ratings of pairs: column with the second item"),
@@ -147,7 +147,8 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
-        help="unit used in the report, if its prefix differs, such as mPa for µPa",
+        help="unit for the report, with another prefix than in the data, such as mPa for data in "
+        "µPa",
     )
     group.add_argument(
         "--levels",

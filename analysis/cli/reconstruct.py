@@ -277,7 +277,7 @@ def _answer(
 
 
 def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestAnswer]:
-    """Return the answers on all printed tests."""
+    """Return a verdict for each test printed with the table."""
     if not table.tests:
         return []
     from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed

@@ -81,8 +81,8 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
     first = f". {data.problems[0]}" if data.problems else ""
     if data.others and not rows:
         return (
-            f"contains only trials of {', '.join(data.others)}, which Slipscale's analysis "
-            "does not support; expected a package that analyses them (an entry point of the group "
+            f"contains only trials of {', '.join(data.others)}, which Slipscale does not "
+            "analyse; install a package that analyses them (with an entry point in the group "
             "slipscale.analyses)"
         )
     return f"no answered trials; nothing to analyse{why}{first}"

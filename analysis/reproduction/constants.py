@@ -53,7 +53,7 @@ def d31() -> Outcome:
         published="-247",
         ours=P1_91.d31_m_v * 1e12,
         unit="1e-12 m/V",
-        reason="d = e s from Appendix B; only the value in Table II reproduces Fig. 8",
+        reason="d = e s (Appendix B), but only the value of d in Table II reproduces Fig. 8",
     )
 
 

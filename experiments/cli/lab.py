@@ -59,7 +59,9 @@ def add_lab(parser: ArgumentParser) -> None:
         const="true",
         help="run in a window instead of full screen",
     )
-    init.add_argument("--language", metavar="CODE", help="language of the texts for participants")
+    init.add_argument(
+        "--language", metavar="CODE", help="language of the text shown to participants"
+    )
     init.add_argument(
         "--sound-required",
         action="store_const",

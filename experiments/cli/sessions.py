@@ -156,7 +156,7 @@ def add_run(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="language of the texts for participants (default: the study's language)",
+        help="language of the text shown to participants (default: the study's language)",
     )
     parser.add_argument(
         "--seed",
@@ -368,7 +368,7 @@ def add_check(parser: ArgumentParser) -> None:
         "--language",
         metavar="CODE",
         default=here().language,
-        help="language of the texts for participants (default: the study's language)",
+        help="language of the text shown to participants (default: the study's language)",
     )
     parser.add_argument("--pilot", action="store_true", help="check whether a pilot run can start")
     parser.add_argument(

@@ -244,7 +244,7 @@ class _Order:
         self._open: dict[str, Any] | None = None
 
     def refuses(self, record: Record) -> str:
-        """Process the next record; return why the record is out of order, otherwise ""."""
+        """Process the next record. Return the reason if it is out of order, otherwise ""."""
         first, self._first = self._first, False
         if (record.kind == "header") != (first and record.number == 0):
             return "a run must have exactly one header, as its first record"

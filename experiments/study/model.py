@@ -182,7 +182,7 @@ class Study(FrozenTable):
     )
     informed_consent: Switch = setting(
         False,
-        "Whether the participant is first asked for consent, as described by the texts "
+        "Whether the participant is first asked for consent, using the texts "
         "`session.consent...`. Without consent, the run does not continue.",
     )
     about_you: Annotated[tuple[PersonQuestion, ...], Field(max_length=MOST)] = setting(

@@ -1,4 +1,4 @@
-"""Measure the sweeps of a calibration: coarse and fine frequency sweeps, and a voltage sweep.
+"""Run the calibration sweeps: coarse and fine frequency sweeps, and a voltage sweep.
 
 Each sweep goes up and down again, so that warming and hysteresis appear in the residuals.
 """

@@ -95,7 +95,7 @@ class Bench:
                 return lines
 
     def drain(self) -> None:
-        """Discard late lines, so that they do not affect other rules."""
+        """Discard lines that arrive late, so that they do not affect the checks of other rules."""
         end_s = self._clock.now() + SETTLING_S
         while self.answers_to(b"") and self._clock.now() < end_s:
             pass

@@ -93,7 +93,7 @@ class ContactSource(ABC):
     Attributes
     ----------
     quantities : tuple of str
-        Names of a sample's values with their units: `POSITION` or `FORCE`.
+        Name and unit of each value in a sample: `POSITION` or `FORCE`.
     unreadable : int
         Number of invalid readings so far.
     virtual : bool

@@ -230,7 +230,7 @@ def _stages(sigma: float) -> int:
 def _block_tridiagonal_step(
     conductance: Array, storage_slope: Array, mobility: Array, rate: Array, residual: Array
 ) -> Array:
-    """Solve for the Newton step with a band matrix, in which each cell's instants are consecutive.
+    """Solve for the Newton step with a banded matrix; all time points of a cell are adjacent.
 
     The outermost diagonals couple neighbouring cells at equal instants. The time derivative, a
     dense block, couples the instants of one cell.

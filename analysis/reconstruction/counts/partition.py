@@ -16,7 +16,7 @@ from math import comb
 
 @dataclass(frozen=True)
 class Moments:
-    """The required number, sum and sum of squares of a set of values."""
+    """The count, sum and sum of squares that a set of values must have."""
 
     n: int
     total: int
@@ -140,7 +140,7 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the values in [low, high] whose number of occurrences is specified."""
+    """Return the values in [low, high] for which a count is specified."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 

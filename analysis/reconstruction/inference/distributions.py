@@ -217,7 +217,7 @@ def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> 
 
 
 def _fixed(arrange: Callable[[Array], Array]) -> Arrange:
-    """Adapt a pairing function without random numbers to the signature of a random one."""
+    """Wrap a deterministic pairing function so that it has the signature of a random one."""
     return lambda tables, _generator: arrange(tables)
 
 

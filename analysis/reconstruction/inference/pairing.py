@@ -41,7 +41,7 @@ def most_alike(tables: Array) -> Array:
 
 
 def least_alike(tables: Array) -> Array:
-    """Make participants' totals as equal as possible, approximately for more than two columns."""
+    """Make participants' totals as equal as possible; approximate for more than two columns."""
     found = np.sort(tables, axis=1)
     ascending = found.copy()
     totals = found.sum(axis=2)

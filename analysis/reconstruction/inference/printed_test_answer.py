@@ -46,8 +46,9 @@ class PrintedTestAnswer:
     reason : str
         Reason for the verdict, as a clause.
     low, high : float
-        Bounds on the statistic over all data sets and pairings. Some values between the bounds may
-        not occur. `high` may be infinite. Both bounds are NaN if the statistic is always undefined.
+        Bounds on the statistic over all data sets and pairings. Not every value between the bounds
+        is necessarily possible. `high` may be infinite. Both bounds are NaN if the statistic is
+        always undefined.
     pairs, pairs_left : int or None
         Number of choices of a sum and a sum of squares per column, and number of these choices that
         can give the printed test; None if choices are not examined individually.

@@ -154,8 +154,8 @@ def fit_threshold_by_posterior(
     """Fit a psychometric function using posterior medians and equal-tailed credible intervals.
 
     For the priors, see `slipscale.analysis.statistics.psychometrics.posterior`. Parameters and
-    errors are described in `fit_threshold`. If `fit_threshold` finds no threshold, this function
-    returns the same reason.
+    errors are described in `fit_threshold`. If `fit_threshold` finds no threshold, its reason is
+    returned.
     """
     model = model_of(method, curve, share, LARGEST_LAPSE)
     likeliest = _likeliest(answers, model)

@@ -48,7 +48,7 @@ class RobustExponent:
     trimmed: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return renamed(self, interval=key_of(self.interval))
 
 

@@ -102,7 +102,7 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
     section.blocks.append(
         html.paragraph(
-            "The law describes a whole sense and its just noticeable differences. This "
+            "The law describes an entire sense and its just noticeable differences. This "
             f"exponent describes only the {quantity.levels} rated here; exponents are "
             "smaller for wider ranges.",
             "note",

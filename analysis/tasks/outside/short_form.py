@@ -113,7 +113,7 @@ class OwnResult:
             raise UserError("; ".join(faults))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return {"sentences": self.sentences, "numbers": self.numbers}
 
 

@@ -1,4 +1,4 @@
-"""Analyse magnitude production, and compare its exponent with estimation.
+"""Analyse magnitude production, and compare its exponent with that of magnitude estimation.
 
 The amplitude is the response to a given number, so log amplitude is regressed on log number, and
 the exponent is the inverse of the slope. People compress the range of the variable that they

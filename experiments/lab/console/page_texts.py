@@ -1,4 +1,4 @@
-"""The texts of the pages, in the reader's language."""
+"""Page text in the reader's language."""
 
 from __future__ import annotations
 

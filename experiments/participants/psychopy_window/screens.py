@@ -56,7 +56,7 @@ class Screen(Protocol):
         """Process a character; return the outcome if the character ended the screen."""
 
     def erase(self) -> ScreenResult | None:
-        """Delete the last character; return the outcome if that ended the screen."""
+        """Delete the last character; return the outcome if this closes the screen."""
 
     def move(self, notches: int) -> None:
         """Move the mark or the selection right or up by a number of notches."""

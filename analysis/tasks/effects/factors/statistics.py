@@ -48,7 +48,7 @@ class FixedEffect:
     p: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return renamed(self, interval="ci")
 
 

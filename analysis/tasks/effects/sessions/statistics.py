@@ -70,7 +70,7 @@ class SessionMeasure:
     table: pd.DataFrame = field(compare=False)
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return renamed(self, table="")
 
 

@@ -56,7 +56,7 @@ class IndividualExponent:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return renamed(self, interval="ci")
 
 
@@ -130,7 +130,7 @@ class BayesianGrowth:
         return self.r_hat < LARGEST_R_HAT and self.divergences == 0
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return renamed(self, interval="ci", sd_exponent_interval="sd_exponent_ci")
 
 

@@ -187,7 +187,7 @@ class RankedFit:
     weight: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its keys in JSON."""
+        """Return a mapping with the keys used in JSON output."""
         return {**record(self.fit), **renamed(self, fit="")}
 
 
