@@ -1,7 +1,7 @@
 """Define errors caused by the user or by the rig; other exceptions are defects in Slipscale.
 
-For errors caused by the user or the rig, the command line prints one sentence and returns an exit
-status. All other exceptions are printed with their traceback.
+The command line reports these errors in one sentence and with an exit status. All other exceptions
+are printed with their traceback.
 """
 
 from __future__ import annotations

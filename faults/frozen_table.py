@@ -24,7 +24,7 @@ def setting(
     Parameters
     ----------
     default
-        The value if the key is omitted.
+        Value that is used if the key is omitted.
     description : str
         Meaning of the key, printed in the reference of study files.
     unit : str
@@ -37,7 +37,8 @@ def setting(
     Returns
     -------
     FieldInfo
-        Field of a pydantic model, whose annotation fits any type.
+        Field of a pydantic model. The return type is ``Any``, so that it can be assigned to a field
+        of any type.
     """
     extra: dict[str, Any] = {"unit": unit, **more} if unit else dict(more)
     return Field(

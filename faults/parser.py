@@ -37,7 +37,7 @@ class Parser(ArgumentParser):
         )
 
     def load(self, words: Sequence[str] = ()) -> None:
-        """Import the modules of the command and of the subcommands in ``words``."""
+        """Import the module of this command and the modules of the subcommands in ``words``."""
         if self.loads:
             (module, name), self.loads = self.loads, None
             fill, call = import_module(module).COMMANDS[name]

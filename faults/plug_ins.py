@@ -52,21 +52,21 @@ def package_of(point: EntryPoint) -> str:
 
 
 def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
-    """Call a plug-in, and report an exception in one sentence.
+    """Call a plug-in, and raise a UserError with a one-sentence message if it fails.
 
     Parameters
     ----------
     point : EntryPoint
     action : callable
-        Function without arguments that calls the plug-in.
+        Calls the plug-in; takes no arguments.
     what : str
         Subject of the sentence, such as "analysis 'grip' of the package ourlab".
 
     Raises
     ------
     UserError
-        If the plug-in raises an exception other than a UserError or a RigError. The message
-        contains the line number in the plug-in's code.
+        If the plug-in raises an exception other than a UserError or a RigError. The message gives
+        the line of the plug-in's code that raised it.
     """
     try:
         return action()

@@ -24,7 +24,7 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
     """Return " (did you mean 'pilot'?)", or an empty text if no known word is similar.
 
-    ``start``, such as the name of a command, precedes the suggested word.
+    ``start`` is inserted before the suggested word, for example the name of a command.
 
     >>> did_you_mean("pilto", ["run", "pilot"])
     " (did you mean 'pilot'?)"

@@ -52,14 +52,14 @@ def read_toml(
     model : type
         Pydantic model of the whole file.
     names : callable, optional
-        Function that returns the names of keys, given the content of the file. By default, each key
-        has the name of its field.
+        Function that takes the content of the file and returns a mapping between keys and field
+        names. By default, each key has the name of its field.
 
     Raises
     ------
     UserError
         If the file cannot be read, is not TOML, or does not fit the model. The message has one line
-        per error, which contains the position, the invalid value and the expected value.
+        per error, with its position, the invalid value and the expected value.
     """
     try:
         text = path.read_text(encoding="utf-8-sig")
@@ -94,7 +94,7 @@ def parse_toml(
 def toml_table(
     text: str, source: str, *, parse_float: Callable[[str], object] = float
 ) -> dict[str, object]:
-    """Parse a TOML text into a table that is not yet validated.
+    """Parse TOML into a table, without validating it against a model.
 
     Raises
     ------

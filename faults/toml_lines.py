@@ -1,7 +1,7 @@
-"""Find the line numbers of keys, tables and list items in a TOML text.
+"""Find the line numbers of keys, tables and list items in a TOML document.
 
-`tomllib` does not report the lines of valid input. Because the text is known to be valid, words and
-brackets are enough to find the keys.
+`tomllib` reports line numbers only for syntax errors. The document must already be valid, so words
+and brackets are enough to find the keys.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TOKEN = re.compile(
 
 
 class Lines:
-    r"""Line numbers in a valid TOML text.
+    r"""Line numbers of the entries in a valid TOML document.
 
     Examples
     --------
@@ -71,7 +71,7 @@ class _Reader:
     here: Place = ()
 
     def places(self, text: str) -> list[tuple[Place, int]]:
-        """Return all positions with their lines, in the order of the text."""
+        """Return the position and line number of each entry, in document order."""
         found: list[tuple[Place, int]] = []
         line = 1
         for token in TOKEN.finditer(text):
@@ -87,7 +87,7 @@ class _Reader:
         return found
 
     def _key(self, kind: str, text: str, line: int) -> Place:
-        """Process a token of a key; return the key's position when the key is complete."""
+        """Process one token of a key, and return the key's position once the key is complete."""
         if kind == "word":
             self.key_line = line
             self.key.append(_unquoted(text))
@@ -143,7 +143,7 @@ class _Reader:
         return words
 
     def _open_table(self, *, is_item: bool) -> Place:
-        """Process the header of a table, and return the table's position."""
+        """Process a table header, and return the position of its table in the document."""
         *outer, name = self._taken()
         place: Place = ()
         for word in outer:

@@ -59,10 +59,10 @@ LONGEST_VALUE = 200
 
 
 class Names(Protocol):
-    """Interface for names of fields that differ from the keys in the file."""
+    """Interface for mapping the keys in a file to the field names of a model."""
 
     def in_file(self, place: Place) -> Place:
-        """Convert a position in the model to a position in the file."""
+        """Replace the field names in the position of an error by the keys of the file."""
 
     def to_code(self, table: dict[str, object]) -> dict[str, object]:
         """Replace the keys in the content of a file by field names."""
@@ -89,14 +89,14 @@ def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
 
 
 def faults_in(error: ValidationError, model: Any = None, names: Names | None = None) -> list[Fault]:
-    """Convert pydantic's errors to faults; an error in several positions becomes several faults.
+    """Convert pydantic's errors to faults, one for each position at which an error occurs.
 
     Parameters
     ----------
     error : ValidationError
     model : type, optional
-        Pydantic model of the data; its keys are suggested for misspelt keys. If a misspelt key is
-        reported, the key that was meant is not reported as missing.
+        Pydantic model of the data; its keys are suggested for misspelt keys. A key is not reported
+        as missing if a misspelling of this key is reported.
     names : Names, optional
         Names of keys in the file, if they differ from the model's fields.
     """
@@ -162,7 +162,7 @@ def sentences(faults: Iterable[Fault], line_of: Callable[[Place], int]) -> list[
 
 
 def complaint(source: str, told: Iterable[tuple[int, str]]) -> UserError:
-    """Return an error that lists each fault in a file once, sorted by line.
+    """Return an error that lists all faults in a file, sorted by line and without duplicates.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def told_in(said: str, source: str) -> list[Told]:
 
 
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
-    """Format a fault as a sentence with its line, key, expected value and actual value."""
+    """Format a fault as a sentence with line, key, expected value and actual value."""
     kind = fault.get("type", "")
     if not kind:
         message = fault["msg"]  # message by Slipscale
@@ -243,6 +243,6 @@ def place_in_words(place: Place) -> str:
 
 
 def _shown(value: float | str) -> str:
-    """Format a value for a message, shortened if necessary."""
+    """Format a value for a message, and shorten it if it is too long."""
     whole = repr(value)
     return whole if len(whole) <= LONGEST_VALUE else f"{whole[:LONGEST_VALUE]} ..."

@@ -120,13 +120,13 @@ def note(
 
 @styled
 def with_note(figure: Figure, text: str) -> Figure:
-    """Add a line of text below a figure."""
+    """Add a caption line below a figure."""
     figure.supxlabel(text, x=0.01, ha="left", fontsize=8, color=GREY)
     return figure
 
 
 def lay_out(figure: Figure) -> None:
-    """Compute the layout of a figure once, so that the figure looks the same in all formats."""
+    """Fix the layout of a figure, so that the figure looks the same in all formats."""
     import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
 
     if (engine := figure.get_layout_engine()) is not None:

@@ -1,8 +1,8 @@
-"""Define the attributes of surfaces that participants judge, with words in each language.
+"""Define the attributes of surfaces that participants judge, with their wording per language.
 
-A study sets its ``attribute``. Text shown to participants contains placeholders, which are replaced
-by the words for this attribute. A study defines the
-words of an unlisted attribute in ``[attribute_words]``.
+A study selects an ``attribute``, whose adjective, noun and comparatives replace placeholders in the
+text shown to participants. For an attribute that is not listed here, the study file provides them
+in ``[attribute_words]``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ SLIPPERINESS = "slipperiness"
 
 
 class AttributeWords(NamedTuple):
-    """Words for an attribute in one language, for placeholders in texts.
+    """Wording for an attribute in one language, which replaces placeholders in displayed text.
 
     Parameters
     ----------
@@ -27,7 +27,8 @@ class AttributeWords(NamedTuple):
     masculine, plural : str
         Other forms of the adjective, if the language has them.
     more, less : str
-        Words before the adjective, for a surface with a higher or lower level.
+        Adverbs before the adjective that compare a surface of higher or lower level, such as
+        "more".
     """
 
     adjective: str
@@ -39,7 +40,7 @@ class AttributeWords(NamedTuple):
 
     @property
     def falling(self) -> AttributeWords:
-        """Words for an attribute that decreases with the level."""
+        """Wording for an attribute that decreases with the level."""
         return self._replace(more=self.less, less=self.more)
 
     def fill(self, text: str) -> str:

@@ -34,7 +34,7 @@ PLACES = {
 
 
 def in_code(name: str) -> str:
-    """Convert a name used in files in µm to the name in the code; return other names unchanged.
+    """Convert a name from a file with levels in µm to the name in the code, if they differ.
 
     >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
     ('standard_level', 'level_before', 'trial')

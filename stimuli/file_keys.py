@@ -31,7 +31,7 @@ class FileNames:
     fields : frozenset of str
         Fields that contain levels.
     tables : frozenset of str
-        Tables in which keys are converted, in addition to the top level.
+        Tables whose keys are converted, in addition to the keys at the top level.
     other : Mapping
         Quantity of each table whose levels are not in the study's quantity.
     """
@@ -42,7 +42,7 @@ class FileNames:
     other: Mapping[str, Quantity] = field(default_factory=dict)
 
     def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        """Convert a position in the model to a position in the file."""
+        """Replace the field names in the position of an error by the keys of the file."""
         top = place[0] if place else ""
         keys = len(place) if top in self.tables else 1
         quantity = self.quantity_in(top)
@@ -81,7 +81,7 @@ class FileNames:
         }
 
     def quantity_in(self, table: int | str) -> Quantity:
-        """Return the quantity of the levels in a table, or of a top-level key."""
+        """Return the quantity used for levels in a table or in a top-level key."""
         return self.other.get(str(table), self.quantity)
 
     def _key(self, field: str, quantity: Quantity) -> str:

@@ -29,7 +29,7 @@ Greys = tuple[bytes, ...]  # rows, from the top; 0 is black
 
 
 def packed(rows: Greys) -> str:
-    """Encode the rows of an image as text, for study files and journals."""
+    """Encode the rows of an image as text for study files and journals."""
     return base64.b64encode(zlib.compress(b"".join(rows), 9)).decode()
 
 
@@ -50,7 +50,7 @@ class FrictionMap(Parametric):
     Parameters
     ----------
     pixels : str
-        The image, as returned by `packed`.
+        Image encoded with `packed`.
     columns : int
         Number of pixels per row.
     image : str
@@ -117,7 +117,7 @@ class FrictionMap(Parametric):
 
     @property
     def needs_sensor(self) -> bool:
-        """Whether the position of the finger must be measured, because there are several rows."""
+        """Whether the finger position must be measured: the map varies and has several rows."""
         return self._changes and len(self._rows) > 1
 
     @property
@@ -168,7 +168,7 @@ class FrictionMap(Parametric):
         return self._level(grey(row) + (across - row) * (grey(below) - grey(row)))
 
     def shown(self, share: float) -> float:
-        """Return the amplitude on the centre line of the map, for a picture."""
+        """Return the amplitude at a fraction (0 to 1) of the map's width, on its centre line."""
         return self.level_at((share - 0.5) * self._width_mm)
 
     def change(
@@ -206,7 +206,7 @@ class FrictionMap(Parametric):
         )
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well the plate and friction follow the map at the assumed speed."""
+        """Predict how well the plate and friction follow the map at the assumed finger speed."""
         if not self._changes:
             return None
         return Followed(
@@ -219,7 +219,7 @@ class FrictionMap(Parametric):
         )
 
     def _range_after(self, *time_constants_s: float) -> float:
-        """Return the fraction of the range of grey values that remains after first-order lags."""
+        """Return the fraction of the grey-value range that remains after first-order lags."""
         found: list[float] = []
         for row in self._rows:
             greys = [float(each) for each in row]

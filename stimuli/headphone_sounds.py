@@ -1,9 +1,9 @@
-"""Generate sounds that test whether headphones are worn and play in both ears.
+"""Generate sounds for testing whether participants wear headphones that play in both ears.
 
-One of three tones is quieter, and one of the two loud tones has opposite phase in the two ears.
-With headphones, the phase hardly affects loudness. With loudspeakers, the two channels cancel in
-the air, so the tone in antiphase seems the quietest. Source: Woods, Siegel, Traer and McDermott
-(2017), Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
+In each test, one of three tones is quieter, and one of the other two has opposite phase in the two
+ears. With headphones, the phase hardly affects loudness. With loudspeakers, the two channels cancel
+in the air, so the antiphase tone seems quietest. Source: Woods, Siegel, Traer and McDermott (2017),
+Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
 Psychophysics 79, 2064-2072, doi:10.3758/s13414-017-1361-2, "Method".
 """
 

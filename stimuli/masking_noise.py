@@ -1,8 +1,8 @@
 """Generate pink noise for headphones, so that participants do not hear the plate.
 
 Pink noise has equal power in every octave: its power spectral density falls as 1/f, by 3.01 dB per
-octave. The noise is generated in the frequency domain, so that it can be repeated seamlessly for a
-whole session.
+octave. The noise is generated in the frequency domain. It is therefore periodic and can be repeated
+without a gap for a whole session.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def pink_noise(
     low_hz: float = 20.0,
     high_hz: float = 20_000.0,
 ) -> NDArray[np.float32]:
-    """Return one period of pink noise.
+    """Generate pink noise that can be repeated without a gap.
 
     Parameters
     ----------
@@ -35,7 +35,7 @@ def pink_noise(
     seed : int
         Random seed; the same seed gives the same noise.
     duration_s : float
-        Duration of the period.
+        Duration after which the noise repeats.
     sample_rate_hz : float
         Samples per second.
     low_hz, high_hz : float
@@ -80,7 +80,7 @@ def pink_noise(
 
 
 def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray[np.float64]:
-    """Return gains that change from ``gain`` to ``target`` linearly and are then constant.
+    """Return gains that change linearly from ``gain`` to ``target`` and then remain constant.
 
     Parameters
     ----------
@@ -94,8 +94,7 @@ def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray
     Returns
     -------
     ndarray, shape (samples,)
-        Gains. The first value is one step after ``gain``; the last value is where the next ramp
-        starts.
+        Gains, from one step after ``gain``. The next ramp starts at the last value.
     """
     step = math.copysign(1 / max(fade_samples, 1), target - gain)
     path = gain + step * np.arange(1, samples + 1, dtype=float)

@@ -1,4 +1,4 @@
-"""Compute how fast the amplitude of a plate and the friction can follow commands.
+"""Compute how fast the plate's amplitude and the friction can follow commands.
 
 The amplitude of a plate at resonance follows a command as a first-order lag with the time constant
 τ = Q/(π f0), so the plate passes modulation up to f0/(2Q) (-3 dB). For Q = 60 and f0 = 30.5 kHz, τ
@@ -29,7 +29,7 @@ LAG_RISE = math.log(9)  # time constants of a first-order lag between 10 and 90 
 
 
 def along_edge(start: float, end: float, part: float) -> float:
-    """Return the value at a fraction (0 to 1) of an edge, which is a half cosine."""
+    """Interpolate between two values along a half cosine; ``part`` runs from 0 to 1."""
     share = 0.5 - 0.5 * math.cos(math.pi * part)
     return start + share * (end - start)
 
@@ -42,11 +42,11 @@ class AmplitudeStep(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Prediction of how well a plate and the friction follow a change in amplitude.
+    """Prediction of how well a plate and the friction follow a commanded change in amplitude.
 
-    ``change`` describes the change, ``plate`` and ``friction`` are the fractions of the ``whole``
-    that remain, and ``remedy`` describes how to increase these fractions. ``rise_s`` is the time
-    from 10 to 90 % of a single change in friction.
+    ``change`` describes the change in words. ``plate`` and ``friction`` are the fractions of the
+    commanded change (``whole``) that the plate and friction reach, and ``remedy`` describes how to
+    increase them. ``rise_s`` is the 10-90 % rise time of friction for a single change.
     """
 
     change: str
@@ -137,7 +137,7 @@ class Modulator:
         Quality factor Q of the plate, preferably with a finger on it. The default is the value of
         the ceramic.
     command_interval_s : float
-        Shortest time between two commands on the serial line.
+        Shortest interval between two commands on the serial line.
     shortest_edge_s : float
         Shortest edge between two amplitudes that the drive supports.
     film_time_constant_s : float

@@ -1,4 +1,4 @@
-"""Declare the parameters of stimuli that a study can vary.
+"""Declare the stimulus parameters that a study can vary.
 
 Any field of a texture (`slipscale.stimuli.textures`) with a `Parameter` in its annotation can be
 the level of a protocol (``vary`` in a study file). The declaration defines the key and range in the
@@ -26,7 +26,7 @@ class Parameter:
     name : str
         Noun, in which the plate's quantity replaces ``{q.name}``.
     description : str
-        Description, printed in the reference of study files.
+        Meaning, as printed in the reference for study files.
     unit : str or None
         Unit; None for the plate's unit.
     above, least, most : float
@@ -94,7 +94,7 @@ class Declared:
 
 
 def declared(stimulus: type) -> Mapping[str, Declared]:
-    """Return the parameters that the dataclass of a stimulus declares, by field."""
+    """Return the parameters that a stimulus class declares, keyed by field name."""
     return _declared(stimulus)
 
 
@@ -128,7 +128,7 @@ class Parametric:
         return self
 
     def turned(self, level: float) -> Self:
-        """Raise ValueError, because a texture has no single level that could be adjusted."""
+        """Raise ValueError, because a texture has no single level that can be adjusted."""
         raise ValueError(f"{self.where} cannot be adjusted to {level}")
 
     def refuse_parameters(self) -> None:
@@ -139,5 +139,5 @@ class Parametric:
 
 
 def field_of(key: str, plate: Quantity, known: Mapping[str, Declared]) -> str | None:
-    """Return the field of a parameter, given its key in files in the plate's quantity."""
+    """Return the field name of the parameter with the given key in the plate's quantity, if any."""
     return next((field for field in known if plate.named(field) == key), None)

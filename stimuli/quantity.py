@@ -1,7 +1,7 @@
 """Define the quantity of levels, such as the plate's amplitude in µm peak to peak, V or m/s².
 
-A level is a number in a quantity. The quantity provides names and words for levels in files,
-tables, sentences and axes. Constant texts contain placeholders, such as ``"pairs of {q.levels}"``.
+A level is a value of this quantity. `Quantity` provides its name and unit for files, tables,
+sentences and axis labels. Constant texts contain placeholders, such as ``"pairs of {q.levels}"``.
 For the names of fields in files, see `slipscale.stimuli.field_names`.
 """
 
@@ -28,7 +28,7 @@ IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """Quantity in which the stimuli differ, with words for reports.
+    """Physical quantity that varies between stimuli, with its wording in reports.
 
     The analysis always uses the column name ``amplitude_um_pp`` internally; files use ``column``.
 
@@ -49,7 +49,7 @@ class Quantity:
     stimulus, stimuli : str
         Word for an object with this quantity, in the singular and the plural.
     noun, nouns : str
-        Words that replace ``amplitude`` and ``amplitudes`` in names in files.
+        Nouns that replace ``amplitude`` and ``amplitudes`` in column names and keys of files.
     suffix : str
         Suffix that replaces ``um_pp`` in names in files; by default, the whole column name.
     yes : str
@@ -119,7 +119,7 @@ class Quantity:
 
     @property
     def perceived(self) -> str:
-        """Full name of the judged property, for its first use in a text."""
+        """Full name of the judged property, to be used at its first mention."""
         return "perceived slipperiness" if self.of_plate else self.judged
 
     @property
@@ -144,7 +144,7 @@ class Quantity:
 
     @property
     def shrink(self) -> str:
-        """Verb for the change of judgements with decreasing level: "fall" or "grow"."""
+        """Verb for judgements when the level decreases: "fall" or "grow"."""
         return "grow" if self.falls else "fall"
 
     @property
@@ -198,7 +198,7 @@ class Quantity:
         return self.headed("Difference from the standard")
 
     def heading(self, text: str) -> str:
-        """Return the heading of a column with the unit, such as "Threshold (µm)"."""
+        """Return a column heading with the unit, such as "Threshold (µm)"."""
         return f"{text} ({self.unit})" if self.unit else text
 
     def headed(self, text: str) -> str:
@@ -208,7 +208,7 @@ class Quantity:
 
     @property
     def per(self) -> str:
-        """Unit of a slope, such as "per µm (peak to peak)"."""
+        """Unit of a slope with respect to the level, such as "per µm (peak to peak)"."""
         unit = self.unit or f"unit of {self.name}"
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
 
@@ -249,7 +249,7 @@ class Quantity:
         return self.key(in_um(name))
 
     def columns(self, table: pd.DataFrame) -> pd.DataFrame:
-        """Rename the columns of a table for a file in this quantity."""
+        """Return the table with its columns renamed for a file in this quantity."""
         return table.rename(columns=lambda name: self.key(str(name)))
 
     def with_convention(self, levels: str) -> str:

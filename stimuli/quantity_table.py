@@ -41,8 +41,8 @@ class QuantityTable(FrozenTable):
 def stated_quantity(table: dict[str, object]) -> Quantity:
     """Return the quantity in the content of a file that is not yet validated.
 
-    If ``[quantity]`` is invalid, the plate's amplitude is returned, and validation reports the
-    error.
+    If ``[quantity]`` is invalid, the plate's amplitude is returned. The error is reported later,
+    when the file is validated.
     """
     try:
         return QuantityTable.model_validate(table.get("quantity", {})).quantity

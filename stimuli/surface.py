@@ -1,4 +1,4 @@
-"""Define virtual surfaces, and convert between peak and peak-to-peak amplitudes.
+"""Define virtual surfaces, and conversions between peak and peak-to-peak amplitudes.
 
 Amplitudes in experiments are peak to peak, whereas ``h_vib`` in the film models is a peak amplitude
 (half the peak-to-peak value). With this convention, the squeeze number is 15.9 at 30.5 kHz with h_r
@@ -93,7 +93,7 @@ class Surface(Stimulus, Protocol):
         """Return the loop to play if the finger is not measured; None if no loop is played."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the surface; None for a constant amplitude."""
+        """Predict how well plate and friction follow the surface; None for a constant amplitude."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -135,12 +135,12 @@ class VirtualSurface:
 
     @property
     def needs_sensor(self) -> bool:
-        """False, because nothing has to be measured."""
+        """Always False, because nothing has to be measured."""
         return False
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles, which is its only amplitude."""
+        """Level at which the plate settles; equal to ``level``, because the surface is constant."""
         return self.level
 
     @property
@@ -158,7 +158,7 @@ class VirtualSurface:
         return peak_from_pp(self.level)
 
     def shown(self, share: float) -> float:
-        """Return the height at a point (0 to 1) in a picture of the vibration."""
+        """Return the height of the vibration curve at a fraction (0 to 1) of a picture's width."""
         return self.level * math.sin(2 * math.pi * PERIODS_SHOWN * share)
 
     def loop(

@@ -1,7 +1,7 @@
 """Define gratings: surfaces with ridges and grooves of friction.
 
 The paper's introduction and conclusion mention that slipperiness that varies in space is perceived
-as relief. The amplitude of a grating is a function of position. If the finger's speed is known, the
+as relief. The amplitude of a grating is a function of position. For a known finger speed, the
 grating is converted to a sequence of commands that the plate and its serial line can follow.
 """
 
@@ -55,17 +55,18 @@ LONGEST_MM = 1000.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Grating(Parametric):
-    """Wave of friction along the stroke of the finger or in time.
+    """Periodic variation in friction, either along the stroke of the finger or in time.
 
-    Either ``spatial_period_mm`` or ``modulation_hz`` must be given. A wave in time does not depend
-    on the speed of the finger. Each `Parameter` can be the level of a study.
+    Either ``spatial_period_mm`` or ``modulation_hz`` must be given. If ``modulation_hz`` is given,
+    the variation does not depend on the finger's speed. Each `Parameter` can be the level of a
+    study.
 
     Parameters
     ----------
     waveform : {"sine", "square", "triangle", "sawtooth"}
         Shape of the amplitude over a period.
     label : str
-        Code from which the texture cannot be guessed.
+        Code that does not reveal which texture is presented.
     name : str
         Name of the texture in the study and in the data.
 
@@ -243,7 +244,7 @@ class Grating(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a point (0 to 1) in a picture of three periods."""
+        """Return the amplitude at a fraction (0 to 1) of a picture that shows three periods."""
         return self.level_in(3 * share)
 
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
@@ -326,7 +327,7 @@ class Grating(Parametric):
         Raises
         ------
         UserError
-            If the finger crosses the grating faster than plate or line can follow.
+            If the finger crosses the grating faster than the plate or serial line can follow.
         """
         if not math.isfinite(finger_speed_mm_s):
             raise UserError(
@@ -381,7 +382,7 @@ class Grating(Parametric):
         Raises
         ------
         UserError
-            If the finger crosses the grating faster than plate or line can follow.
+            If the finger crosses the grating faster than the plate or serial line can follow.
         """
         if self.depth_level == 0:
             return None
@@ -416,9 +417,9 @@ def bar(
     name, label : str
         See `Grating`.
     centre_mm, width_mm : float
-        Centre and width of the bar along the stroke.
+        Position of the bar's centre and width of the bar, measured along the stroke.
     on_level, off_level : float
-        Levels on the bar and elsewhere.
+        Level on the bar and level elsewhere.
     period_mm : float
         Distance to the next bar, which the finger must not reach.
     """

@@ -1,9 +1,10 @@
 """Define transients: surfaces whose amplitude changes when the finger triggers a change.
 
-At first, the amplitude of a transient is constant. When a position, a force or a time after contact
-is reached, the amplitude changes to another value within a transition time. The amplitude changes
-back after a duration or, if none is given, when the trigger condition is no longer met. A transient
-that a position triggers feels like an edge on the plate.
+At first, the amplitude of a transient is constant. When the finger reaches a given position or
+force, or when a given time has passed since contact, the amplitude changes to another value within
+a transition time. The amplitude returns to its first value after a given duration. Without a
+duration, it returns when the trigger condition is no longer met. A transient that a position
+triggers feels like an edge on the plate.
 
 The plate times the list of amplitudes with its own clock. The duration of the transition is
 therefore exact even if the computer rarely samples the finger; only its beginning depends on the
@@ -156,7 +157,7 @@ class Transient(Parametric):
 
     @property
     def needs_sensor(self) -> bool:
-        """True, because a trigger must be measured."""
+        """Always True, because the trigger must be measured."""
         return True
 
     @property
@@ -212,11 +213,11 @@ class Transient(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a point (0 to 1) in a picture of the change."""
+        """Return the amplitude at a fraction (0 to 1) of a picture that shows the change."""
         return self.level_after((1.5 * share - 0.25) * self.active_s)
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Check the change, and return None because nothing is played before the trigger."""
+        """Check the change, and return None, because no loop is played before the trigger."""
         self.change(modulator)
         return None
 
@@ -265,10 +266,10 @@ class Transient(Parametric):
         return self.from_level + part * (self.to_level - self.from_level)
 
     def _pieces(self, modulator: Modulator) -> tuple[int, float]:
-        """Return the number of steps in a transition, and the duration of a step.
+        """Return the number of steps in a transition and the duration of each step.
 
-        A half cosine is the edge of one step. A straight line needs several steps; the transition
-        time and the duration must be multiples of a step.
+        A half-cosine transition is the edge of a single step. A linear transition needs several
+        steps, and both the transition time and the duration must be multiples of the step duration.
         """
         shortest_s, linear = modulator.edge_s, self.shape == "linear"
         lasts_s = self.duration_s

@@ -16,7 +16,7 @@ class Varied:
     Parameters
     ----------
     vary : str
-        Field of the varied parameter.
+        Name of the field that contains the varied parameter.
     texture : Texture
         Stimulus. The value of its field ``vary`` is the level.
     """
@@ -32,7 +32,7 @@ class Varied:
 
     @property
     def label(self) -> str:
-        """Code from which the level cannot be guessed."""
+        """Code that does not reveal the level."""
         return self.texture.label
 
     @property

@@ -25,7 +25,7 @@ Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 
 
 class Harmonic(NamedTuple):
-    """Harmonic of a sine: order (from 2), fraction of the depth, and phase (0 to 1)."""
+    """Harmonic of a sine: its order (2 or higher), fraction of the depth, and phase (0 to 1)."""
 
     order: int
     share: float
@@ -33,7 +33,7 @@ class Harmonic(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """Function from phase (0 to 1) to value (-1 to 1), and the wave's minimum number of steps."""
+    """Function from phase (0 to 1) to amplitude (-1 to 1), and its minimum number of steps."""
 
     value: Callable[[float], float]
     steps_min: int

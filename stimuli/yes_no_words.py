@@ -9,9 +9,9 @@ from dataclasses import dataclass
 class YesNoWords:
     """Words for a yes/no task, whose trials are steps down (of a plate) or single stimuli.
 
-    ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) are pairs of
-    singular and plural. ``size`` is the variable on which the probability of "yes" depends,
-    ``each`` a single value of this variable. Sensitivity is reported ``at`` a value.
+    ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) each contain
+    the singular and the plural. ``size`` is the variable on which the probability of "yes" depends,
+    and ``each`` is the name of a single value of it. Sensitivity is reported ``at`` a value.
     """
 
     size: str

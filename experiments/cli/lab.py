@@ -279,7 +279,7 @@ def _exclusions(roster: Roster) -> list[str]:
 
 
 def _without_backup(defaults: Defaults) -> list[str]:
-    """Return a sentence about runs without a complete backup, if there are any."""
+    """Return a sentence that lists the runs without a complete backup, if there are any."""
     from slipscale.experiments.dataset.backup import not_backed_up  # noqa: PLC0415
 
     missing = not_backed_up(defaults.data, defaults.backup)

@@ -34,7 +34,7 @@ def add_plate(parser: ArgumentParser) -> None:
 
 
 def add_setting(parser: ArgumentParser) -> None:
-    """Add the options for a session's equipment, except for the plate."""
+    """Add the options for a session's equipment other than the plate."""
     default = here()
     add_contact(parser)
     parser.add_argument(
@@ -84,7 +84,7 @@ def add_contact(parser: ArgumentParser) -> None:
 
 
 def contact_specs(args: Namespace) -> ContactSpecs:
-    """Return the finger sensors from the command line, otherwise from the laboratory folder."""
+    """Return the finger sensors given on the command line, or else in the laboratory folder."""
     return named_contact(args).otherwise(_folders_contact())
 
 
@@ -202,7 +202,7 @@ def run_run(args: Namespace) -> int:
 
 
 def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True) -> bool:
-    """Report changes since the last run; in a terminal, ask whether to begin anyway."""
+    """Report changes since the last run and, in a terminal, ask whether to begin anyway."""
     from slipscale.experiments.running.changed_since import changes  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415
 
@@ -267,7 +267,7 @@ def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Settin
 
 
 def _markers(args: Namespace) -> tuple[str, ...]:
-    """Return the marker outputs from the command line, otherwise from the laboratory folder."""
+    """Return the marker outputs given on the command line, or else in the laboratory folder."""
     return tuple(args.markers) if args.markers else here().markers
 
 

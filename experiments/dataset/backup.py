@@ -76,7 +76,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def back_up_exclusions(dataset: Path, participant: str) -> None:
-    """Copy the exclusion decisions about a participant to all backups that contain the participant.
+    """Copy a participant's exclusion decisions to every backup that contains the participant.
 
     A backup that is not connected receives the decisions after the participant's next run.
     """

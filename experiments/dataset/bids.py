@@ -25,8 +25,8 @@ def build_dataset(dataset: Path, gone: Collection[str] = ()) -> list[Problem]:
     Returns
     -------
     list of Problem
-        Damage in the journals, and data that exist only in the tables; see
-        `slipscale.experiments.dataset.former_tables`.
+        Damage in the journals, and data that only the tables contain (see
+        `slipscale.experiments.dataset.former_tables`).
 
     Raises
     ------

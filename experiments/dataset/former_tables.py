@@ -1,14 +1,14 @@
 """Preserve data that remain in a data set's tables but no longer in its journals.
 
-A build never loses a row. If a journal was lost, truncated or damaged after its tables were
-written, the tables are the only copy. The rules are:
+Building a data set never loses a row. If a journal was lost, truncated or damaged after its tables
+were written, the tables are the only copy. The rules are:
 
 - A run's table is left unchanged if a rebuild would lose a row, or would lose a value because of
   damage.
 - A run's table is left unchanged if the run's journal is lost, or is truncated within the first
   record.
-- In tables of several participants or sessions, rows that no journal provides are kept. Single
-  values of participants with a lost, truncated or damaged journal are also kept.
+- In tables of several participants or sessions, rows that no journal provides are kept. If a
+  participant's journal was lost, truncated or damaged, individual values are kept as well.
 - All data that are kept in this way are reported until the journal is restored or the row is
   deleted.
 
@@ -53,14 +53,14 @@ class Kept(NamedTuple):
 
 
 def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
-    """Return the files of a data set, which include data that only existing tables contain.
+    """Return the files of a data set, including data that only existing tables contain.
 
     Parameters
     ----------
     dataset : Path
         The data set whose existing tables are read.
     runs : sequence of Run
-        The runs in the data set's journals.
+        Runs read from the journals of the data set.
     gone : collection of str
         Labels of withdrawn participants, whose data are not kept.
     """
@@ -98,7 +98,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return the tables of each journal that has lost data since its tables were written.
+    """Find journals that lost data after their tables were written, and return these tables.
 
     A journal only grows, so it must still contain the records that the sidecar describes.
     """
@@ -153,7 +153,7 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
 
 
 def _loses(path: Path, new: str, *, damaged: bool) -> str:
-    """Describe which data a rebuild of a run's table would lose; empty if no data would be lost."""
+    """Return which data would be lost if a table were built again, or an empty string if none."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (

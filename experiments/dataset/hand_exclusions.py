@@ -3,7 +3,8 @@
 The decisions about a participant are stored next to the participant's journals, in
 ``sourcedata/sub-<label>/excluded.json``. A withdrawal therefore removes the decisions, and a merge
 copies them. The file lists all decisions in order; the last one applies. Each decision records
-whether results had been shown before, because an exclusion that depends on results is unplanned.
+whether results had already been shown, because an exclusion made with knowledge of the results is
+unplanned.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ EVERY = Path("sourcedata", "sub-*", RECORD)
 
 
 class Decision(FrozenTable):
-    """A decision to exclude a participant, or to include the participant again."""
+    """Decision to exclude a participant, or to reverse an earlier exclusion."""
 
     excluded: bool
     reason: Annotated[str, Field(min_length=1, max_length=2000)]

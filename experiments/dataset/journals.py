@@ -1,4 +1,4 @@
-"""Read the runs of a data set from its journals, and find damage in the journals.
+"""Read the runs of a data set from its journals, and report damaged records.
 
 A damaged journal does not affect other runs, and its intact records are still used.
 """
@@ -26,7 +26,8 @@ class Problem:
     file : str
         Path in the data set, with forward slashes.
     place : str
-        Place in the file, such as "line 3", "row 2" or an entry's name; empty for the whole file.
+        Position in the file, such as "line 3", "row 2" or the name of an entry; empty if the
+        problem concerns the whole file.
     what : str
         Description of the problem.
     """
@@ -42,7 +43,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """A run in a data set, as recorded in the run's journal."""
+    """Run read from a journal in a data set."""
 
     path: Path
     plan: RunPlan

@@ -1,7 +1,7 @@
 """Record the sources of a merged data set, and the merged sets that include a data set.
 
-Each source lists its merged sets, and each merged set lists its sources, because a withdrawal
-affects all of these sets.
+Each source lists the merged sets that include it, and each merged set lists its sources, because a
+withdrawal affects all of them.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ def sources(dataset: Path) -> list[Path]:
 
 
 def merged_into(dataset: Path) -> list[Path]:
-    """Return the merged sets into which a data set was merged."""
+    """Return the merged data sets that include this data set."""
     return _read(dataset)[INTO]
 
 
 def note_source(dataset: Path, source: Path) -> None:
-    """Record a source of a merged set."""
+    """Record in a merged data set that ``source`` is one of its sources."""
     _add(dataset, SOURCES, source)
 
 
@@ -45,7 +45,7 @@ def _add(dataset: Path, name: str, place: Path) -> None:
 
 
 def _read(dataset: Path) -> dict[str, list[Path]]:
-    """Return a data set's list of sources and its list of merged sets.
+    """Read the list of sources and the list of merged sets of a data set.
 
     Raises
     ------

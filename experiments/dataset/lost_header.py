@@ -1,4 +1,4 @@
-"""Recover runs with a damaged header from the sidecars of their tables.
+"""Recover runs whose journal header is damaged from the sidecars of their tables.
 
 The header is a journal's first record; a journal without a header does not identify the study. The
 sidecars repeat the header, and the data set contains the study file, which its hash identifies. A
@@ -57,7 +57,7 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
 
 
 def _studies(dataset: Path) -> dict[str, str]:
-    """Return the texts of a data set's study files, keyed by hash."""
+    """Return the content of each study file in a data set, keyed by its hash."""
     texts = []
     for path in sorted((dataset / "code").glob("study*.toml")):
         try:

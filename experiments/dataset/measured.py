@@ -1,7 +1,7 @@
-"""Define and compute the optional columns for quantities that are measured in a trial.
+"""Define and compute the optional columns for quantities measured during a trial.
 
 A run's table has a column for each quantity that was measured at least once. Positions and forces
-come from samples in the journal (docs/decisions/one-journal.md).
+are computed from the samples in the journal (docs/decisions/one-journal.md).
 """
 
 from __future__ import annotations
@@ -124,7 +124,7 @@ def measured_columns(names: Iterable[str]) -> dict[str, Column]:
 
 
 def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[str, Value]:
-    """Return measured values; the name of the interval, if any, precedes each name."""
+    """Prefix the names of values with the interval, if any, as in ``interval1_strokes``."""
     return {f"interval{interval}_{name}": v for name, v in values.items()} if interval else values
 
 
@@ -177,7 +177,7 @@ class Explorations:
         return self._changes == 0
 
     def implausible(self) -> list[str]:
-        """Describe the values in the last exploration that are implausible for a finger."""
+        """Describe values measured in the last exploration that are implausible for a finger."""
         places, forces = self._whole.get("position", []), self._whole.get("force", [])
         found = [*implausible_places(places), *implausible_forces(forces)]
         if self._unreadable > UNREADABLE * (len(places) + len(forces)):
@@ -205,5 +205,5 @@ class Explorations:
 
 
 def _rounded(value: float | None) -> float | None:
-    """Round a value to four decimals, because no sensor is more precise."""
+    """Round a value to four decimals, because sensors are not more precise."""
     return None if value is None else round(value, 4)

@@ -1,8 +1,9 @@
 """Merge two data sets into a new data set, for example from two computers used for one study.
 
-Journals are copied unchanged, and the tables are built from the journals. All contradictions are
-reported together before anything is written. The new data set has a temporary name until it is
-complete. An interrupted merge therefore leaves no data set, and can be repeated.
+Journals are copied unchanged, and the tables are built from the journals. All contradictions
+between the data sets are reported together, before anything is written. The new data set has a
+temporary name until it is complete. If a merge is interrupted, there is therefore no incomplete
+data set, and the merge can be repeated.
 """
 
 from __future__ import annotations

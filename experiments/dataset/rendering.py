@@ -1,4 +1,4 @@
-"""Render the files of a data set from its runs, without reading or writing files.
+"""Generate the content of a data set's files from its runs, without reading or writing files.
 
 `render` generates the content of all files from the journals. `slipscale.experiments.dataset.bids`
 writes the files, and `slipscale.experiments.dataset.verification` compares them with the existing
@@ -49,7 +49,7 @@ README = PurePosixPath("README.md")
 
 
 def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Problem]]:
-    """Return the files for a list of runs, keyed by path in the data set.
+    """Return the content of all files, keyed by path in the data set, and the problems found.
 
     If a run's records are intact but do not match the protocol's table, the run is reported as a
     problem and no files are generated for it.
@@ -124,7 +124,7 @@ def _session_row(runs: list[Run]) -> tuple[Value, ...]:
 
 
 def stem_of(run: Run, task: str) -> PurePosixPath:
-    """Return the path of a task's table and sidecar in a run, without the suffix."""
+    """Return the common path of the table and the sidecar for a task in a run, without a suffix."""
     plan = run.plan
     session = [f"ses-{plan.session}"] if plan.session else []
     stem = table_stem(participant=plan.participant, session=plan.session, task=task, run=plan.run)
@@ -288,7 +288,7 @@ def _questions(
 
 
 def _readme(plan: RunPlan, *, simulated: bool) -> str:
-    """Return the text of a README, which states whether participants or pilots answered."""
+    """Return the text of README.md, which states whether the data come from pilots."""
     study = plan.study
     kinds = {
         "pilot": "**Pilot.** These answers come from people who tried out the study; they are not "

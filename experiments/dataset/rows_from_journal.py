@@ -150,7 +150,7 @@ def _flag(row: TrialRecord, flag: str) -> None:
 def _answer(
     gathered: Gathered, row: TrialRecord | None, step: dict[str, Any], record: Record
 ) -> None:
-    """Store an answer in its trial's row, or among answers about the task or participant."""
+    """Store an answer in its trial's row, or with the answers about the task or participant."""
     made = answer_from(record.data["answer"])  # adds defaults for older journals
     answer = answer_record(made) or {}
     if row is not None:

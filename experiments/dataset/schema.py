@@ -1,9 +1,9 @@
-"""Define the columns and entries of data set files, with types, units and descriptions.
+"""Define the columns of data set tables and the keys of sidecars, with types and units.
 
 This definition is used for writing (`slipscale.experiments.dataset.bids`), for reading
 (`slipscale.analysis.reading`) and for generating docs/reference/data-set.md. A protocol declares
-the columns that belong only to its task (see `slipscale.experiments.protocol_parts.base.Protocol`);
-`columns` adds the columns that are common to all tasks.
+only the columns specific to its task (see `slipscale.experiments.protocol_parts.base.Protocol`).
+The function `columns` adds the columns that all tasks have in common.
 """
 
 from __future__ import annotations
@@ -217,7 +217,7 @@ def _interval_columns(number: int) -> dict[str, Column]:
 
 
 def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
-    """Return the columns that all tasks have in common."""
+    """Return the columns that are contained in the tables of all tasks."""
     modulated = ("; for a texture, the largest", "; for a texture, its mean")
     largest, mean = modulated if protocol.textures else ("", "")
 

@@ -1,7 +1,7 @@
 """Compare a data set with its journals, and report each difference with its file and row.
 
-The journals are the source of truth. The integrity of a journal is checked by its running hash and
-by the number of records stored in the sidecars.
+If a table and a journal disagree, the journal is taken to be correct. The integrity of a journal is
+checked by its running hash and by the number of records stored in the sidecars.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def verify(dataset: Path) -> list[Problem]:
 
 
 def _compare(dataset: Path, name: PurePosixPath, content: Content) -> list[Problem]:
-    """Return the differences between a file and its content according to the journals."""
+    """Compare a file with the content generated from the journals, and return the differences."""
     path = dataset / name
     if not path.is_file():
         return [Problem(file=str(name), what="the file is missing; slipscale data build writes it")]
@@ -87,7 +87,7 @@ def _compressed(path: Path, name: str, content: bytes) -> list[Problem]:
 
 
 def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
-    """Yield the cells, rows and columns in which a table differs; row numbers are line numbers."""
+    """Yield each cell, row or column in which a table differs, with its line number."""
     try:
         there = _cells(text)
     except csv.Error as error:

@@ -30,7 +30,7 @@ from slipscale.faults.suggestions import expected_one_of
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders that contain data from a participant, including results.
+    """Return all files and folders with a participant's data, and results computed from them.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def theirs(dataset: Path, participant: str) -> list[Path]:
 
 
 def sources_with(dataset: Path, participant: str) -> list[Path]:
-    """Return those sources of a merged set that contain a participant or are not connected."""
+    """Return the sources of a merged set that contain the participant or cannot be accessed."""
     return [
         source
         for source in lineage.sources(dataset)
@@ -154,7 +154,7 @@ def _found(dataset: Path, participant: str, todo: Pending) -> Iterator[Path]:
 
 
 def _in_one(folder: Path, participant: str) -> Iterator[Path]:
-    """Yield a participant's folders in one data set, then the tables that name the participant."""
+    """Yield a participant's folders in one data set, and the tables that list the participant."""
     places = ("derivatives/slipscale", f"sub-{participant}", f"sourcedata/sub-{participant}")
     here = [folder / place for place in places]
     named = [path for path in _shared_tables(folder) if any(_lines_of(path, participant))]
@@ -206,7 +206,7 @@ def _journals_of(dataset: Path, participant: str) -> list[Path]:
 
 
 def _kept_elsewhere(own: list[Path]) -> Iterator[Path]:
-    """Yield the fallback folders that contain journals of the participant in the same study."""
+    """Yield the fallback folders that contain the participant's journals from the same study."""
     studies = {plan.study_text for path in own if (plan := read_usable(path, most=1)[0])}
     if not own:
         return

@@ -21,12 +21,12 @@ PENDING = "pending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pending:
-    """The remaining tasks of a withdrawal outside the data set.
+    """Tasks that remain outside the data set until a withdrawal is complete.
 
     Parameters
     ----------
     remove : tuple of Path
-        Folders to be removed entirely: fallback folders of journals, and unfinished merges.
+        Folders to be removed completely: fallback folders with journals, and unfinished merges.
     copies : tuple of Path
         Backups and merged sets that contain the participant.
     merged : tuple of Path

@@ -1,4 +1,4 @@
-"""Create the records that a session writes when it starts and when it is resumed."""
+"""Create the journal records that are written when a session starts and when it is resumed."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record of a resumption, which contains everything that may differ from the header.
 
-    All later times are relative to the date in this record. Session time never runs backwards, even
-    if the computer's clock was set back.
+    All later times are relative to the date in this record. Session time never decreases, even if
+    the computer's clock was set back.
     """
     return {
         "plate_spec": spec,

@@ -1,8 +1,8 @@
 """The journal: an append-only record of every step and response.
 
 `slipscale.experiments.journal.record` defines the format of a line and its checksums.
-`slipscale.experiments.journal.reading` reads journals. When a run is resumed, a torn end (left if
-the machine stopped while writing) is removed; any other damage is an error.
+`slipscale.experiments.journal.reading` reads journals. When a run is resumed, a torn end (left by a
+crash during writing) is removed. All other damage is an error.
 
 The rules for flushing data to disk are:
 
@@ -10,8 +10,8 @@ The rules for flushing data to disk are:
   record is lost. A thread (`slipscale.experiments.journal.keeper`) then flushes the record to disk.
 - Before each question, a session calls `Journal.wait_for` to wait until the last answer is on disk.
   A power failure loses nothing that was written before a call of `wait_for`.
-- `Journal.write` combines `append` and `wait_for`. `append` alone is used for records that must not
-  delay a trial.
+- `Journal.write` combines `append` and `wait_for`. For records that must not delay a trial, only
+  `append` is called.
 - If the disk fails, unconfirmed records are removed from the file. The next call of `append`,
   `wait_for`, `check` (at each frame) or `close` then raises an error.
 
@@ -63,7 +63,7 @@ class Journal:
     synced : bool
         Whether each record is flushed to disk. If False, records are passed to the operating system
         and flushed only at the end: a power failure may lose records, but a killed process loses
-        none. Pilots are not synced, because they can be repeated.
+        none. Pilots are not flushed, because they can be repeated.
 
     Raises
     ------
@@ -74,7 +74,7 @@ class Journal:
     Attributes
     ----------
     path : Path
-        The file currently being written; it changes if the original location disappears.
+        The current journal file. The path changes if the original location becomes unavailable.
     clock : Clock
         Provides the records' times.
     lost : Path or None
@@ -236,7 +236,7 @@ class Journal:
         return Mark(len(self.records), self._stream.tell())
 
     def _put(self, line: bytes) -> None:
-        """Pass bytes to the operating system; raise OSError unless the system accepts all bytes."""
+        """Pass bytes to the operating system; raise OSError if it does not accept all of them."""
         # Unbuffered, because bytes that a full disk rejected must not be written on the next
         # attempt.
         while line:

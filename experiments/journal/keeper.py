@@ -5,9 +5,9 @@ The rules are:
 - The caller writes the file; the thread only waits for the disk. A killed process therefore loses
   no data. A power failure can lose only data that the thread has not confirmed.
 - Each wait for the disk covers all data that were written before the wait began.
-- The first failure ends the thread, because a second attempt may succeed although data were lost.
+- The thread ends at the first failure, because a second attempt may succeed even if data were lost.
   The caller reads the error from `failure`, truncates the file and starts a new thread.
-- The thread and its caller share single values but no lock, because a signal may interrupt the
+- The thread and its caller share only single values and no lock, because a signal may interrupt the
   caller at any point.
 """
 
@@ -38,14 +38,14 @@ class Keeper:
     descriptor : int
         Descriptor of the open file.
     kept : Mark
-        The position up to which data are already on disk.
+        Position in the file up to which all data are already on disk.
 
     Attributes
     ----------
     kept : Mark
-        The position up to which data are on disk now.
+        Position up to which all data have been flushed to disk so far.
     wanted : Mark
-        The position up to which data were submitted for flushing.
+        Position up to which flushing was requested with `want`.
     failure : BaseException or None
         The error that ended the thread.
     """

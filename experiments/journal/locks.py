@@ -71,7 +71,7 @@ def is_being_written(journal: Path) -> bool:
 
 
 def take(stream: FileIO, journal: Path) -> None:
-    """Lock an open journal for writing, and create the lock file.
+    """Lock an open journal for writing, and create its lock file.
 
     Raises
     ------
@@ -152,7 +152,7 @@ def _make(claim: Path) -> bool:
 
 
 def _make_again(claim: Path, *, system_locks: bool) -> bool:
-    """Replace a temporary lock file that a crash left behind; return whether this succeeded.
+    """Replace a temporary lock file left behind by a crash; return whether it was replaced.
 
     Only the holder of the system lock can be sure that no other session replaces this file.
     """

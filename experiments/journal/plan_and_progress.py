@@ -25,7 +25,7 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 
 def software() -> dict[str, str]:
-    """Return the versions of Python and of packages that can affect data; import nothing."""
+    """Return the versions of Python and of packages that can affect data, without imports."""
     return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
 
 
@@ -76,7 +76,7 @@ def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Re
 def holds_records(path: Path) -> bool:
     """Return whether a journal contains at least one record, intact or damaged.
 
-    A journal that was torn at its first record is empty, so the run can be started again.
+    If even the first record is torn, the journal is empty, and the run can be started again.
     """
     return has_begun(path) and bool(read_whole(path, most=1).records)
 
@@ -114,7 +114,7 @@ def last_backup(records: list[Record]) -> Path | None:
 
 
 def last_plate(records: list[Record]) -> str:
-    """Return the SPEC of the plate last used in a run."""
+    """Return the plate specification (SPEC) with which a run was started or last resumed."""
     specs = [r.data["plate_spec"] for r in records if r.kind in ("header", "resume")]
     return str(specs[-1])
 
@@ -137,7 +137,7 @@ def elapsed_s(records: list[Record]) -> float:
 
 
 def latest_s(records: list[Record]) -> float:
-    """Return the latest session time in a journal; a resumed run continues from there."""
+    """Return the latest session time in a journal, from which a resumed run continues."""
     return max((record.time_s for record in records), default=0.0)
 
 

@@ -3,14 +3,14 @@
 `read_records` is used to resume a run and accepts no damage. `read_whole` is used to build data
 sets, and omits only the damaged records. The rules are:
 
-- Records are read in the order of their numbers, even if lines were moved.
+- Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
 - A torn end does not count as damage. A torn end is a last line that is cut short, or that contains
   zero bytes because the disk lost power. If several records were being written, the torn end can
   include earlier lines: `kept` in the "begin" record of each question is the number of records on
   disk.
-- A record of kind `DAMAGED` replaces each gap in the numbers, and each record whose hash does not
-  follow from the previous record.
+- A record of kind `DAMAGED` replaces each gap in the numbering, and each record whose hash is
+  inconsistent with the previous record.
 """
 
 from __future__ import annotations
@@ -36,7 +36,6 @@ class Damage:
     reason: str
 
     def __str__(self) -> str:
-        """Return the line number and the reason as part of a sentence."""
         return f"line {self.line}: {self.reason}"
 
 
@@ -50,7 +49,7 @@ class Reading:
         The intact records in order. A single record of kind `DAMAGED` replaces each sequence of
         damaged or missing records.
     damage : list of Damage
-        Line number and reason of each damage; empty for an intact journal.
+        Damaged lines with the reason for each; empty if the journal is intact.
     length : int
         Length in bytes of the lines before the torn end, if any.
     torn : bool
@@ -134,7 +133,7 @@ class _Line(NamedTuple):
 
 
 def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
-    """Return one line per record number, in file order; report lines that repeat a number."""
+    """Return one line per record number in file order, and report duplicate numbers as damage."""
     of_number: dict[int, list[_Line]] = {}
     for line in found:
         of_number.setdefault(line.record.number, []).append(line)
@@ -179,7 +178,7 @@ def _report_moved(chosen: list[_Line], reading: Reading) -> None:
 
 
 def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> None:
-    """Sort the records by number, and replace missing records by records of kind `DAMAGED`."""
+    """Sort the records by number, and mark each gap with a record of kind `DAMAGED`."""
     expected, place = 0, -1
     before: str | None = ""  # the running hash; None (unknown) after a gap
     for line in sorted(chosen, key=lambda line: line.record.number):
@@ -204,7 +203,7 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
 def read_records(path: Path) -> tuple[list[Record], int]:
     """Return a journal's records and the length of its intact part in bytes.
 
-    A torn last line is omitted; the length is then the offset of the torn line.
+    If the last line is torn, it is omitted, and the length is the offset at which it begins.
 
     Raises
     ------
@@ -240,7 +239,7 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 
 def _kept(records: list[Record]) -> int:
-    """Return how many records were on disk according to the records themselves."""
+    """Return the number of records on disk, as stated in the records themselves."""
     kept = [record.data.get("kept") for record in records]
     return max((each for each in kept if isinstance(each, int)), default=0)
 

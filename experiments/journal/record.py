@@ -5,8 +5,8 @@ seconds, the record's ``kind`` and its data. The last two entries are checksums:
 
 - ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
   record's text. This hash does not match if a record was removed, moved, repeated or edited.
-- ``crc``: the CRC-32 of the line up to this entry. This checksum detects a torn or altered line
-  independently of other lines, so local damage leaves the other lines readable.
+- ``crc``: the CRC-32 of the line up to this entry. It detects a torn or altered line without
+  reference to other lines, so that the other lines can still be read.
 """
 
 from __future__ import annotations

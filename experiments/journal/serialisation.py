@@ -1,7 +1,8 @@
 """Convert steps and answers to plain data for the journal, and back.
 
-Data read from a journal may use the names of journals in µm (`slipscale.stimuli.field_names.in_um`)
-or the names in the code. The results use the names in the code.
+Data read from a journal contain either the names used in µm files
+(`slipscale.stimuli.field_names.in_um`) or the names used in the code. The results always contain
+the names used in the code.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ QUANTITY = "quantity"
 def step_record(step: Step) -> dict[str, Any]:
     """Return a step's type and fields as plain data, exactly as they are read from a journal.
 
-    A field that earlier versions did not have is omitted if it has its default value. Journals from
-    earlier versions can therefore be resumed.
+    A field that did not exist in earlier versions is omitted if it has its default value, so that
+    journals from earlier versions can be resumed.
     """
     record: dict[str, Any] = _plain(step)
     for part in (record, *(record.get("lead_in") or ())):
@@ -70,7 +71,7 @@ def _plain(value: Any) -> Any:
 
 
 def _told(value: Any, name: str) -> bool:
-    """Return whether a record contains a field; newer fields are included only if they are set."""
+    """Return whether to record a field; later additions are omitted if they have the default."""
     later = name in getattr(value, "LATER", ())
     return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
 
@@ -87,12 +88,12 @@ def _names(kind: type) -> tuple[str, ...]:
 
 
 def same_step(one: dict[str, Any], other: dict[str, Any]) -> bool:
-    """Return whether two records describe the same step, ignoring texts."""
+    """Return whether two records describe the same step, ignoring displayed text."""
     return bool(_without_words(in_own_names(one)) == _without_words(in_own_names(other)))
 
 
 def in_own_names(record: dict[str, Any]) -> dict[str, Any]:
-    """Return a step's or answer's record with the names used in the code."""
+    """Return a record of a step or answer with its keys renamed to the names used in the code."""
     found: dict[str, Any] = renamed(record, in_code)
     if found.get("type") == "Adjust":
         found["name"] = in_code(found["name"])  # the name refers to a data set column
@@ -108,7 +109,7 @@ def _without_words(record: Any) -> Any:
 
 
 def answer_record(answer: Answer) -> dict[str, Any] | None:
-    """Return an answer's type and fields as plain data; None without an answer."""
+    """Return the type and fields of an answer as plain data, or None if there is no answer."""
     return None if answer is None else {"type": type(answer).__name__, **_plain(answer)}
 
 
@@ -142,7 +143,7 @@ def surface_from(record: dict[str, Any]) -> Stimulus:
 
 
 def texture_from(fields: Mapping[str, Any]) -> Texture:
-    """Return the texture that a record's fields describe. Raises `KeyError` for other surfaces."""
+    """Return the texture that a record's fields describe; raise `KeyError` if there is none."""
     kind = kind_in(fields)
     if kind is None:
         raise KeyError("texture")

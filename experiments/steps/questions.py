@@ -48,7 +48,7 @@ class TextQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ChoiceQuestion:
-    """A choice from ``options``: pairs of a code (for the data) and words (on the screen)."""
+    """Choice from ``options``, each of which is a pair of a code (for the data) and a label."""
 
     prompt: str
     options: tuple[tuple[str, str], ...]
@@ -86,13 +86,13 @@ class VisualAnalogueQuestion:
     prompt : str
         The question.
     left, right : str
-        The words at the left end (0) and the right end (100) of the line.
+        Labels at the left end (0) and the right end (100) of the line.
     resolution, key_step : float
         Distance between adjacent positions of the mark, and its movement per press of an arrow key.
     start : float
-        The position from which the keys move the mark.
+        Position of the mark before the first key press.
     start_shown : bool
-        Whether the mark is shown at ``start`` before the first press or click.
+        Whether the mark is visible (at ``start``) before the first key press or click.
     """
 
     prompt: str
@@ -104,7 +104,7 @@ class VisualAnalogueQuestion:
     start_shown: bool
 
     def nearest(self, place: float) -> float:
-        """Return the nearest possible position of the mark within the ends of the line."""
+        """Return the multiple of ``resolution`` on the line that is nearest to ``place``."""
         held = min(max(place, 0.0), 100.0)
         # Rounded, so that three steps of 0.1 are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
@@ -119,18 +119,18 @@ class Selection(NamedTuple):
 
     @classmethod
     def of(cls, value: Value) -> Selection | None:
-        """Return the selection that a reply's value contains; None if nothing was selected."""
+        """Parse the value of a reply, or return None if nothing was selected."""
         return cls(*map(float, value.split())) if isinstance(value, str) else None
 
     @property
     def value(self) -> str:
-        """The selection, formatted as the value of a reply."""
+        """Selection formatted as text, for the value of a reply."""
         return " ".join(f"{number:.6f}" for number in self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointingQuestion:
-    """A movement from a start to a target on the screen; the reply's value is a `Selection`.
+    """Pointing movement from a start to a target on the screen, answered with a `Selection`.
 
     Parameters
     ----------
@@ -142,8 +142,8 @@ class PointingQuestion:
     width_mm : float
         Width of each bar, or diameter of each disc.
     bars : bool
-        Whether the start and the target are vertical bars; only the horizontal position then
-        matters.
+        Whether the start and the target are vertical bars, for which only the horizontal position
+        counts. If False, they are discs.
     screen_height_mm : float
         Movement in mm that corresponds to the height of the screen.
     """

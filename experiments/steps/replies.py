@@ -22,12 +22,12 @@ class Reply:
     Parameters
     ----------
     value : str, float, bool or None
-        The answer; None if there was no question or the time ran out.
+        The answer; None if there was no question or the time limit was reached.
     onset_s : float
         The time at which the screen appeared, on the session's clock.
     response_time_s : float or None
-        Time from the appearance of the screen to the key press that completed the answer; None if
-        the time ran out.
+        Time from the onset of the screen to the key press that completed the answer; None if the
+        time limit was reached.
     time_source : str
         Source of the time: "ptb" (the device's time stamp), "window" (receipt of the key by the
         window), "operator" (submission by the operator), "simulated" or "scripted".
@@ -52,7 +52,7 @@ class Adjusted(Reply):
     Parameters
     ----------
     readback_level : float or None
-        The amplitude that the plate read back at the end.
+        Amplitude read back from the plate at the end of the adjustment.
     trace : tuple of pairs
         The time at which each amplitude settled, in seconds from the beginning, with the amplitude
         in µm peak to peak. The first pair describes the start.

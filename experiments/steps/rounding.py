@@ -1,4 +1,4 @@
-"""Round levels to the precision of presentation."""
+"""Round levels to the precision with which stimuli are presented."""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
 
 A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
-below. A protocol cannot access the clock, the screen, the plate or files. Steps are plain data,
-because they are recorded in the journal. Texts for the participant never contain an amplitude.
+below. A protocol cannot access the clock, the screen, the plate or files. Steps contain only plain
+data, so that they can be recorded in the journal. Text shown to the participant never contains an
+amplitude.
 
 ============  =====================================================  ==============
 step          what the session does                                  reply
@@ -19,9 +20,9 @@ step          what the session does                                  reply
 `EndBlock`    shows the screen after a block; same reply             `Voided`
 ============  =====================================================  ==============
 
-A trial may present several surfaces, each in an *interval*. In such a trial, `Present`, `Explore`
-and `Silence` contain the interval's number (1, 2, ...). An interrupted trial is repeated from the
-first interval.
+A trial may present several surfaces, each in an *interval*. The field ``interval`` of `Present`,
+`Explore` and `Silence` is then the interval's number (1, 2, ...). An interrupted trial is repeated
+from the first interval.
 """
 
 from __future__ import annotations
@@ -123,11 +124,11 @@ class Present:
 class Ask:
     """A question; ``name`` is the name of the data set column that stores the answer.
 
-    Outside a trial, ``task`` is the task to which the answer belongs; without a task, the question
-    is about the participant. ``by`` defines who enters the answer: the participant, or the
-    operator, who types the participant's words or makes a decision. ``played`` is a sound that
-    precedes the question; if no sound can be played, the reply is `NO_SOUND`. If ``back`` is True,
-    the participant can return to the previous question with the reply `BACK`.
+    If ``trial`` is None, the answer belongs to ``task``; if ``task`` is also empty, the question is
+    about the participant. ``by`` specifies who enters the answer: the participant, or the operator,
+    who types what the participant says or makes a decision. ``played`` is a sound that precedes the
+    question; if no sound can be played, the reply is `NO_SOUND`. If ``back`` is True, the
+    participant can return to the previous question with the reply `BACK`.
     """
 
     name: str
@@ -166,8 +167,8 @@ class Adjust:
     lowest_level, highest_level : float
         The limits of the adjustment.
     time_limit_s : float or None
-        Time limit, after which the step ends at the current amplitude and counts as timed out.
-        Repetitions of the reference do not count towards this limit.
+        Time limit, after which the step ends at the current amplitude and counts as timed out. The
+        time spent on the reference is not counted.
     again : (Present, Explore) or None
         The reference, which the participant can request any number of times. Afterwards, the
         adjusted surface returns to its current amplitude.
@@ -197,7 +198,7 @@ class Adjust:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Feedback:
-    """A text that disappears after ``duration_s``, such as "correct"."""
+    """Feedback such as "correct", shown for ``duration_s`` seconds."""
 
     text: str
     duration_s: float
@@ -226,8 +227,8 @@ class EndTrial:
 class EndBlock:
     """The end of a block, whose last trial may still be voided.
 
-    The reply contains the trials that the operator voids while the participant reads ``screen``;
-    the protocol can repeat these trials before it continues.
+    The reply lists the trials that the operator voids while the participant reads ``screen``. The
+    protocol can repeat these trials before it continues.
     """
 
     screen: Instruct | Rest

@@ -1,8 +1,8 @@
 """Laboratory software for ultrasonic tactile plates: run, pilot and analyse experiments.
 
 The package consists of the top-level folders of the repository: `slipscale.analysis` is the folder
-``analysis``, and so on. A wheel contains copies of the folders. An editable installation contains
-links to the folders (``tools/build_hook.py``).
+``analysis``, and so on. A wheel contains copies of these folders, and an editable installation
+contains links to them (``tools/build_hook.py``).
 
 The functions in `FUNCTIONS` are imported on first use.
 
@@ -42,7 +42,7 @@ FUNCTIONS = {
 
 
 def __getattr__(name: str) -> object:
-    """Import a function of the API on first use."""
+    """Import a public function when it is first used."""
     if name not in FUNCTIONS:
         raise AttributeError(f"module 'slipscale' has no attribute '{name}'")
     from importlib import import_module  # noqa: PLC0415 - `import slipscale` imports nothing

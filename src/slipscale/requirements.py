@@ -27,8 +27,8 @@ class Need:
     """Requirement of a command, which may depend on an option.
 
     ``command`` includes the subcommand, if there is one. ``option`` is a key in the result of
-    `options_of`, or "" if the requirement does not depend on an option. ``value`` is the option's
-    value or the driver in its SPEC, or "" for any value.
+    `options_of`, or "" if the requirement does not depend on an option. ``value`` is the value of
+    the option (or the driver in its SPEC) to which the requirement applies, or "" for any value.
     """
 
     command: str
@@ -156,15 +156,16 @@ def check(name: str, args: Namespace) -> None:
 
 
 def options_of(command: str, args: Namespace) -> dict[str, object]:
-    """Return the options of a command.
+    """Return the options of a command, including defaults that are not on the command line.
 
-    For commands that use devices, missing options are taken from the interrupted run, the
-    laboratory folder, the study or the plate file, in this order.
+    For commands that use devices, options missing from the command line are taken from the first of
+    these sources that contains them: the interrupted run, the laboratory folder, the study, the
+    plate file.
 
     Raises
     ------
     UserError
-        If the file of the laboratory folder or the journal cannot be read.
+        If the laboratory folder's settings or the journal cannot be read.
     """
     options = asdict(here()) if command in WITH_DEVICES else {}
     if command == "resume" and args.journal and args.journal.is_file():
@@ -245,7 +246,7 @@ def is_installed(module: str) -> bool:
 
 
 def unwritable(path: Path) -> str:
-    """Explain why a path cannot be written; return an empty text if the path is writable.
+    """Return why a path cannot be written, or an empty string if it can.
 
     The nearest existing folder is checked, because missing folders are created later.
     """

@@ -1,9 +1,9 @@
 """Solve Reynolds' equation (3) for the periodic film in dimensionless form.
 
 The method combines finite volumes across the ridges (second order, conservative) with Fourier
-collocation in time. All instants of a period are solved simultaneously, so time stepping is not
-needed. The matrix of a Newton step is block-tridiagonal; each cell has a dense block that couples
-its instants. Only half of the contact is solved, because the film is symmetric.
+collocation in time. The equations for all time points of a period are solved simultaneously, so
+time stepping is not needed. The matrix of a Newton step is block-tridiagonal; each cell has a dense
+block that couples its time points. By symmetry, only half of the contact is solved.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class ReynoldsDiverged(UserError):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Resolution:
-    """Resolution of the film in space and time.
+    """Spatial and temporal resolution of the numerical solution.
 
     Parameters
     ----------
@@ -38,7 +38,8 @@ class Resolution:
     cells_min : int
         Minimum number of finite volumes over half of the contact.
     instants : int
-        Number of instants per period, which must be odd so that differentiation is antisymmetric.
+        Number of time points per period. It must be odd, so that the differentiation matrix is
+        antisymmetric.
     """
 
     cells_per_ridge: int = 24
@@ -72,7 +73,7 @@ class FilmState:
     position : ndarray, shape (cells,)
         Positions X = x/l0 of the cell centres, from 0 to 1/2.
     width : ndarray, shape (cells,)
-        Cell widths in X, whose sum is 1/2.
+        Widths of the cells in X, which add up to 1/2.
     pressure : ndarray, shape (cells, instants)
         Relative pressure P = p/p0.
     thickness : ndarray, shape (cells, instants)
@@ -106,10 +107,10 @@ class FilmState:
 
     @property
     def decay_rate(self) -> float:
-        """Decay rate of the slowest small disturbance of the film, per radian of the vibration.
+        """Decay rate of the slowest-decaying small disturbance, per radian of the vibration.
 
         This is the smallest Floquet exponent of equation (3), linearised about the periodic state.
-        The disturbance, which changes by a constant factor from period to period, is found by
+        The eigenvector (a disturbance that changes by a constant factor per period) is found by
         inverse iteration with the matrix of Newton's method.
         """
         m = self.storage_exponent
@@ -146,16 +147,17 @@ def periodic_state(
     storage_exponent: float = 1.0,
     resolution: Resolution | None = None,
 ) -> FilmState:
-    """Solve (H³ P^m P_X)_X = σ (P^m H)_T, where P is periodic in T and 1 at the edge.
+    """Solve (H³ P^m P_X)_X = σ (P^m H)_T for P periodic in T, with P = 1 at the edge.
 
     Parameters
     ----------
     sigma, eps, delta, wave_number : float
-        σ of equation (4), and ε, δ and k of equation (2).
+        Squeeze number σ in equation (4), and the parameters ε, δ and k in equation (2).
     storage_exponent : float
         m = 1/n, where n is the polytropic exponent.
     resolution : Resolution, optional
-        Numbers of cells and instants; by default, those in `RESOLUTIONS` for the squeeze number.
+        Numbers of cells and time points. By default, they are taken from `RESOLUTIONS` according to
+        the squeeze number.
 
     Raises
     ------
@@ -178,7 +180,7 @@ def periodic_state(
     rate = _differentiation(instants)
 
     def outflow(p: Array) -> Array:
-        """Return the mass flow through each cell's outer face, negative towards the edge."""
+        """Return the mass flow through the outer face of each cell (negative towards the edge)."""
         driven = np.vstack([p, np.ones(instants)]) ** (1 + m) / (1 + m)
         return np.asarray(conductance * np.diff(driven, axis=0))
 
@@ -223,7 +225,7 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return how many squeeze numbers are solved; each is at most four times the previous one."""
+    """Return the number of continuation steps; each increases σ by a factor of at most 4."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 
@@ -232,8 +234,8 @@ def _block_tridiagonal_step(
 ) -> Array:
     """Solve for the Newton step with a banded matrix; all time points of a cell are adjacent.
 
-    The outermost diagonals couple neighbouring cells at equal instants. The time derivative, a
-    dense block, couples the instants of one cell.
+    The outermost diagonals couple neighbouring cells at the same time point. The time derivative is
+    a dense block that couples all time points of one cell.
     """
     instants = residual.shape[1]
     at = np.arange(instants)
@@ -251,7 +253,7 @@ def _block_tridiagonal_step(
 
 
 def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Array, Array]:
-    """Return the faces and centres of cells in X; the grid is finer at ridges and at the edge."""
+    """Return the faces and centres of the cells in X, refined near ridges and near the edge."""
     ridges = wave_number / (4 * np.pi) if delta else 0.0  # in half the contact
     cells = max(resolution.cells_min, round(resolution.cells_per_ridge * ridges))
     s = np.linspace(0, 1, 2 * cells + 1)
@@ -269,7 +271,7 @@ def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Arr
 
 
 def _differentiation(instants: int) -> Array:
-    """Return the matrix that differentiates a 2π-periodic function at an odd number of instants."""
+    """Return the differentiation matrix for 2π-periodic functions at an odd number of points."""
     offset = np.arange(instants)[:, None] - np.arange(instants)
     with np.errstate(divide="ignore"):
         matrix = (-1.0) ** offset / (2 * np.sin(np.pi * offset / instants))

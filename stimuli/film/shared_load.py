@@ -1,4 +1,4 @@
-"""Model friction with a load that asperities and the film share.
+"""Model friction when asperities and the air film share the load.
 
 **Not validated.** The model is based on observations by Wiertlewski, Friesen and Colgate (2016,
 doi:10.1073/pnas.1603908113) and by Sednaoui, Vezzoli and others (2017,
@@ -9,13 +9,13 @@ therefore ranges, and the result is a range (`band`). The equations are ours:
 - **Asperities** carry the pressure p_ref·exp((u0 - u)/l) at a gap u (Persson 2007,
   doi:10.1103/PhysRevLett.99.125502). u0 is the mean gap at rest under p_ref, which is the pressure
   in equation (14).
-- **Bounce**: the gap oscillates with a multiple of the plate's amplitude, because the skin also
+- **Bounce**: the amplitude of the gap is a multiple of the plate's amplitude, because the skin also
   moves (Friesen, Wiertlewski and Colgate 2016, doi:10.1109/HAPTICS.2016.7463172).
 - **Film**: the mean overpressure is computed from Reynolds' equation (3) for a flat film with this
   mean gap.
-- **Equilibrium**: at the mean gap, asperities and film together carry p on average. By Coulomb's
-  law, relative friction is the fraction of the load that asperities carry; it is 1 without
-  vibration.
+- **Equilibrium**: at the mean gap, the pressures of asperities and film add up to p on average. By
+  Coulomb's law, relative friction is the fraction of the load that asperities carry; it is 1
+  without vibration.
 
 For stiff asperities (l → 0) without bounce, the gap is h_r + h_vib, and the model is equation (15)
 for a flat finger. The finger's speed is not modelled.
@@ -80,7 +80,7 @@ class Skin:
     leak_length_mm : float
         Length in mm of the path on which air escapes.
     bounce : float
-        Amplitude of the gap as a multiple of the plate's amplitude; 1 if the skin is at rest.
+        Ratio of the gap's amplitude to the plate's amplitude; 1 if the skin does not move.
 
     Raises
     ------

@@ -98,7 +98,7 @@ class Friction:
 
     @property
     def levitates(self) -> npt.NDArray[np.bool_]:
-        """Whether the mean overpressure exceeds the finger's pressure, for each element."""
+        """Whether the mean overpressure exceeds the pressure of the finger, element by element."""
         return self.relative_friction < 0
 
     @property
@@ -299,5 +299,5 @@ def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
 
 @cache
 def _quadrature() -> tuple[Array, Array]:
-    """Return the nodes and weights of Gauss-Legendre quadrature; the result is cached."""
+    """Return the nodes and weights for Gauss-Legendre quadrature (cached)."""
     return np.polynomial.legendre.leggauss(_NODES)

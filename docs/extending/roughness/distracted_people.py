@@ -9,7 +9,7 @@ DISTRACTED = 0.2
 
 
 class Distracted(Behaviour):
-    """Choose at random when distracted, and stroke each surface for 50 % longer."""
+    """Simulate participants who sometimes guess, and who stroke each surface for 50 % longer."""
 
     population = MappingProxyType({"trial_to_trial": 0.2})  # as in a population file
 

@@ -71,7 +71,7 @@ class Run(Repeating[Pair]):
         self.drawn_so_far = 0
 
     def next(self):
-        """Return the next trial's condition; called when the previous trial is over."""
+        """Return the condition of the next trial after the previous trial has ended."""
         if self.drawn_so_far == self.options.trials:
             return None
         self.drawn_so_far += 1
@@ -124,7 +124,7 @@ def steps(options, context):
 
 
 def right(record):
-    """Return whether the rougher surface was chosen, as written in the table."""
+    """Return "true" if the rougher surface was chosen, else "false"; None without an answer."""
     chosen = record.answer("chosen")
     return None if chosen is None else str(chosen == record.trial.factors["rougher"]).lower()
 

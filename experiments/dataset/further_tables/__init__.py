@@ -1,1 +1,1 @@
-"""Tables of the finger, the headphone test, questionnaires and participants."""
+"""Tables for finger sensors, the headphone test, questionnaires and participants."""

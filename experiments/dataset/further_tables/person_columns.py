@@ -33,7 +33,7 @@ def questionnaire_columns(
     Parameters
     ----------
     items : Mapping
-        Text of each item and texts of its answer codes, keyed by item code.
+        For each item code, the item's text and a mapping from answer codes to their labels.
     visits : collection of str
         Columns of the table that identify the session and the run.
     """

@@ -17,7 +17,7 @@ FOLDER = PurePosixPath("phenotype")
 
 
 def phenotype(runs: Sequence[Run]) -> Iterator[tuple[PurePosixPath, str | dict[str, object]]]:
-    """Yield each questionnaire's table, which has one row per administration, and its sidecar."""
+    """Yield a table (one row per administration) and a sidecar for each questionnaire."""
     answers: dict[str, list[Run]] = {}
     for run in runs:
         for questionnaire in run.plan.study.questionnaires:

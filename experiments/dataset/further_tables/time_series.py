@@ -1,6 +1,7 @@
 """Write the finger's position and forces as BIDS time series (``_physio.tsv.gz`` with JSON).
 
-BIDS requires a constant sampling frequency, but sensors are read once per frame. The rules are:
+BIDS requires a constant sampling frequency, but sensors are read once per video frame. The samples
+are therefore resampled according to these rules:
 
 - each task of a run has one file per source, from its first sample to its last;
 - the frequency is the source's median sampling frequency, rounded to 1 Hz;
@@ -32,7 +33,7 @@ DESCRIPTIONS = {
 
 
 class Placed(NamedTuple):
-    """A sample and its trial."""
+    """Sample of a sensor, with the number of the trial in which it was recorded."""
 
     time_s: float
     trial: int
