@@ -137,7 +137,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def add_mapping(parser: ArgumentParser) -> None:
-    """Add the options that define the meaning of a table's columns."""
+    """Add the options that specify what a table's columns contain."""
     group = parser.add_argument_group(
         "your own data", "meaning of the columns of a table; see docs/how-to/your-data.md"
     )

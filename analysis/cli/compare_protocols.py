@@ -1,7 +1,7 @@
-"""Implement ``slipscale power`` for protocol comparisons and for thresholds by condition.
+"""Implement ``slipscale power`` for comparing protocols, or thresholds between conditions.
 
-The option ``--protocols`` compares protocols. Thresholds by condition are compared for studies with
-factors.
+Protocols are compared with the option ``--protocols``. Thresholds are compared between the
+conditions of studies with factors.
 """
 
 from __future__ import annotations

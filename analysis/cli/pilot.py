@@ -124,7 +124,7 @@ def run(args: Namespace) -> int:
 
 
 def repeated(args: Namespace, folder: Path) -> str:
-    """Return the command that completes an interrupted pilot, with all options."""
+    """Return the full command for completing an interrupted pilot."""
     given = {
         "--participants": args.participants,
         "--seed": args.seed,

@@ -27,7 +27,7 @@ def add_population(parser: ArgumentParser) -> None:
         type=Path,
         metavar="DATASET",
         help=(
-            "simulate people like the participants of a data set, and report which parameters "
+            "simulate people who resemble a data set's participants, and report which parameters "
             "were fitted and which were assumed"
         ),
     )

@@ -148,7 +148,7 @@ EXPECTED: dict[str, tuple[Callable[[Any], bool], str]] = {
 
 
 def refuse_nonsense(args: Namespace) -> None:
-    """Reject invalid options of ``power``, with one message for all of them."""
+    """Report all invalid options of ``slipscale power`` in a single error."""
     wrong = []
     for name, (meant, expected) in EXPECTED.items():
         value = getattr(args, name)
@@ -161,7 +161,7 @@ def refuse_nonsense(args: Namespace) -> None:
 
 
 def axes_of(args: Namespace, design: Design) -> dict[str, tuple[Any, ...]]:
-    """Return the values to combine, keyed by option."""
+    """Return the option values whose combinations are simulated, keyed by option."""
     from slipscale.analysis.planning.power.grid import orders_of, values_of  # noqa: PLC0415
 
     if args.catch_steps is not None and design.steps is None:
@@ -216,7 +216,7 @@ def assurance_of(text: str | None) -> Assurance | None:
 
 
 def run_power(args: Namespace) -> int:
-    """Simulate a grid of studies; return 1 if no size reaches the required power."""
+    """Simulate all combinations of options; return 1 if no sample size reaches the target power."""
     from slipscale.analysis.planning.power.answers import as_json, fewest, largest_effect, rows  # noqa: PLC0415
     from slipscale.analysis.planning.power.design import design_of, estimation_of  # noqa: PLC0415
     from slipscale.analysis.planning.power.grid import conditions, without_effect  # noqa: PLC0415
@@ -315,7 +315,8 @@ def ask_for_long(args: Namespace, left: list[Any], part: Part) -> None:
 def showing(*, enabled: bool, steps: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Show a progress bar with the remaining time if stderr is a terminal.
 
-    If ``steps``, print one line per finished part, such as ``step: 3/24``, for other programs.
+    If ``steps`` is True, print one line per finished part (such as ``step: 3/24``) for other
+    programs.
     """
     if steps:
         with telling(lines=True) as reporter:

@@ -22,7 +22,7 @@ def add_steps(parser: ArgumentParser) -> None:
 
 @contextmanager
 def telling(*, lines: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show the current step in one line if stderr is a terminal; log it with --verbose.
+    """Show the current step in a status line if stderr is a terminal, or log it with --verbose.
 
     Parameters
     ----------

@@ -173,7 +173,7 @@ WORTH_SAYING_S = 5.0
 
 
 def _announce(columns: list[Solutions]) -> None:
-    """Announce long computations on stderr."""
+    """Print the expected duration and memory of long computations to stderr."""
     from slipscale.analysis.reconstruction.counts.problem import duration, seconds_to_count  # noqa: PLC0415
 
     for solutions in columns:
@@ -288,7 +288,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
 def _known_across(
     columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
 ) -> Across | None:
-    """Return conclusions across columns; None without a design or two columns with data sets."""
+    """Return conclusions across columns, or None without a design or two usable columns."""
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]
@@ -345,7 +345,7 @@ def _write_samples(
     arguments: argparse.Namespace,
     file: TextIO,
 ) -> None:
-    """Write samples as CSV: one data set per row or, with --long, one rating per row."""
+    """Write samples as CSV: one data set per row, or one rating per row if --long is given."""
     import csv  # noqa: PLC0415
 
     import numpy as np  # noqa: PLC0415

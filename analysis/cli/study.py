@@ -72,7 +72,7 @@ def add_study(parser: ArgumentParser) -> None:
 
 
 def run_study(args: Namespace) -> int:
-    """Freeze a study, or run one of the other actions."""
+    """Freeze a study, or run another action of ``slipscale study``."""
     return _freeze(args) if args.what == "freeze" else study.run_study(args)
 
 

@@ -38,7 +38,7 @@ class FittedPopulation:
     ----------
     population : Population
     fitted : Mapping
-        Data from which each field was fitted, keyed by field.
+        Data to which each parameter was fitted, keyed by field name.
     assumed : tuple of str
         Fields that the data do not determine; they keep the shipped defaults.
     """
@@ -106,7 +106,7 @@ Fit = tuple[dict[str, "Any"], str]
 
 
 def _variance(_: Analysis, trials: pd.DataFrame, found: Mapping[str, Any]) -> Fit:
-    """Estimate the variance components of people and, if trials are repeated, of trials."""
+    """Estimate the variance between people and, if trials are repeated, between trials."""
     deviates = _deviates(trials)
     who, what = trials[PARTICIPANT].astype(str), trials["amplitude_um_pp"]
     cells = deviates.groupby([who, what]).mean().unstack()  # noqa: PD010 - the index is made
@@ -141,7 +141,7 @@ def _angles(found: Mapping[str, Any], shared: float, trial: float) -> np.ndarray
 
 
 def _deviates(trials: pd.DataFrame) -> pd.Series[float]:
-    """Convert the rank of each estimate at its amplitude to a standard normal deviate."""
+    """Rank the estimates at each amplitude, and convert the ranks to standard normal deviates."""
     from scipy.special import ndtri  # noqa: PLC0415 - takes a second to import
 
     by = trials.groupby("amplitude_um_pp", observed=True)["normalised"]

@@ -1,6 +1,6 @@
 """Flag participants with unusual data, and exclude them only if the study requires it.
 
-Thresholds, and flags that exclude participants, are set in the study file before the data are
+The study file sets the thresholds, and the flags that lead to exclusion, before the data are
 examined.
 """
 
@@ -48,7 +48,7 @@ MEANINGS = {
 
 
 def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
-    """Return the measures that flags are based on, one row per participant.
+    """Compute the measures on which flags are based, with one row per participant.
 
     Returns
     -------
@@ -142,9 +142,10 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
 def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
     """Return the robust standard deviation for each residual.
 
-    The spread is larger at small amplitudes, so with a common spread, half of the participants with
-    many answers would be flagged. With few people, the spread at one amplitude is uncertain. The
-    result therefore averages two variances: the common one and the variance at the amplitude.
+    The spread is larger at small amplitudes, so a common spread would flag half of the participants
+    with many answers. With few people, the spread at a single amplitude is uncertain. The result is
+    therefore the root of the mean of two variances: the variance across all amplitudes and the
+    variance at the residual's own amplitude.
     """
     pooled = _robust_sd(left)
     places, at = np.unique(what, return_inverse=True)
@@ -160,7 +161,7 @@ def _robust_sd(values: np.ndarray) -> float:
 def _split_half(
     work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
 ) -> np.ndarray:
-    """Return the correlation between amplitude means in the two halves, per participant."""
+    """Return each participant's correlation between amplitude means in both halves of the data."""
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)

@@ -23,7 +23,7 @@ ONE_FACTOR, SCALES_APART = ("none", "grand_maximum"), 5.0
 
 
 def absent(data: Dataset) -> list[str]:
-    """Report participants without data, listed twice, or with an unfinished run."""
+    """Report participants who have no data, are listed twice, or have an unfinished run."""
     about = data.participants
     names = about["participant_id"].astype(str)
     notes = []
@@ -74,7 +74,7 @@ def beyond_tops(data: Dataset) -> list[str]:
 
 
 def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
-    """Return the reason why there is nothing to analyse."""
+    """Explain why there is nothing to analyse."""
     rows = sum(data.counts.get(f"{kind.counted}_rows", 0) for kind in kinds)
     parts = [part for kind in kinds for part in kind.counted_left_out(data.counts)]
     why = f" ({rows} rows read: {', '.join(parts)})" if parts else f" ({rows} rows read)"

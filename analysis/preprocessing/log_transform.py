@@ -21,7 +21,7 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PositiveEstimates:
-    """Estimates after a zero rule was applied (NaN if excluded), and a sentence about the rule."""
+    """Estimates after applying a zero rule (NaN if excluded), with a sentence about the rule."""
 
     values: pd.Series[float]
     sentence: str
@@ -83,7 +83,7 @@ class Prepared:
     zeros : int
         Number of estimates that are zero.
     zero_sentence : str
-        Description of how zeros were treated; empty if there are none.
+        Sentence on how zeros were treated; empty if there are no zeros.
     refused : bool
         Whether the zero rule forbids all computations on logarithms.
     quantity : Quantity
@@ -106,7 +106,7 @@ class Prepared:
 
     @property
     def whole_logs(self) -> pd.DataFrame:
-        """Mean logarithms of participants who have a logarithm at every amplitude in `logged`."""
+        """Mean logarithms for participants with a value at every amplitude in `logged`."""
         return complete(self.logs[self.logged])
 
     @property
@@ -136,8 +136,7 @@ def prepare(
     estimates : DataFrame
         Trials with their ``normalised`` estimate, in order of presentation.
     choices : AnalysisChoices
-        Analysis choices; this function uses only the zero rule, and copies all choices to the
-        result.
+        Analysis choices. Only the zero rule is applied here; all choices are copied to the result.
     quantity : Quantity
         Quantity of the amplitudes.
     """

@@ -32,7 +32,7 @@ class Rule:
     formula : str
         Description for the report, in which ``q`` is a placeholder for the quantity.
     zeros : str
-        How the rule treats an estimate of zero.
+        How the rule treats estimates of zero.
     table3 : str
         Whether this rule could have produced the paper's Table III, and why.
     source : str
@@ -59,9 +59,8 @@ def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd
     Returns
     -------
     DataFrame, shape (participants, amplitudes)
-        The index contains participants, the columns contain amplitudes (µm peak to peak), both
-        sorted; NaN if there is no estimate. If ``column`` is a list, each column has one such block
-        of means.
+        Participants in rows and amplitudes (µm peak to peak) in columns, both sorted; NaN if there
+        is no estimate. If ``column`` is a list, the result has one such block of columns per name.
     """
     cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
     means = cells[column].mean()
@@ -228,7 +227,7 @@ def normalise(trials: pd.DataFrame, rule: str) -> pd.Series[float]:
 
 
 def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
-    """Return normalised estimates under every applicable rule, in the order of `RULES`."""
+    """Normalise estimates with every applicable rule, in the order of `RULES`."""
     found = {name: divisors(trials, name) for name in RULES}
     return {
         name: _scaled(trials, name, below)

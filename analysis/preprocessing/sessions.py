@@ -53,7 +53,7 @@ def _rows(table: pd.DataFrame, session: str) -> pd.DataFrame:
 
 
 def pooled(data: Dataset) -> list[str]:
-    """Report that sessions are combined, and where the report compares sessions."""
+    """State that sessions are combined, and in which section the report compares them."""
     known = sessions_of(data)
     if len(known) < 2:  # noqa: PLR2004 - several
         return []

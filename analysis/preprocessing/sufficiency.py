@@ -1,4 +1,4 @@
-"""Define how much data a result requires, and a message for insufficient data."""
+"""Define the minimum number of participants, and a message for insufficient data."""
 
 from __future__ import annotations
 

@@ -39,7 +39,8 @@ class Bundle:
     study_text : str
         Text of the study file, with a verified digest.
     damaged : tuple of str
-        One sentence per changed, removed or added file, except the manifest and the study file.
+        One sentence for each changed, removed or added file, except the manifest and the study
+        file.
     """
 
     name: str
@@ -54,7 +55,7 @@ def sha256(content: bytes) -> str:
 
 
 def write_bundle(out: Path, files: Mapping[str, bytes]) -> None:
-    """Write a bundle as a zip file if the name ends in ``.zip``, else as a folder.
+    """Write a bundle to a zip file if the name ends in ``.zip``, otherwise to a folder.
 
     Raises
     ------

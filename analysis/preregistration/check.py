@@ -80,7 +80,7 @@ def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
 
 
 def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield differences in study keys, and runs with a different seed or language."""
+    """Yield deviations from the plan in the study file, seed and language."""
     data, plan = analysis.dataset, bundle.manifest
     studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
     if not studies:
@@ -132,7 +132,7 @@ def _of_data(_: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _flat(table: object, key: str = "") -> dict[str, object]:
-    """Return the values of a TOML table, keyed by dotted key; tables in lists are numbered."""
+    """Flatten a TOML table to a mapping with dotted keys; tables in lists are numbered from 1."""
     if isinstance(table, dict):
         parts = [_flat(value, f"{key}.{name}" if key else name) for name, value in table.items()]
         return {name: value for part in parts for name, value in part.items()}
@@ -170,7 +170,7 @@ def _of_hand(_: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _of_dates(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield the number of runs that started before the plan was frozen; pilots have no dates."""
+    """Yield sentences on runs that started before the plan was frozen; none for pilots."""
     data = analysis.dataset
     if data.mode == "pilot":
         return
@@ -229,7 +229,7 @@ def _of_versions(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
 
 
 def _choices(bundle: Bundle, analysis: Analysis) -> Iterator[Deviation]:
-    """Yield the settings in the [analysis] table that differ from the plan."""
+    """Yield deviations from the plan in the settings of the [analysis] table."""
     planned = _flat(bundle.manifest.choices.model_dump(mode="json"))
     used = _flat(analysis.dataset.choices.model_dump(mode="json"))
     for key in sorted(planned.keys() | used.keys()):

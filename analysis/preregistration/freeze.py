@@ -154,7 +154,7 @@ def _folder_of(study_name: str) -> Path | None:
 
 
 def _placed(named: list[NamedFile]) -> list[tuple[str, NamedFile]]:
-    """Return each named file with a unique name for the bundle."""
+    """Pair each named file with a unique path in the bundle."""
     taken: dict[str, int] = {}
     found = []
     for file in named:

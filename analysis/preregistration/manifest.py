@@ -17,7 +17,7 @@ Role = Literal["study", "named by the study", "population", "power", "notes", "p
 
 
 class FrozenFile(FrozenTable):
-    """A file in the bundle; ``named_by`` is the study key that refers to the file."""
+    """A file in the bundle, and the study key that refers to it (``named_by``)."""
 
     path: str
     sha256: str

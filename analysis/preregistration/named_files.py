@@ -30,7 +30,7 @@ class NamedFile:
 
 
 def named_files(text: str, beside: Path | None) -> list[NamedFile]:
-    """Return the files that a study refers to, without duplicates, in the order of the keys.
+    """Return the files to which a study refers, without duplicates, in the order of their keys.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def _gather(
 
 
 def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
-    """Yield every string in a table, with its key."""
+    """Yield the key and value of every string in a table."""
     if isinstance(value, str):
         yield key, value
     elif isinstance(value, dict):
@@ -85,7 +85,7 @@ def _texts(value: object, key: str) -> Iterator[tuple[str, str]]:
 
 
 def _file(key: str, text: str, folders: list[Path]) -> Path | None:
-    """Return the file with this name, or None if there is none."""
+    """Return the path of the named file, or None if it does not exist."""
     if key == PLATE and text:
         return path_of(text, Path())
     # A word without an extension is not treated as a file name, even if such a file exists.

@@ -1,7 +1,8 @@
 """Answer the questions of registries about a study and its analysis.
 
-The questions are taken from the OSF and AsPredicted forms. Answers that only the authors know come
-from the command's options; if an option is missing, the page marks the answer as not stated.
+The questions are taken from the OSF and AsPredicted forms. Answers that only the authors can give
+are taken from the command's options. If an option is not given, the page marks its answer as not
+stated.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Rules:
 
 - Two codes that form an obvious pair (`PAIRS`) are recognised. For any other pair, the user must
-  declare which code means yes. Exactly one other code, which means no, may then occur.
+  declare which code means yes. The column may then contain only one other code, which means no.
 - Cells that match neither code are excluded and reported. If more than `FEW` cells, and more than a
   share of `FEW_SHARE`, match neither code, the column is probably not an answer column and is
   rejected.
@@ -56,7 +56,7 @@ def as_answers(
     Parameters
     ----------
     frame : DataFrame
-        Rows with their ``file`` and ``line``.
+        Rows, including the columns ``file`` and ``line``.
     column : str
         Name of the answer column.
     yes : str, optional

@@ -46,7 +46,7 @@ def clean_estimates(
 ) -> pd.DataFrame:
     """Return the rows of a tidy table of magnitude estimates, with numbers parsed.
 
-    Columns listed in ``factors`` become labels, and `FACTOR` is added to their names.
+    Columns listed in ``factors`` are converted to labels, and `FACTOR` is prepended to their names.
     """
     clean = pd.DataFrame(
         {
@@ -82,7 +82,7 @@ def clean_differences(
 ) -> pd.DataFrame:
     """Return the steps of a descending difference task; ``difference_felt`` is 1, 0 or missing.
 
-    ``yes`` is the code that means yes, if declared.
+    ``yes`` is the code that means yes, or None if it was not declared.
     """
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
@@ -120,7 +120,7 @@ def numbers(
     Parameters
     ----------
     minimum : float
-        Smallest valid number. Numbers below this minimum or above `LARGEST` are also invalid.
+        Smallest valid number. Numbers above `LARGEST` are also invalid.
     lost : str
         Description of the data that are excluded because of an invalid cell.
     """
@@ -199,7 +199,7 @@ def _optional_numbers(
     *,
     minimum: float = -np.inf,
 ) -> pd.Series[float] | float:
-    """Convert a column that may be absent or empty to numbers; see `numbers`."""
+    """Convert a column to numbers with `numbers`, or return NaN if it is absent or empty."""
     if column not in frame or not frame[column].notna().any():
         return np.nan
     return numbers(frame, column, sources, problems, minimum=minimum, lost="the cell")
@@ -230,7 +230,7 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
 
 
 def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
-    """Convert names to categories without surrounding blanks; blank names become missing."""
+    """Convert names to categories with normalised whitespace; blank names become missing."""
     values = names.astype("category")
     plain = [" ".join(str(name).split()) for name in values.cat.categories]
     kept = sorted(set(plain) - {""})
@@ -252,7 +252,7 @@ def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
 
 
 def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
-    """Return "practice" or "main" for each row; report other words, which count as main."""
+    """Return "practice" or "main" for each row; report other labels, which count as main."""
     values = labels(frame, "phase", MAIN)
     counts = values.value_counts()
     for name, count in counts[counts > 0].items():
@@ -271,7 +271,7 @@ def _without_doubles(
 ) -> pd.DataFrame:
     """Drop and report rows that repeat a trial within the same part of a run.
 
-    ``part`` is the column of blocks or series, in which trial numbers may restart.
+    ``part`` contains the block or series of each trial; trial numbers may restart in each part.
     """
     if clean["trial"].isna().all():
         return clean

@@ -52,7 +52,7 @@ class Dataset:
     mode : {"pilot", "participant", "unknown"}
         Whether answers come from simulated people or participants.
     counts : Mapping
-        Number of rows read, and number of rows excluded for each reason.
+        Number of rows read, and number excluded for each reason.
     details : Mapping
         Sidecar entries on study, seeds, languages, plates and software.
     choices : AnalysisChoices
@@ -96,14 +96,14 @@ class Dataset:
     others: Mapping[str, pd.DataFrame] = field(default_factory=dict)
 
     def of(self, kind: TaskTrials) -> pd.DataFrame:
-        """Return the trials of a kind of task; the table is empty if the task was not run."""
+        """Return the trials for a kind of task, or an empty table if no such task was run."""
         known = kind.name in TABLES
         found = getattr(self, kind.name) if known else self.trials.get(kind.name)
         return kind.empty() if found is None else found
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """All trial tables, keyed by field, kind or label."""
+        """All trial tables, keyed by field name, kind of task, or task label."""
         own = {name: getattr(self, name) for name in TABLES}
         return {**own, **self.trials, **self.others}
 
@@ -126,7 +126,7 @@ class Dataset:
         return {str(who) for rows in tasks for who in rows[PARTICIPANT].unique()}
 
     def __repr__(self) -> str:
-        """Return one line: the title, and the numbers of participants and trials of each kind."""
+        """Summarise the data set in one line: name, mode, and numbers of people and trials."""
         trials = {name: len(rows) for name, rows in self.tables.items() if name != "answers"}
         counted = ", ".join(f"{count} {name}" for name, count in trials.items() if count)
         remarks = f"; {len(self.problems)} remarks (.problems)" if self.problems else ""
@@ -137,6 +137,6 @@ class Dataset:
 
     @property
     def sha256(self) -> str:
-        """SHA-256 of the sorted list of all files, each with its SHA-256 and name."""
+        """SHA-256 of a sorted list with the SHA-256 and name of each file."""
         lines = sorted(f"{source.sha256}  {source.name}" for source in self.sources)
         return digest("\n".join(lines).encode())

@@ -1,4 +1,4 @@
-"""Read many small tables of one kind at once, with the file and line of every row.
+"""Read many small tables of the same kind, and record the file and line of each row.
 
 To avoid the overhead of parsing thousands of files separately, files with the same header are
 joined and parsed together.
@@ -56,24 +56,24 @@ LONGEST_LIST = 400
 
 @dataclass(slots=True)
 class Problems:
-    """Sentences about errors in the data. Long lists of errors are shortened."""
+    """Descriptions of errors in the data. Long lists of errors are shortened."""
 
     sentences: list[str] = field(default_factory=list)
     #: Slipscale's name of a column -> name in the file, if different.
     titles: Mapping[str, str] = field(default_factory=dict)
 
     def title(self, column: str) -> str:
-        """Return the name of a column in the file."""
+        """Return the name that a column has in the file."""
         return self.titles.get(column, column)
 
     def add(self, sentence: str) -> None:
-        """Add a sentence about an error."""
+        """Add a description of an error."""
         self.sentences.append(sentence)
 
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
-        """Add the first dozen of several similar sentences, and the number of further sentences.
+        """Add the first `LISTED_PROBLEMS` of several similar sentences, and the number left out.
 
-        ``total`` is the number of all sentences, if only the first `LISTED_PROBLEMS` are given.
+        ``total`` is the total number of sentences, if ``sentences`` contains only the first ones.
         """
         self.sentences.extend(sentences[:LISTED_PROBLEMS])
         more = (len(sentences) if total is None else total) - LISTED_PROBLEMS
@@ -104,7 +104,7 @@ def digest(content: bytes) -> str:
 
 
 def read_source(path: Path, root: Path) -> tuple[bytes, Source]:
-    """Read a file; return its bytes, and its entry in the list of sources."""
+    """Read a file, and return its bytes and a `Source` with its name and SHA-256."""
     content = read_bytes(path)
     return content, Source(_name(path, root), digest(content))
 
@@ -141,7 +141,7 @@ def read_tables(
     frame : DataFrame
         All rows, with the columns ``file`` (index into ``paths``) and ``line`` (1 is the header).
     sources : list of Source
-        The files in the order of ``paths``.
+        The files, in the same order as ``paths``.
 
     Raises
     ------
@@ -238,9 +238,9 @@ def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
 
 
 def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
-    """Join parts of a table; return None if a column would change its type.
+    """Concatenate parts of a table; return None if a column's type differs between parts.
 
-    Whole and decimal numbers in the same column become decimals, as if parsed together.
+    A column with both whole and decimal numbers becomes decimal, as if it had been parsed at once.
     """
     kinds = [["number" if kind in NUMBERS else str(kind) for kind in f.dtypes] for f in frames]
     if any(other != kinds[0] for other in kinds):
@@ -277,7 +277,7 @@ def check_names(names: Sequence[str], path: Path, required: Sequence[str]) -> No
 
 
 def _command(names: Sequence[str], path: Path) -> str:
-    """Return an example command with likely column names, or placeholders."""
+    """Return an example command with likely column names, or placeholders where none is found."""
     options = []
     for option, likely in LIKELY.items():
         found = [name for part in likely for name in names if part in name.lower()]
@@ -287,7 +287,7 @@ def _command(names: Sequence[str], path: Path) -> str:
 
 
 def _cut(names: Sequence[str]) -> str:
-    """Join column names for a message, shortened to a few lines."""
+    """Join column names for a message, and truncate long lists."""
     listed = ", ".join(" ".join(name.split()) for name in names if name) or "no names"
     return listed if len(listed) <= LONGEST_LIST else f"{listed[:LONGEST_LIST]} ..."
 
@@ -339,7 +339,7 @@ def parse(
 def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
     """Describe all errors that pydantic found in a TOML text, with line and expected value.
 
-    ``within`` is the validated table, if only a part of the text was validated.
+    If only one table in the text was validated, ``within`` is the key of this table.
     """
     faults = [((*within, *place), fault) for place, fault in faults_in(error)]
     return "; ".join(said for _, said in sentences(faults, TomlLines(text).of))

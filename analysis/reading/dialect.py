@@ -66,7 +66,7 @@ def in_points(cell: str, decimal: Decimal) -> str:
 
 
 def decoded(content: bytes, path: Path) -> tuple[bytes, str]:
-    """Convert a text file's content to UTF-8; also return the original encoding.
+    """Convert a text file's content to UTF-8; return it with the name of its original encoding.
 
     The content is decoded as UTF-8, as UTF-16 if it has a byte-order mark, or otherwise as
     Windows-1252.
@@ -109,7 +109,7 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     cells : Mapping
         Number of occurrences of each distinct cell, keyed by column and cell.
     name : str
-        Name of the file, for messages.
+        File name to use in error messages.
 
     Raises
     ------

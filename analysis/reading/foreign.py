@@ -1,4 +1,4 @@
-"""Read data from other laboratories, with any column names and quantity, long or wide.
+"""Read data from other laboratories: any column names, any quantity, long or wide format.
 
 A mapping defines the meaning of the columns. The rows are converted to Slipscale's own format.
 """
@@ -216,7 +216,7 @@ def _folder(
 
 
 def _chosen(frame: pd.DataFrame, mapping: TableMapping, path: Path) -> pd.DataFrame:
-    """Return the rows that match the mapping's ``only``."""
+    """Select the rows that match the values in the mapping's ``only``."""
     for column, value in mapping.table.only.items():
         found = frame[column].astype("str").str.strip()
         kept = frame[found == value.strip()]
@@ -308,7 +308,7 @@ def _one_row_per_answer(
 
 
 def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
-    """Return the method for fitting answers; empty if all stimuli lie on one side of the reference.
+    """Return the method for fitting answers, or "" if all stimuli are on one side of the reference.
 
     If stimuli are both below and above the reference, the trials are comparisons with a standard.
     Using only the size of the difference would cancel "more" answers below and above the reference.
@@ -340,7 +340,7 @@ def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFra
 
 
 def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Quantity) -> None:
-    """Warn if many answers at the smallest level are "yes", which suggests a forced choice."""
+    """Warn if many "yes" answers at the smallest difference suggest a forced-choice task."""
     size = (steps[REFERENCE] - steps[STIMULUS]).abs()
     smallest = size[size > 0].min()
     answers = steps.loc[(size == smallest), "difference_felt"].dropna()
@@ -353,7 +353,7 @@ def _warn_of_forced_choice(steps: pd.DataFrame, problems: Problems, quantity: Qu
 
 
 def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -> pd.DataFrame:
-    """Return rated pairs of named items."""
+    """Convert the table to ratings of pairs of named items."""
     rated = frame.assign(
         **{name: labels(frame, name, "").astype(str) for name in ("first", "second")},
         **{name: labels(frame, name, missing) for name, missing in (("session", ""), ("run", "1"))},
@@ -384,13 +384,13 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
 def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
     """Convert the step size to stimulus minus reference.
 
-    In Slipscale's own tables, the step size is the removed amplitude.
+    In Slipscale's own tables, the step size is the decrease in amplitude.
     """
     return steps.rename(columns={REFERENCE: STIMULUS, STIMULUS: REFERENCE})
 
 
 def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame:
-    """Return all participants with their groups.
+    """Return all participants, with their group if the table has groups.
 
     Raises
     ------

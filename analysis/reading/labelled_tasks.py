@@ -1,8 +1,8 @@
 """Identify the kind of a task from its columns, because studies choose their own task labels.
 
-If a kind of task has several labels, each is analysed separately. However, only one label of
-magnitude estimation and of descending difference (kinds with a `TaskTrials.label`) is analysed, and
-their other labels are reported.
+If a study has several tasks of one kind, with different labels, each task is analysed separately.
+Magnitude estimation and descending difference (the kinds with a `TaskTrials.label`) are exceptions:
+only one label is analysed, and the remaining labels are reported.
 """
 
 from __future__ import annotations
@@ -44,21 +44,21 @@ class TaskTrials:
     counted : str
         Prefix for row counts: ``{counted}_rows``, ``{counted}_unanswered``.
     title : str
-        Name of the kind in messages, after "trials of".
+        Name of the kind of task, used in messages after "trials of".
     belongs : callable
         Function that returns whether a table with the given columns belongs to this kind of task.
     read : callable
-        Function that reads tables; returns the answered main trials and the files.
+        Function that reads tables, and returns the answered main trials and their source files.
     empty : callable
         Function that returns an empty table with the columns of the answered trials.
     label : str
         Default label of the protocol, if only one label of the kind is analysed.
     divide : callable, optional
-        Function that divides the rows into tables, keyed by their name in `Dataset`; by default,
-        there is a single table.
+        Function that splits the rows into tables, keyed by name in `Dataset`. By default, all rows
+        form a single table.
     reasons : Mapping
-        Descriptions of the counts of omitted rows, keyed by count; by default, practice, voided and
-        unanswered trials.
+        Descriptions of omitted rows, keyed by the name of their count; by default, practice, voided
+        and unanswered trials.
     """
 
     name: str
@@ -75,7 +75,7 @@ class TaskTrials:
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """Names and descriptions of the counts of omitted rows."""
+        """Descriptions of omitted rows, keyed by the name of their count."""
         return self.reasons or {
             f"{self.counted}_practice": f"practice trials of {self.title}",
             f"{self.counted}_voided": f"voided trials of {self.title}",
@@ -96,7 +96,7 @@ IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run
 
 
 def header_of(path: Path) -> frozenset[str]:
-    """Return a table's column names, with amplitude columns named as for amplitudes in µm."""
+    """Return a table's column names, with amplitude columns named as if they were in µm."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
     return frozenset(map(quantity_of(path).in_um, names))
@@ -152,13 +152,14 @@ def read_main_trials(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, each with its parsed file name (`slipscale.experiments.dataset.schema.TABLE_NAME`).
+        Tables, and the matches of their file names with
+        `slipscale.experiments.dataset.schema.TABLE_NAME`.
     kind : str
-        Prefix for the counts of rows, as in ``{kind}_rows``.
+        Prefix for the keys of row counts, as in ``{kind}_rows``.
     required, columns : tuple of str
-        Columns that must be present, and all columns to read.
+        Required columns, and all columns to read.
     counts : dict
-        Row counts, which are updated in place.
+        Row counts; updated in place.
     """
     frame, sources = read_tables(
         [path for path, _ in entries],
@@ -190,7 +191,7 @@ def factors_of(folder: Path) -> tuple[str, ...]:
 
 
 def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
-    """Increase the row counts of a kind of trials."""
+    """Add to the row counts for a kind of trial."""
     for name, count in more.items():
         key = f"{kind}_{name}"
         counts[key] = counts.get(key, 0) + int(count)
@@ -201,8 +202,9 @@ def read_others(
 ) -> tuple[dict[str, pd.DataFrame], list[Source]]:
     """Read the main trials of tasks without a Slipscale analysis; return them by label.
 
-    The tables contain all columns of the files, with numbers parsed, and ``participant_id session
-    task run`` from the file names. Unanswered trials are included.
+    The tables contain all columns of the files (with numbers parsed), and the columns
+    ``participant_id session task run``, which are taken from the file names. Unanswered trials are
+    included.
     """
     tasks: dict[str, pd.DataFrame] = {}
     sources: list[Source] = []
@@ -224,6 +226,6 @@ def read_others(
 
 
 def with_people(rows: pd.DataFrame, columns: tuple[str, ...]) -> pd.DataFrame:
-    """Select columns, and convert participants to categories."""
+    """Select columns, and convert participant labels to a categorical."""
     people = pd.Categorical(rows[PARTICIPANT].astype(str))
     return rows.assign(**{PARTICIPANT: people})[list(columns)].reset_index(drop=True)

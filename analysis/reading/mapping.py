@@ -87,7 +87,7 @@ class StimulusWords(FrozenTable):
 
     @property
     def factor(self) -> float:
-        """Factor that converts a level in the table to the unit of the report."""
+        """Factor for converting levels from the table's unit to the report's unit."""
         return factor(self.unit, self.in_unit) if self.in_unit else 1.0
 
 
@@ -107,8 +107,8 @@ class TableMapping(FrozenTable):
     columns : Columns
         Column names: the participant; the stimulus; the magnitude estimate (``response``) or yes/no
         answer (``answer``); with answers, optionally the previous stimulus (``reference``, default:
-        0). A table of counts has the numbers of yes answers (``yes_count``) and of all answers
-        (``n``). Ratings of pairs have two items (``first``, ``second``) and their
+        0). A table of counts contains the number of yes answers (``yes_count``) and the total
+        number of answers (``n``). Ratings of pairs have two items (``first``, ``second``) and their
         ``dissimilarity``. A ``factor`` is a condition that varies within participants.
     stimulus : StimulusWords
         Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
@@ -116,7 +116,7 @@ class TableMapping(FrozenTable):
     answers : AnswerWords
         Code for yes, and number of alternatives in a forced choice.
     levels : dict
-        Stimulus level of each response column, for a wide table (one row per participant).
+        Stimulus level for each response column of a wide table (one row per participant).
     table : Cells
         Decimal mark and sheet, if they cannot be detected; ``only`` (column -> value) selects
         rows.
@@ -148,7 +148,7 @@ class TableMapping(FrozenTable):
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
-        """Return the errors in a mapping for rated pairs."""
+        """Return error conditions and messages for a mapping of rated pairs."""
         pair = {"first", "second", "dissimilarity"}
         others = {"participant", "session", "run", "trial", "group"}
         columns = self.columns.model_dump(exclude_none=True)
@@ -164,7 +164,7 @@ class TableMapping(FrozenTable):
         )
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
-        """Return the errors in a mapping for a wide table."""
+        """Return error conditions and messages for a mapping of a wide table."""
         columns = self.columns
         return (
             (
@@ -178,7 +178,7 @@ class TableMapping(FrozenTable):
         )
 
     def _narrow(self) -> tuple[tuple[bool, str], ...]:
-        """Return the errors in a mapping for a table with one row per response."""
+        """Return error conditions and messages for a mapping with one row per response."""
         columns, answers = self.columns, self.answers
         return (
             (

@@ -97,7 +97,7 @@ def refuse_mixture(modes: Sequence[tuple[str, Path]], folder: Path) -> None:
 
 
 def one_quantity(tables: Sequence[Path], folder: Path) -> Quantity:
-    """Return the quantity of the levels in all tables; raise UserError if tables differ."""
+    """Return the quantity shared by all tables; raise UserError if their quantities differ."""
     found = {quantity_of(table): table for table in tables}
     if len(found) > 1:
         (one, first), (other, second) = list(found.items())[:2]

@@ -1,4 +1,4 @@
-"""Parse surface labels in comparison tables, which are amplitudes or texture names."""
+"""Parse surface labels (amplitudes or texture names) in comparison tables."""
 
 from __future__ import annotations
 

@@ -73,15 +73,15 @@ def read_table(
     Returns
     -------
     frame : DataFrame
-        All rows, with the columns ``file`` (0) and ``line`` (counted from 1).
+        All rows, with the additional columns ``file`` (always 0) and ``line`` (counted from 1).
     source : Source
 
     Raises
     ------
     UserError
         See `slipscale.analysis.reading.delimited.read_tables`,
-        `slipscale.analysis.reading.dialect.decimal_of` and
-        the program's module.
+        `slipscale.analysis.reading.dialect.decimal_of` and the module for the program that wrote
+        the file.
     """
     content, source = read_source(path, path.parent)
     quoted = None
@@ -115,7 +115,7 @@ def _only(
     numbers: Sequence[str],
     words: Sequence[str],
 ) -> pd.DataFrame:
-    """Select the columns to read, and replace codes for missing cells."""
+    """Select the columns to read, and replace missing-value codes by NaN."""
     names = [str(name) for name in frame.columns if name != "line"]
     check_names(names, path, required)
     kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
@@ -180,16 +180,17 @@ def only_named(
     *,
     quoted: NDArray[np.bool_] | None = None,
 ) -> pd.DataFrame:
-    """Return the rows with a participant label, and report the lines of other rows.
+    """Select the rows with a participant label, and report the lines of all other rows.
 
     Parameters
     ----------
     frame : DataFrame
-        A table with the columns ``identifier`` and ``line``.
+        Table with the column ``line`` and the column named by ``identifier``.
     name : str
-        Name of the file, for messages.
+        File name to use in messages.
     quoted : bool array, shape (rows,), optional
-        Whether the identifier is quoted in the file. A quoted ``NA`` is a name.
+        Whether each row's identifier is in quotation marks in the file. ``NA`` in quotation marks
+        is treated as a name.
     """
     tidy = tidied(frame[identifier])
     absent = tidy.isna().to_numpy()
@@ -216,7 +217,7 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
-    """Return the rows in which an identifier such as ``NA`` is quoted."""
+    """Return which rows contain an identifier in quotation marks, such as ``"NA"``."""
     found = np.zeros(len(frame), bool)
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects) or b'"' not in text:

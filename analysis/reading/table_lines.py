@@ -1,7 +1,7 @@
 """Split a table file into rows, with the line number of each row.
 
-In well-formed files, lines are only counted. Other files are processed line by line, so that lines
-that are not rows are omitted and reported without changing line numbers.
+In well-formed files, the lines only need to be counted. Other files are processed line by line:
+lines that are not rows are omitted and reported, and the rows keep their line numbers.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class Lines:
     left_out: tuple[str, ...] = ()
 
     def renamed(self, name: Callable[[str], str], separator: str) -> Lines:
-        """Return the table with column names converted by ``name``."""
+        """Rename the columns with the function ``name``."""
         names = tuple(map(name, self.names))
         if names == self.names:
             return self
@@ -89,7 +89,7 @@ def complain(lines: Lines, path: Path, separator: str) -> None:
 
 
 def _checked(content: bytes, path: Path) -> bytes:
-    """Return a file's content as `plain` text; raise an error if it is not text."""
+    """Check that a file contains UTF-8 text, and return it as `plain` text."""
     try:
         content.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -141,7 +141,7 @@ def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | No
 def _row_by_row(
     header: bytes, body: bytes, names: Sequence[str], *, separator: str, first: int, path: Path
 ) -> Lines:
-    """Omit and report lines that are not rows; reject rows with a wrong number of cells."""
+    """Omit and report empty lines and repeated headers; reject rows with wrong numbers of cells."""
     lines = body.split(NEWLINE)
     kept: list[bytes] = []
     places: list[int] = []
@@ -180,7 +180,7 @@ def _row_by_row(
 def _rows(
     lines: Sequence[bytes], separator: str, first: int, path: Path
 ) -> Iterator[tuple[int, int, list[str]]]:
-    """Yield the first line, the last line and the cells of each row."""
+    """Yield each row's first line number, last line number and cells."""
     reader = csv.reader(
         (line.decode("utf-8") + "\n" for line in lines),
         delimiter=separator,
@@ -214,7 +214,7 @@ def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
 
 
 def listed_lines(lines: Sequence[int]) -> str:
-    """List line numbers; after the first dozen, only the number of further lines is given.
+    """List up to `LISTED_LINES` line numbers, and the number of lines that are not listed.
 
     >>> listed_lines([3]), listed_lines([3, 5, 7])
     ('line 3', 'lines 3, 5 and 7')

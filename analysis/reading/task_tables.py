@@ -1,4 +1,4 @@
-"""Read the tables of a kind of task, based on a declaration of its columns.
+"""Read trial tables for any kind of task that declares its columns.
 
 The same rules apply to all kinds of task:
 
@@ -43,7 +43,7 @@ def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
 
 
 def empty(columns: tuple[str, ...]) -> pd.DataFrame:
-    """Return an empty table with these columns."""
+    """Return an empty table with the given columns."""
     return pd.DataFrame({name: pd.Series(dtype=object) for name in columns})
 
 
@@ -60,7 +60,7 @@ def task_trials(
     levels: tuple[str, ...] = (),
     derive: Callable[[pd.DataFrame, Problems], pd.DataFrame],
 ) -> TaskTrials:
-    """Declare a kind of task and its tables.
+    """Declare a kind of task by the columns of its tables.
 
     Parameters
     ----------
@@ -69,16 +69,16 @@ def task_trials(
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
-        Numeric columns with values of at least 0. Columns that are not in ``marks`` may be absent;
-        their values are then NaN.
+        Numeric columns with values of at least 0. Columns other than those in ``marks`` may be
+        absent, in which case their values are NaN.
     words : tuple of str
-        Columns of labels. If a column is absent, all labels in this column are empty.
+        Columns of labels. The labels in an absent column are empty.
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str
         Columns that must be filled for a trial to count as answered.
     required : tuple of str
-        Columns that a table must have, in addition to ``marks``.
+        Required columns, in addition to ``marks``.
     levels : tuple of str
         Columns of levels, which are rounded so that floating-point errors create no additional
         levels.

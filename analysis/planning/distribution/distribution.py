@@ -41,7 +41,7 @@ class Spread:
 
     @property
     def varies(self) -> bool:
-        """Whether the result differs between studies."""
+        """Whether the 5th and 95th percentiles differ."""
         return self.p5 < self.p95
 
 
@@ -114,7 +114,7 @@ class Distribution:
 
     @property
     def amplitudes_um_pp(self) -> list[float]:
-        """The amplitudes of Table III, ascending; empty without magnitude estimates."""
+        """Amplitudes in Table III, ascending; empty if there are no magnitude estimates."""
         head, tail = f"{TABLE3}.", ".mean"
         names = [spread.name for spread in self.numbers]
         return sorted(
@@ -135,7 +135,7 @@ class Distribution:
         ]
 
     def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
-        """Return the spread of one cell of Table III, or None if no study has a value."""
+        """Return the spread for one cell in Table III, or None if no study has a value."""
         return self.by_name.get(cell_name(amplitude_um_pp, statistic))
 
     def values(self, name: str) -> list[float]:
@@ -154,7 +154,7 @@ def cell_name(amplitude_um_pp: float, statistic: str) -> str:
 
 
 def distribution(studies: ManyStudies, found: Sequence[StudyResult]) -> Distribution:
-    """Return the distribution of the results of simulated studies."""
+    """Compute how the results are distributed across simulated studies."""
     plan = studies.plans[0]
     numbers = dict.fromkeys(name for each in found for name in each.found.numbers)
     conclusions = dict.fromkeys(name for each in found for name in each.found.conclusions)

@@ -60,7 +60,7 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
 
 @styled
 def curves_figure(found: Distribution) -> Figure:
-    """Plot the mean curve of Fig. 15 for a sample of studies, with median and percentiles."""
+    """Plot the mean curve (Fig. 15) of some studies, with median and percentiles of all studies."""
     figure, axes = canvas(size=(5.6, 4.0))
     amplitudes = np.array(found.amplitudes_um_pp)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]
@@ -90,7 +90,7 @@ def curves_figure(found: Distribution) -> Figure:
 
 @styled
 def results_figure(found: Distribution) -> Figure:
-    """Plot a histogram of each main result outside Table III."""
+    """Plot a histogram of each main result that is not in Table III."""
     shown = found.headlines[:PANELS]
     columns = min(COLUMNS, len(shown))
     rows = -(-len(shown) // columns)

@@ -74,7 +74,7 @@ def write_distribution(folder: Path, found: Distribution) -> Path:
 
 
 def _tables(found: Distribution) -> dict[str, pd.DataFrame]:
-    """Return the tables by file name: spreads, proportions, and all results of every study."""
+    """Return tables of spreads, proportions and all studies' results, keyed by file name."""
     named = found.quantity.key
     return {
         "numbers": pd.DataFrame(
@@ -137,7 +137,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
         table.blocks += [
             html.figure(
                 svg(figures["table3"], salt="table3"),
-                "Median, 5th and 95th percentile of all studies for each cell of Table III. "
+                "Median and 5th and 95th percentiles across studies for each cell of Table III. "
                 "Diamonds are the published values.",
                 "Median and range of means, maximum deviations and standard deviations",
             ),
@@ -196,8 +196,8 @@ def _conclusions(found: Distribution) -> html.ReportSection:
     columns = html.columns("Conclusion", "Studies", "95 % Monte Carlo interval", left=1)
     caption = (
         "Proportion of studies in which each conclusion holds, because p is below the "
-        "significance level after the given correction. No conclusion holds in studies that "
-        "could not be analysed."
+        "significance level after the given correction. Studies that could not be analysed "
+        "count as studies in which no conclusion holds."
     )
     section.blocks.append(html.table(columns, rows, caption))
     return section

@@ -39,7 +39,7 @@ class StudyResult:
     number : int
         Number of the study, from 1.
     seed : int
-        Seed with which ``slipscale pilot STUDY --seed`` repeats exactly this study.
+        Seed for repeating exactly this study with ``slipscale pilot STUDY --seed``.
     found : Findings
         Results of the study; empty if the analysis rejected the data.
     refused : str
@@ -103,7 +103,7 @@ class ManyStudies:
         check_answered(plan)
 
     def seed_of(self, number: int) -> int:
-        """Return the seed of one simulated study: SHA-256 of its number and all settings."""
+        """Derive a simulated study's seed from the SHA-256 of its number and all settings."""
         first = self.plans[0]
         content = {
             "version": VERSION,
@@ -144,7 +144,7 @@ def results(
     jobs : int
         Number of processes; -1 for one per processor.
     patient : bool
-        Whether to allow a simulation of more than an hour.
+        Whether to run simulations that take more than an hour.
 
     Raises
     ------

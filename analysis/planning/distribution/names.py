@@ -21,7 +21,7 @@ HEADLINES = {
 
 
 def said(name: str, table: dict[str, str], quantity: Quantity = PLATE_AMPLITUDE) -> tuple[int, str]:
-    """Return the position of a result in a table of names, and its description.
+    """Look up a result's name in a table of patterns; return its position and description.
 
     >>> said("pairwise.0 - 0.5.p_holm", CONCLUSIONS)[1]
     '0 and 0.5 µm differ (paired t of logarithms, Holm)'

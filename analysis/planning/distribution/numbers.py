@@ -1,4 +1,4 @@
-"""Extract all numeric results and conclusions of an analysis, named alike in every study.
+"""Extract the numeric results and conclusions of an analysis, with the same names in every study.
 
 The results are read from the content of inference.json, so new results are included automatically.
 Results for single participants are omitted, because every study has different participants.
@@ -51,7 +51,8 @@ class Findings:
     Parameters
     ----------
     numbers : Mapping
-        Value of each available result, keyed by name (``table3.0.5.mean``, ``power_law.exponent``).
+        Available numeric results, keyed by name (such as ``table3.0.5.mean`` or
+        ``power_law.exponent``).
     conclusions : Mapping
         Whether each conclusion holds (a significant p-value, or a true statement), keyed by name,
         such as ``friedman.p``.

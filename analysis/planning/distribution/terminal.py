@@ -22,7 +22,7 @@ def percent(share: float) -> str:
 
 
 def values(spread: Spread) -> tuple[str, str, str, str]:
-    """Format the number of studies with a result, its median, and its 5th and 95th percentiles."""
+    """Format a result's number of studies, median, and 5th and 95th percentiles."""
     numbers = (spread.median, spread.p5, spread.p95)
     median, p5, p95 = (f"{value:.4g}" for value in numbers)
     return str(spread.studies), median, p5, p95
@@ -42,8 +42,9 @@ def sentences(found: Distribution) -> list[str]:
             f"{how} and analysed as in slipscale analyse. No person took part."
         ),
         (
-            f"All seeds are derived from {found.seed}. To repeat the first study as a pilot, use "
-            f"slipscale pilot --seed {first}; studies.csv lists the seeds of all studies."
+            f"All seeds are derived from the seed {found.seed}. To repeat the first study as a "
+            f"pilot, use slipscale pilot --seed {first}; studies.csv lists the seeds of all "
+            "studies."
         ),
     ]
     if found.study == biet2007.STUDY and found.amplitudes_um_pp:

@@ -66,7 +66,7 @@ class Row:
 
     @property
     def weakest(self) -> Share:
-        """Power of the decisive test with the least power."""
+        """Lowest power among the decisive tests."""
         return min((self.power[name] for name in self.decisive), key=lambda share: share.value)
 
     @property
@@ -102,7 +102,7 @@ class Assurance:
 
 
 def largest_effect(design: Design) -> float:
-    """Return the largest effect for which all mean sensations stay on the scale."""
+    """Return the largest effect for which all mean sensations remain within the scale."""
     mean = np.array(design.population.mean_sensation)
     away = np.abs(mean - mean.mean()).max()
     room = min(mean.mean(), 100 - mean.mean()) - ROOM
@@ -163,12 +163,12 @@ def _row(
 
 
 def weakest(outcome: Outcome, tests: Sequence[str]) -> float:
-    """Return the power of the test that has the least power."""
+    """Return the lowest power among the tests."""
     return min(outcome.power(name).value for name in tests or list(outcome.found))
 
 
 def varying(found: Sequence[Row]) -> list[str]:
-    """Return the options in which the conditions differ, always including participants."""
+    """Return the options that differ between conditions; ``participants`` is always included."""
     return [
         axis
         for axis in AXES
@@ -177,12 +177,13 @@ def varying(found: Sequence[Row]) -> list[str]:
 
 
 def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
-    """Return the sample size from which the target power is always reached, if there is one.
+    """Return the sample size from which the power always reaches the target, per condition.
 
     Returns
     -------
     dict
-        Sample size or None, keyed by the condition with its number of participants set to 0.
+        Sample size, or None if no size suffices, keyed by condition (with ``participants`` set to
+        0).
     """
     enough: dict[Condition, int | None] = {}
     missed: set[Condition] = set()

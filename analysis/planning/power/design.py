@@ -99,8 +99,8 @@ class Design:
     def mixed_tests(self) -> dict[str, tuple[str, str, str]]:
         """Factor, level and key of `TERMS` for each test of a factor in the mixed model.
 
-        Each level is compared with the factor's first level. The mapping is empty unless the study
-        lists factors in its tests, because each fit takes a fraction of a second.
+        Each level is compared with the factor's first level. Because each fit takes a fraction of a
+        second, the mapping is empty unless the study lists ``factors`` in its tests.
         """
         if "factors" not in (self.choices.tests or ()):
             return {}
@@ -133,7 +133,7 @@ class Design:
     def steps_of(self, condition: Condition) -> StepTask | None:
         """Return the descending difference task with the condition's number of catch steps.
 
-        Returns None if the precision of catch steps was not requested.
+        The result is None if the study has no such task, or if catch steps were not requested.
         """
         if self.steps is None or condition.catch_steps is None:
             return None
@@ -164,7 +164,7 @@ def design_of(study: Study, text: str, population: Population, alpha: float) -> 
     Raises
     ------
     UserError
-        If the study has no magnitude estimation, or fewer than two amplitudes to discriminate.
+        If the study has no magnitude-estimation task, or fewer than two amplitudes.
     """
     plan = RunPlan(
         study_name=study.name,
@@ -219,7 +219,7 @@ def estimation_of(study: Study) -> list[int]:
 
 
 def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int]:
-    """Return the numbers of trials in other tasks before and after a task."""
+    """Return the number of trials in the tasks before a given task, and in the tasks after it."""
     trials = [number for _, number in counts]
     return sum(trials[:place]), sum(trials[place + 1 :])
 
@@ -227,7 +227,7 @@ def _around(counts: Sequence[tuple[Options, int]], place: int) -> tuple[int, int
 def _steps(
     counts: Sequence[tuple[Options, int]], context: Context, conditions: int
 ) -> StepTask | None:
-    """Return the first descending difference task, or None if it has no step or does not exist.
+    """Return the first descending difference task, or None if there is none or it has no steps.
 
     Series from all conditions are pooled.
     """

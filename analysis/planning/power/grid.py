@@ -21,7 +21,7 @@ MOST_VALUES = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Condition:
-    """One combination of study design and participants' behaviour.
+    """A combination of study design and participant behaviour.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ class Condition:
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
-        Number of catch steps per series of the descending difference. If None, use the number in
-        the study file, and do not estimate the precision from catch steps.
+        Number of catch steps per series of the descending difference. If None, the number in the
+        study file is used, and the precision of catch steps is not estimated.
     """
 
     participants: int
@@ -65,7 +65,7 @@ class Condition:
         return ", ".join(f"{axis.replace('_', ' ')} {self.told(axis)}" for axis in axes)
 
     def people(self, population: Population) -> Population:
-        """Return the population with this condition's effect, exponent, lapses and dropout."""
+        """Apply this condition's effect, exponent, lapses and dropout to a population."""
         centre = math.fsum(population.mean_sensation) / len(population.mean_sensation)
         top_um_pp, top = population.levels[-1], population.mean_sensation[-1]
         mean = tuple(
@@ -118,7 +118,7 @@ def option(axis: str) -> str:
 
 
 def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
-    """Return the order rules with the given names.
+    """Convert comma-separated names to order rules.
 
     Raises
     ------
@@ -202,7 +202,7 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
 
 
 def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
-    """Return the conditions without effect that are needed to estimate false-alarm rates."""
+    """Return the distinct conditions with the effect removed, for estimating false-alarm rates."""
     return list(dict.fromkeys(map(without_its_effect, wanted)))
 
 

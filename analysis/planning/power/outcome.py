@@ -1,4 +1,4 @@
-"""Count significant results in simulated studies, as sums that can be combined."""
+"""Count significant results in simulated studies, as sums that can be added across shards."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Share:
 
     @classmethod
     def of(cls, count: int, studies: int) -> Self:
-        """Return the proportion `count` / `studies` with its interval."""
+        """Return the proportion ``count / studies`` with its Monte Carlo interval."""
         if not studies:
             return cls(value=math.nan, low=math.nan, high=math.nan, studies=0)
         share, z2 = count / studies, Z95**2
@@ -63,7 +63,7 @@ class Sums:
 
     @classmethod
     def of(cls, values: NDArray[np.float64]) -> Self:
-        """Return the sums of the finite values."""
+        """Count the finite values, and sum the values and their squares."""
         finite = values[np.isfinite(values)]
         return cls(n=len(finite), total=float(finite.sum()), squares=float((finite**2).sum()))
 
@@ -95,8 +95,7 @@ class Outcome:
     Parameters
     ----------
     studies : int
-        Number of studies. Studies that cannot be analysed count as studies without significant
-        results.
+        Number of studies, including those that cannot be analysed, which count as not significant.
     unusable : int
         Number of studies that `analyse` would reject.
     found : Mapping
@@ -106,8 +105,8 @@ class Outcome:
         Half-widths of the confidence interval, keyed by estimated quantity ("exponent", "mean at
         0.5").
     steps : Mapping
-        Results from catch steps, see `slipscale.analysis.planning.power.yes_no_steps.precision`;
-        empty if they were not requested.
+        Precision provided by the catch steps (see
+        `slipscale.analysis.planning.power.yes_no_steps.precision`); empty if not requested.
     """
 
     studies: int = 0

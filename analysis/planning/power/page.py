@@ -52,7 +52,7 @@ def write_power(folder: Path, design: Design, found: Sequence[Row], target: floa
 
 
 def _csv(found: Sequence[Row]) -> list[list[str]]:
-    """Return the lines of the CSV table: one per condition and test."""
+    """Return the CSV table: the header, and one line per condition and test."""
     head = [*AXES, "test", "power", "low", "high", "false_alarms", "exponent_half_width", "studies"]
     head += ["catch_yes_half_width", "d_prime_lower_bound"] if found[0].steps else []
     lines = [head]

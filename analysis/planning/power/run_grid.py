@@ -42,7 +42,7 @@ def shards(
     seed: int,
     looks: Looks | None = None,
 ) -> list[Shard]:
-    """Return the shards of all given conditions, in order."""
+    """Split each condition's studies into shards, in the order of `wanted`."""
     sizes = [STUDIES_A_SHARD] * (studies // STUDIES_A_SHARD)
     if rest := studies % STUDIES_A_SHARD:
         sizes.append(rest)
@@ -116,12 +116,12 @@ def run_grid(
     scheduler : str, optional
         Address of a Dask scheduler to use instead of local processes.
     progress : callable, optional
-        Function called with the number of finished shards and the total number.
+        Function that is called with the number of finished shards and the number of all shards.
 
     Returns
     -------
     dict
-        Outcome of each condition whose shards are all available.
+        Outcome of each condition for which all shards are available.
     """
     here = part or Part()
     found: dict[Shard, Outcome] = {}
@@ -141,7 +141,7 @@ def run_grid(
 
 
 def _sums(wanted: Iterable[Shard], found: Mapping[Shard, Outcome]) -> dict[Condition, Outcome]:
-    """Return the outcome of each condition whose shards are all available."""
+    """Return the outcome of each condition for which all shards are available."""
     of: dict[Condition, list[Shard]] = {}
     for shard in wanted:
         of.setdefault(shard.condition, []).append(shard)

@@ -63,7 +63,7 @@ def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[fl
     Parameters
     ----------
     sizes : tuple of int
-        Number of participants at each interim analysis, ascending; the last is the whole study.
+        Number of participants at each analysis, in ascending order. The last number is the total.
     alpha : float
         Overall significance level of the study.
     spending : {"obrien-fleming", "pocock"}

@@ -105,7 +105,7 @@ class Shard:
         return int(replace(self, design=design, looks=Looks()).digest, 16)
 
     def compute(self) -> Outcome:
-        """Simulate the studies and count their findings."""
+        """Simulate the studies, and count significant results."""
         design, condition = self.design, self.condition
         task = design.task_of(condition)
         people = condition.people(design.population)
@@ -181,7 +181,7 @@ def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
 
 
 def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArray[np.bool_]]:
-    """Return which neighbouring amplitudes differ significantly in each study."""
+    """Return, per pair of neighbouring amplitudes, which studies find a significant difference."""
     p = pairwise(found, design.choices.primary)
     known = pairs(found.amplitudes_um_pp)
     return {
@@ -191,10 +191,10 @@ def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArra
 
 
 def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
-    """Return which studies stop at each interim analysis.
+    """Return, for each interim analysis, which studies stop there.
 
-    A study stops if the omnibus test of its primary analysis is significant or, if this test is
-    not among the design's tests, any pairwise test.
+    A study stops when the omnibus test of its primary analysis is significant or, if the design
+    does not include this test, when any pairwise test is significant.
     """
     sizes = look_sizes(found.cells.shape[1], looks.number)
     going_on = found.usable.copy()
@@ -249,7 +249,7 @@ def _dataset(design: Design, ratings: Ratings, study: int) -> Dataset:
 
 
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Count the studies with significant results in tests that are not vectorised."""
+    """Count the significant results in each test that is not vectorised."""
     slow = [name for name in design.tests if name in SLOW]
     contrasts = design.mixed_tests
     factors = {factor for factor, _, _ in contrasts.values()}

@@ -1,8 +1,8 @@
 """Cache finished shards in a folder, so that no shard is computed twice.
 
-Each shard has one file, which is written atomically, so a killed run leaves no incomplete files.
-Files contain the shard's settings and a SHA-256 of their content. If a file was truncated,
-edited or copied from another analysis, its shard is computed again.
+Each shard is written atomically to its own file, so a killed run leaves no incomplete files. The
+file contains the shard's settings and a SHA-256 of the content. If a file was truncated, edited or
+copied from another analysis, its shard is computed again.
 """
 
 from __future__ import annotations

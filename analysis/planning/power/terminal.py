@@ -25,7 +25,7 @@ NARROW = 2
 
 
 def print_power(design: Design, found: Sequence[Row], target: float) -> None:
-    """Print the power in each condition, and the number of participants that is enough."""
+    """Print the power in each condition, and the smallest sufficient number of participants."""
     # On a narrow terminal, lines wrap instead of truncating numbers.
     target_console = Console()
     target_console.width = max(target_console.width, WIDTH)
@@ -84,7 +84,7 @@ def _columns(
 
 
 def _of_factors(design: Design) -> list[str]:
-    """Return sentences on the tests of factors, if the study has factors."""
+    """Describe how factors are tested, if the study has factors."""
     known = [name for name, _ in design.task.factors]
     if not known:
         return []

@@ -1,4 +1,4 @@
-"""Simulate answers in choice and ratio tasks, in the form that `analyse` reads.
+"""Simulate answers in choice and ratio tasks, in the format that `analyse` reads.
 
 Simulated participants complete the real protocol without plate, screen or files. Simulated data are
 built and read with the same code as real data.
@@ -35,7 +35,7 @@ TOLD = (Present, Ask, EndTrial)
 
 
 class Answered(NamedTuple):
-    """Answers of one simulated person in main trials: choices, or an exponent from ratios."""
+    """One simulated person's answers in main trials: choices, or an exponent fitted to ratios."""
 
     method: str
     answers: Answers | None = None
@@ -60,7 +60,7 @@ def answers_of(
 def rows_of(
     study: ProtocolStudy, participants: int, seed: int, population: Population
 ) -> tuple[list[pd.DataFrame], list[float]]:
-    """Return each person's main trials in one simulated study, and minutes per person."""
+    """Simulate one study; return each person's main trials and total minutes."""
     rows: dict[str, list[pd.DataFrame]] = {}
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):

@@ -43,8 +43,8 @@ class ConditionPower:
     participants : int
     factor, first, second : str
     change : float
-        Ratio of the second threshold to the first, median across the participants of all studies.
-        For psychometric functions on a linear axis, the median difference.
+        Median ratio of the second threshold to the first, across the participants of all studies.
+        If the psychometric function has a linear axis, the median difference.
     power : Share
         Proportion of studies in which the thresholds differ significantly.
     without : float
@@ -70,7 +70,7 @@ def condition_power(
     alpha: float,
     jobs: int = 1,
 ) -> list[ConditionPower]:
-    """Return the power of each comparison, for each number of participants.
+    """Estimate the power of each comparison, for each number of participants.
 
     Parameters
     ----------
@@ -112,7 +112,7 @@ def _axis_values(
     seed: int,
     population: Population,
 ) -> tuple[Array, bool]:
-    """Return thresholds on the psychometric function's axis, and whether it is logarithmic.
+    """Return thresholds on the psychometric function's axis, and whether the axis is logarithmic.
 
     Returns
     -------
@@ -188,8 +188,8 @@ def enough(
 ) -> dict[str, int | None]:
     """Return the smallest sufficient number of participants for each factor with an effect.
 
-    From this number, the most powerful comparison between levels of the factor always reaches the
-    target. The value is None if no simulated number reaches the target.
+    With this and every larger simulated number, the most powerful comparison between levels of the
+    factor reaches the target. The value is None if no simulated number reaches the target.
     """
     simulated = {name for name, _, by in (*population.effects, *population.growths) if by != 1}
     sizes: dict[str, int | None] = {}

@@ -27,7 +27,7 @@ HEAD = (
 
 
 def ranked(found: Sequence[ProtocolPrecision]) -> list[ProtocolPrecision]:
-    """Sort rows by quantity, number of participants and precision, the most precise first."""
+    """Sort rows by quantity, number of participants, and decreasing precision."""
     return sorted(
         found,
         key=lambda row: (row.study.quantity, row.participants, _or_last(row.half_width_percent)),
@@ -41,7 +41,7 @@ def _or_last(width: float) -> float:
 def _groups(
     found: Sequence[ProtocolPrecision],
 ) -> Iterator[tuple[str, int, list[ProtocolPrecision]]]:
-    """Group rows that can be compared: by quantity and number of participants."""
+    """Group comparable rows, which have the same quantity and number of participants."""
     for (quantity, size), rows in groupby(
         ranked(found), key=lambda row: (row.study.quantity, row.participants)
     ):

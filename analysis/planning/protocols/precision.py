@@ -3,7 +3,7 @@
 Precision is the half-width of the group's confidence interval in % of the estimate. The estimate is
 the mean of participants' exponents, or the geometric mean of their thresholds, computed as in
 `analyse`. For comparisons with a standard, the threshold is half the distance between the 25 and 75
-% points. Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`. In
+% points. Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`; in
 all other protocols, simulated people answer step by step.
 """
 
@@ -112,7 +112,7 @@ def protocol_precision(
 def _summary(
     study: ProtocolStudy, values: Array, *, trials: int, minutes: float
 ) -> ProtocolPrecision:
-    """Summarise values of shape (studies, participants) as the study's precision."""
+    """Compute the study's precision from values of shape (studies, participants)."""
     if study.quantity == EXPONENT:
         value = _mean(values)
         percent = 100 * half_widths(values, CONFIDENCE) / value
@@ -139,7 +139,7 @@ def _summary(
 
 
 def _mean(values: Array) -> float:
-    """Return the mean of the available values; NaN if there are none."""
+    """Return the mean of the finite values; NaN if there are none."""
     finite = values[np.isfinite(values)]
     return float(finite.mean()) if len(finite) else math.nan
 

@@ -1,7 +1,7 @@
 """Define the studies whose protocols are compared: estimated quantity, length and duration.
 
-The first task in a study that yields an exponent or a threshold is compared. The number of trials
-of this task is set so that the study takes the given time. Other tasks are unchanged.
+The first task in a study that yields an exponent or a threshold is compared. This task's number of
+trials is chosen so that the study takes the given time. Other tasks are unchanged.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class ProtocolStudy:
     quantity : str
         The estimated quantity.
     marks : tuple of str or None
-        Columns with the level and the answer in the task's table; None for magnitude estimation.
+        Columns for level and answer in the task's table; None for magnitude estimation.
     amount : str
         The option that sets the number of trials.
     number : int
@@ -91,7 +91,7 @@ class ProtocolStudy:
         return [replace(plan, study_text=self.text) for plan in plans]
 
     def minutes(self, population: Population) -> float:
-        """Return the median time of a participant in minutes, over all runs."""
+        """Return the participants' median total duration over all runs, in minutes."""
         people: dict[str, float] = {}
         for plan in self.plans(TIMED, seed_of(self.own_name, 0), population):
             taken = minutes_of(bare_run(plan, population))
@@ -100,12 +100,13 @@ class ProtocolStudy:
 
 
 def protocol_study(name: str) -> ProtocolStudy:
-    """Read a study that is to be compared.
+    """Read a study whose protocol is to be compared.
 
     Raises
     ------
     UserError
-        If no task yields an exponent or threshold and has an option for the number of trials.
+        If the study has no task that yields an exponent or a threshold and whose number of trials
+        can be set.
     """
     study, text = read_study(name)
     for place, options in enumerate(study.tasks):
@@ -134,7 +135,7 @@ def protocol_study(name: str) -> ProtocolStudy:
 
 
 def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[str, str] | None]:
-    """Return the quantity that a task estimates and the columns for this; each may be None."""
+    """Return the quantity that a task estimates, and its answer columns; either may be None."""
     own = (*protocol.design, *protocol.stimulus, *protocol.response)
     columns = {in_um(name) for name in own}
     if isinstance(options, MagnitudeEstimation):
@@ -149,7 +150,7 @@ def _answers(protocol: Protocol, options: Options) -> tuple[str | None, tuple[st
 
 
 def filling(study: ProtocolStudy, minutes: float, population: Population) -> ProtocolStudy:
-    """Return the study with as many trials as the median participant completes in the time.
+    """Return the study with as many trials as the median participant completes in `minutes`.
 
     Raises
     ------

@@ -27,7 +27,7 @@ def simulated_dataset(
     declared: bool,
     conditions: Sequence[Mapping[str, str]] = ({},),
 ) -> Dataset:
-    """Return one of several simulated studies as a data set.
+    """Convert one of several simulated studies to a data set.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def simulated_dataset(
     declared : bool
         Whether participants stated the maximum of their scale.
     conditions : sequence of Mapping
-        Level of each factor, for each condition of ``ratings``.
+        Factor levels for each condition in ``ratings``.
     """
     percent = ratings.percent[study]
     people, trials = percent.shape

@@ -42,7 +42,7 @@ FARTHEST = 6.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Task:
-    """The properties of a magnitude-estimation task that affect answers.
+    """Properties of a magnitude-estimation task that affect the answers.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ class Task:
         Rule for the order of surfaces. Unless the order is "simple", a rest follows each
         repetition.
     no_immediate_repeat : bool
-        Whether the same surface is never presented twice in a row.
+        Whether immediate repetitions of a surface are excluded.
     trials_before : int
         Number of trials in tasks before this one.
     trials_after : int
@@ -74,7 +74,7 @@ class Task:
 
     @property
     def conditions(self) -> list[dict[str, str]]:
-        """All combinations of factor levels; one empty combination without factors."""
+        """All combinations of factor levels; without factors, a single empty combination."""
         names = [name for name, _ in self.factors]
         levels = product(*(levels for _, levels in self.factors))
         return [dict(zip(names, each, strict=True)) for each in levels]
@@ -92,8 +92,8 @@ class Ratings:
     Parameters
     ----------
     amplitude : int array, shape (studies, participants, trials)
-        Index of each trial's amplitude in ascending order. Trials are in order of presentation;
-        each participant has the same number of trials per amplitude.
+        Index of each trial's amplitude in the ascending list of amplitudes. Trials are in order of
+        presentation. Each participant has the same number of trials at each amplitude.
     percent : array, shape as ``amplitude``
         Estimates in % of the participant's scale; NaN after the participant dropped out.
     scale_top : array, shape (studies, participants)
@@ -111,7 +111,7 @@ class Ratings:
         return means(self.by_amplitude(self.percent, amplitudes))
 
     def by_amplitude(self, values: Array, amplitudes: int) -> Array:
-        """Group values of trials by amplitude.
+        """Group trial values by amplitude.
 
         Returns
         -------
@@ -230,7 +230,8 @@ class _People:
     def rate(self, which: NDArray[np.int64], condition: NDArray[np.int64]) -> Array:
         """Simulate one estimate per participant, in % of the participant's scale.
 
-        ``which`` and ``condition`` are indices of the amplitude and the condition.
+        ``which`` and ``condition`` contain the indices of each participant's amplitude and
+        condition.
         """
         self._feel(which)
         noise = self.noise * self.rng.normal(size=self.shape)
@@ -289,7 +290,7 @@ class _People:
 
 
 def _tables(population: Population, amplitudes: Sequence[float]) -> Array:
-    """Tabulate sensation at quantiles of the population, one row per amplitude."""
+    """Tabulate population quantiles of the sensation, with one row per amplitude."""
     from scipy.special import betaincinv, ndtr  # noqa: PLC0415 - half a second
 
     places = ndtr(np.linspace(-FARTHEST, FARTHEST, PLACES))

@@ -1,8 +1,8 @@
 """Apply the report's tests to thousands of simulated studies at once.
 
 The tests give the same results as `slipscale.analysis.statistics`, except Wilcoxon's test. Here,
-Wilcoxon's test uses mid-ranks for ties and the exact distribution without ties in small samples;
-the report uses permutations.
+Wilcoxon's test assigns mid-ranks to ties and uses the exact distribution for small samples without
+ties, whereas the report uses permutations.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Tables:
     ----------
     amplitudes_um_pp : tuple of float
     cells, logs : array, shape (studies, participants, amplitudes)
-        Mean estimates, and mean natural logarithms; NaN if missing.
+        Mean estimates, and mean natural logarithms of estimates; NaN if missing.
     usable : bool array, shape (studies,)
         False if `analyse` would reject the study because it cannot be normalised.
     """
@@ -44,7 +44,7 @@ class Tables:
     usable: NDArray[np.bool_]
 
     def first(self, participants: int) -> Tables:
-        """Return the studies with only the first `participants` participants."""
+        """Return the studies reduced to their first `participants` participants."""
         return Tables(
             amplitudes_um_pp=self.amplitudes_um_pp,
             cells=self.cells[:, :participants],
@@ -130,7 +130,7 @@ def tables(
 
 
 def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
-    """Return a test's p-value for each study's complete participants; 1 if there are too few."""
+    """Return p-values of a test on each study's complete participants; 1 if there are too few."""
     p = np.ones(len(values))
     whole: NDArray[np.bool_] = np.array(np.isfinite(values).all(axis=2), dtype=np.bool_)
     number = whole.sum(axis=1)
@@ -153,9 +153,10 @@ def _anova(logs: Array, df: int | None = None) -> Array:
 
 
 def factor_p(logs: Array, sizes: Sequence[int]) -> Iterator[Array]:
-    """Yield the p-values of each factor's main effect and its interaction with the amplitude.
+    """Yield p-values for each factor's main effect and for its interaction with the amplitude.
 
-    As in the report, each factor is tested together with the amplitude, averaged over the others.
+    As in the report, each factor is tested together with the amplitude, averaging over all other
+    factors.
 
     Parameters
     ----------
@@ -201,7 +202,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return each row's p-value in a t test against 0, ignoring NaN; 1 below three values."""
+    """Return the p-value of a t test against 0 for each row; 1 for fewer than three values."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)
@@ -251,7 +252,7 @@ def pairwise(found: Tables, primary: Primary) -> Array:
 
 
 def _signed_ranks(differences: Array) -> Array:
-    """Return Wilcoxon's p-value per row; NaN for under three people or only zero differences."""
+    """Return signed-rank p-values per row; NaN for too few people or if all differences are 0."""
     p = batched.signed_rank_p(differences)
     enough = np.isfinite(differences).sum(axis=1) >= FEWEST
     changed = (np.nan_to_num(differences) != 0).any(axis=1)

@@ -2,9 +2,9 @@
 
 Orders have the same distribution as in the protocol
 (`slipscale.experiments.protocol_parts.ordering.orders`). Blocks are shuffled as whole arrays. For
-all other rules, the protocol generates a pool of random orders. Each simulated person, or group
-that shares a design, receives one order from the pool, with surfaces renumbered at random.
-Renumbering does not change the probability of any order.
+all other rules, the protocol's code generates a pool of random designs, each for one or more
+people. Each simulated person or group is assigned a design from the pool, and the surfaces are
+renumbered at random. Renumbering does not change the probability of any order.
 """
 
 from __future__ import annotations
@@ -43,12 +43,12 @@ def draw_orders(
     ----------
     rule : {"simple", "blocked", "williams"}
     surfaces, repetitions, practice : int
-        Number of surfaces (0 ... surfaces - 1), and number of presentations of each surface in
-        main trials and in practice before them.
+        Number of surfaces (numbered from 0), and number of presentations of each surface in main
+        trials and in the preceding practice.
     no_immediate_repeat : bool
-        Whether the same surface is never presented twice in a row.
+        Whether immediate repetitions of a surface are excluded.
     shape : (int, int)
-        Numbers of studies and participants.
+        Number of studies, and number of participants per study.
     rng : Generator
         The only source of random numbers.
     """
@@ -79,7 +79,7 @@ def _shuffled(
     after: Orders | None = None,
     before: Orders | None = None,
 ) -> Orders:
-    """Shuffle the surfaces, and draw again if a surface would follow itself."""
+    """Shuffle the surfaces; repeat the shuffle if a surface would be presented twice in a row."""
     found = rng.permuted(np.broadcast_to(kinds, (*shape, len(kinds))), axis=2)
     if after is None and before is None:
         return found

@@ -31,7 +31,7 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per trial, all cells as text; in JSON, ``line`` is the number of the trial.
+    """Read one row per trial, with all cells as text; for JSON, ``line`` is the trial number.
 
     Raises
     ------

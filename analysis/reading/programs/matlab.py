@@ -94,13 +94,13 @@ def _table(value: object) -> Table | None:
 
 
 def _alike(columns: dict[str, Sequence[object]]) -> Table | None:
-    """Return the columns if they have the same length and more than one row, otherwise None."""
+    """Return `columns` if all have the same length of at least 2, otherwise None."""
     lengths = {len(cells) for cells in columns.values()}
     return columns if len(lengths) == 1 and min(lengths) > 1 else None
 
 
 def _cells(value: object) -> Sequence[object] | None:
-    """Return the elements of a vector; None for single values, matrices and objects."""
+    """Return the elements of a vector, or None for single values, matrices and objects."""
     if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.names is None:
         return list(value)
     return value if isinstance(value, list) and len(value) else None

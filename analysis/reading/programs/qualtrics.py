@@ -1,8 +1,8 @@
 """Read Qualtrics CSV and TSV files, which have three header lines.
 
-The headers contain names, questions and import IDs. A file is recognised if all cells in the third
-record are an ``ImportId``. Preview responses are not omitted; to omit them, use ``--only`` with
-``Status`` or ``DistributionChannel``.
+The headers contain names, questions and import IDs. A file is recognised by its third record, in
+which each cell is an ``ImportId``. Preview responses are not omitted; to omit them, use ``--only``
+with ``Status`` or ``DistributionChannel``.
 """
 
 from __future__ import annotations
@@ -34,6 +34,6 @@ def recognises(content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Return one row per response, all cells as text, with columns named as in the first line."""
+    """Read one row per response, with all cells as text and column names from the first line."""
     (_, names), *rows = records(decoded(content, path)[0].decode("utf-8"), path)
     return table_of(names, rows[HEADERS - 1 :])

@@ -26,12 +26,12 @@ def head_of(content: bytes, path: Path) -> str:
 
 
 def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
-    """Return the non-empty records of a text table, each with the number of its last line.
+    """Parse a text table; return each non-empty record with the number of its last line.
 
     Raises
     ------
     UserError
-        If a quotation is not closed, or a cell is too long.
+        If a quoted cell is not closed, or a cell is too long.
     """
     separator = separator_of(text.lstrip("\r\n").partition("\n")[0].encode())
     reader = csv.reader(io.StringIO(text, newline=""), delimiter=separator, strict=True)
@@ -57,7 +57,7 @@ def table_of(names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> pd.
 
 
 def as_text(cell: object) -> str | None:
-    """Format a value as in a text table; return None for missing values."""
+    """Format a value as it would appear in a text table; return None for a missing value."""
     if cell is None or (isinstance(cell, float) and np.isnan(cell)):
         return None
     if isinstance(cell, bool | np.bool_):

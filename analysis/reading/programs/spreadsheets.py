@@ -20,7 +20,7 @@ LARGEST_WORKBOOK_MB = 300
 
 
 def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Return the rows of a sheet, all cells as text; ``line`` is the row number in Excel.
+    """Read a sheet with all cells as text; ``line`` is the row number in Excel.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
 
 
 def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:
-    """Return the cases in an SPSS file, all cells as text; ``line`` is the row number.
+    """Read the cases in an SPSS file, with all cells as text; ``line`` is the row number.
 
     Parameters
     ----------
@@ -94,7 +94,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     Raises
     ------
     UserError
-        If the file is not a readable SPSS file.
+        If the file cannot be read as an SPSS file.
     """
     import pyreadstat  # noqa: PLC0415 - only for such a file
 

@@ -30,7 +30,7 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Program:
-    """A program whose files can be read.
+    """A program that writes files which Slipscale can read.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class Program:
     recognises : callable
         Function that returns whether the program wrote the file.
     read : callable
-        Function that returns all cells as text, with the column ``line``.
+        Function that returns all cells as text, with line numbers in the column ``line``.
     """
 
     name: str
