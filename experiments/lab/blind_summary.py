@@ -1,4 +1,4 @@
-"""Summarise progress and events of a run from its journal, without unblinding the operator."""
+"""Summarise a run's progress and events from its journal without unblinding the operator."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Event:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateReading:
-    """The readings of the plate in one presentation.
+    """Plate readings during one presentation.
 
     Parameters
     ----------

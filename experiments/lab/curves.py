@@ -21,7 +21,7 @@ TRUTH = {"true": 1.0, "false": 0.0}
 
 
 class Axes(NamedTuple):
-    """Names of the table columns that a curve shows."""
+    """Names of the table columns on a curve's x and y axes."""
 
     x: str
     y: str
@@ -43,7 +43,7 @@ AXES = (
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Curve:
-    """The curve of one run of a task.
+    """A participant's curve for one run of a task.
 
     Parameters
     ----------

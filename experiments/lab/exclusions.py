@@ -1,8 +1,8 @@
 """Read which participants the last analysis excluded, and by which rules of the study.
 
 The study file lists the flags that lead to exclusion
-(`slipscale.experiments.study.analysis_choices`). The analysis determines which participants have
-these flags; this module reads the result.
+(`slipscale.experiments.study.analysis_choices`). The analysis assigns these flags to participants;
+this module reads the result.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ Text = Annotated[str, Field(min_length=1)]
 
 
 class LabFile(FrozenTable):
-    """The contents of ``slipscale.toml``; paths are relative to the file's folder."""
+    """Contents of ``slipscale.toml``. Paths are relative to the folder that contains the file."""
 
     study: Text = setting("biet2007", "A TOML file, or the name of a shipped study.")
     plate: Text = setting(
@@ -96,10 +96,10 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     folder : Path
         A new folder, or a folder without this file.
     answers : dict
-        Values from the command line, by key.
+        Values given on the command line, by settings key.
     ask : callable or None
         Called with a question and the value that an empty answer selects; returns the answer. If
-        ``ask`` is None, keys without an answer keep their defaults.
+        None, keys without a value in ``answers`` keep their defaults.
 
     Raises
     ------

@@ -84,7 +84,7 @@ class Person:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Roster:
-    """The participants of a data set, and the next participant.
+    """The participants in a data set, and the next new participant.
 
     Parameters
     ----------

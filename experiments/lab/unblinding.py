@@ -22,7 +22,7 @@ RECORD = Path("sourcedata", "unblinded.json")
 
 
 def unblinded(dataset: Path) -> list[str]:
-    """Return the times (UTC) at which results were requested early.
+    """Return the times (UTC) at which results were requested before the planned end.
 
     Raises
     ------

@@ -71,7 +71,7 @@ def order_balance(
 
 
 def task_balance(first: Iterable[str]) -> str:
-    """Describe in one sentence how often each task comes first, given every run's first task."""
+    """Describe in one sentence how often each task comes first; ``first`` has one task per run."""
     counts = Counter(first)
     each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
     even = len(counts) > 1 and len(set(counts.values())) == 1

@@ -1,4 +1,4 @@
-"""Carry out a planned run, starting from the end of its journal."""
+"""Carry out a planned run from the point at which its journal ends."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def plate_for(plan: RunPlan, spec: str, clock: Clock) -> PlateDriver:
 def _opened(
     plan: RunPlan, spec: str, clock: Clock, quantity: Quantity, largest_level: float
 ) -> PlateDriver:
-    """Return the plate for a SPEC; raise `UserError` if its quantity differs from the study."""
+    """Return the plate for a SPEC; raise `UserError` if its quantity is not the study's."""
     driver = open_plate(spec, clock=clock, seed=plan.seed)
     if isinstance(driver, MockPlate) and driver.plate_file is None:
         driver.adopt(quantity, largest_level)
@@ -110,7 +110,7 @@ def run_plan(
     warnings : tuple of str, optional
         Warnings that the operator should see from the beginning.
     steps : generator, optional
-        Steps to carry out instead of the steps that the plan generates.
+        Steps to carry out instead of the plan's own steps.
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"

@@ -19,7 +19,7 @@ from slipscale.hardware.address import with_plate_file
 
 
 def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]:
-    """Yield one sentence for each change since earlier runs of a study.
+    """Yield one sentence per difference between now and earlier runs of a study.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Detect changes in participant texts since a run began."""
+"""Detect changes in the text shown to participants since a run began."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from slipscale.faults import UserError
 
 
 def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
-    """Yield one sentence for each change in the participant's texts since the run began."""
+    """Describe each change since the run began in the text shown to participants."""
     texts = plan.texts()
     began = records[0].data.get("texts_hash")
     if began and began != texts_hash(texts):

@@ -28,7 +28,7 @@ TRIED_S = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ContactSpecs:
-    """The SPECs of the sources that a run uses.
+    """SPECs of a run's finger-position and force sources.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ NOT_NAMED = ContactSpecs()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedSource:
-    """A source of position or force, and its SPEC."""
+    """A finger-position or force source, and its SPEC."""
 
     spec: str
     source: ContactSource
@@ -131,7 +131,7 @@ def open_sources(
 
 
 def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
-    """Connect the sources, read each source briefly, and return one sentence per source."""
+    """Connect the sources, read from each of them briefly, and describe each in one sentence."""
     # A pointer requires the window, and a simulated finger requires the simulated participant.
     later = {k: s for k, s in specs.used.items() if s.partition(":")[0] in NEED_A_PARTICIPANT}
     now = ContactSpecs(
@@ -167,7 +167,7 @@ def require_virtual(specs: ContactSpecs) -> None:
 
 
 def describe_contact(sources: Mapping[Kind, NamedSource], plate: PlateDriver) -> dict[str, object]:
-    """Return the journal's description of the sources; empty if there are none."""
+    """Return a description of the sources for the journal; empty if there are no sources."""
     if not sources:
         return {}
     description: dict[str, object] = {

@@ -13,7 +13,7 @@ BLOCK = 1_000_000
 def why_not_taken(folder: Path, size: int) -> str:
     """Return the reason why a folder cannot store a file of ``size`` bytes; empty if it can.
 
-    The file is anonymous and temporary. Raises OSError if no file can be created.
+    The test file is anonymous and temporary. Raises OSError if no file can be created.
     """
     with tempfile.TemporaryFile(dir=folder) as trial:
         try:

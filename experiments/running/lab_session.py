@@ -90,7 +90,7 @@ class Setting:
     contact : ContactSpecs
         The finger sensors that the command specifies.
     sound_required : bool
-        Whether masking noise is required even if the study makes this noise optional.
+        Whether masking noise is required even if it is optional in the study.
     backup : Path or None
         Folder to which the journal is copied and verified at the end of the run.
     """
@@ -212,7 +212,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
 
 
 def _since_s(date: str) -> float:
-    """Return the seconds since a date; 0 if the date is invalid."""
+    """Return the time elapsed since a date, in s; 0 if the date is invalid."""
     try:
         return (datetime.now(UTC) - datetime.fromisoformat(date)).total_seconds()
     except (ValueError, TypeError):  # no date, or a date without a time zone
@@ -224,8 +224,8 @@ def _conduct(
 ) -> RunOutcome:
     """Open the journal and equipment, run the session, close everything, and build the data set.
 
-    The journal is opened first, because its lock prevents a second session on the plate, and
-    because an unwritable folder is then reported before anything moves.
+    The journal is opened first: its lock prevents a second session on the plate, and an unwritable
+    folder is reported before any equipment is used.
     """
     with signals_raise() as leave:
         journal = opened()
@@ -377,7 +377,7 @@ def _leave(
 
 
 def _sounds(plan: RunPlan) -> Sounds:
-    """Return the player for the headphone test, or an object that explains its absence."""
+    """Return the sound output for the headphone test, or a stand-in that states the reason."""
     missing = check_device() if plan.study.headphone_test else "the study has none"
     return NoSounds(missing) if missing else SoundOutput()
 

@@ -73,7 +73,7 @@ def _level(surface: Stimulus) -> float:
 
 
 def _parts(own: Sequence[tuple[Trial, Stimulus]]) -> list[tuple[int, str]]:
-    """Return the positions and names of the parts of a run."""
+    """Return the start position and the name of each part of a run."""
     found: list[tuple[int, str]] = []
     for place, (trial, _) in enumerate(own):
         name = f"{trial.task},\n{trial.phase}" if trial.phase == "practice" else f"{trial.task}\n"

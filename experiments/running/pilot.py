@@ -1,7 +1,7 @@
 """Pilots: complete studies with simulated participants on the mock plate, in virtual time.
 
 A pilot runs the same session code as a session with a person. Only the clock, the plate and the
-participant are replaced.
+participant are simulated.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def pilot_plans(
     population : Population, optional
         The simulated population; by default, the shipped population.
     text : str, optional
-        Full text of the study, if it differs from the file.
+        Full text of the study, if it differs from the study file.
     """
     if text is None:
         study, text = read_study(study_name)
@@ -152,7 +152,7 @@ def _entries(folder: Path) -> Iterator[Path]:
 
 
 def _same(one: RunPlan, other: RunPlan) -> bool:
-    """Return whether two plans belong to the same pilot, regardless of the study file's path."""
+    """Return whether two plans belong to the same pilot, even if the study file has moved."""
     return (one.study_text, one.seed, one.language, one.mode, one.population) == (
         (other.study_text, other.seed, other.language, other.mode, other.population)
     )
@@ -174,9 +174,9 @@ def run_pilot(
         The pilot's data set; see `claim`.
     plans : list of RunPlan
     spec : str
-        SPEC of a mock plate, whose options can simulate faults.
+        Plate specification (SPEC) for a mock plate, optionally with simulated faults.
     contact : ContactSpecs, optional
-        The finger sensors to simulate; unspecified sensors are taken from the study.
+        Simulated finger sensors; those not specified are taken from the study.
     tell : callable
         Called after each run, with the participant's label.
     """
@@ -219,8 +219,8 @@ def run_simulated(
         SPEC of the plate.
     contact : ContactSpecs, optional
     synced : bool, optional
-        Whether each record waits for the disk. The default is True only if the plate's SPEC has
-        options, such as simulated faults.
+        Whether each journal record is flushed to disk before the run continues. The default is True
+        only if the plate's SPEC has options, such as simulated faults.
     """
     if synced is None:
         synced = spec != MOCK

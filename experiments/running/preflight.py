@@ -87,7 +87,7 @@ class Finding:
     remedy : str
         The recommended action; empty if no action is needed.
     name : str
-        Name of the check; set by `check`.
+        Name of the check, which is filled in by `check`.
     """
 
     passed: bool | None
@@ -105,7 +105,7 @@ def check_study(planned: PlannedSession) -> Finding:
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
-    """Return a plan for checking the upcoming run, with participant 01 as an example."""
+    """Return a plan for checking the upcoming run, using participant 01 as an example."""
     study, text = read_study(planned.study)
     return RunPlan(
         study_name=planned.study,
@@ -146,7 +146,8 @@ def check_folder(planned: PlannedSession) -> Finding:
         return Finding(
             passed=False,
             detail=(
-                f"{folder}: {free_mb} MB are free, but {ENOUGH_MB} MB cannot be written ({full})"
+                f"{folder}: {free_mb} MB are reported as free, "
+                f"but writing {ENOUGH_MB} MB failed ({full})"
             ),
             remedy="ask for a higher quota or file-size limit, or choose another disk",
         )
@@ -256,7 +257,7 @@ def check_plate(planned: PlannedSession) -> Finding:
 
 
 def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
-    """Yield a remedy if readings at a constant amplitude scatter too much for a session.
+    """Yield advice if readings at a constant amplitude scatter too much for a session.
 
     A reading out of tolerance is a fault (docs/decisions/one-tolerance.md). If the scatter is a
     fifth of the tolerance, a false fault requires a deviation of five standard deviations, which is
@@ -398,7 +399,7 @@ def _measures_finger(planned: PlannedSession) -> bool:
 
 
 def _contact_specs(planned: PlannedSession) -> ContactSpecs:
-    """Return the command's finger sensors; the study, then the plate supply missing sensors."""
+    """Return the finger sensors given by the command, else by the study, else by the plate."""
     plan = _plan(planned)
     spec = with_plate_file(planned.plate, plan.study.plate.file)
     plate = plate_for(plan, spec, SystemClock())

@@ -224,7 +224,7 @@ def surfaces(plan: RunPlan) -> list[Stimulus]:
 
 
 def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
-    """Return the surfaces presented for a pattern of answers; reject undeclared levels."""
+    """Return the surfaces of a dry run with one pattern of answers; reject undeclared levels."""
     bounds: dict[str, tuple[float, float]] = {}
     short = plan.study.quantity.short
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
@@ -247,7 +247,7 @@ def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
 
 
 def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = NOT_NAMED) -> None:
-    """Raise `UserError`, or the plate's fault, if the plate cannot present a surface of a run.
+    """Raise `UserError` or a plate fault if the plate cannot present every surface of a run.
 
     ``contact`` contains the sensors that the command names.
     """

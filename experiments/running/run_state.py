@@ -20,7 +20,7 @@ RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 
 
 def run_state(path: Path) -> RunState:
-    """Return the state of a journal's run; "free" if the run has not begun."""
+    """Return the state of the run in a journal; "free" if the run has not begun."""
     if is_being_written(path):
         return "running now"
     if not has_begun(path):
@@ -92,7 +92,7 @@ def studies(dataset: Path) -> list[str]:
 
 
 def check_same_study(dataset: Path, study: str) -> None:
-    """Raise `UserError` if a data set contains runs, but none of this study."""
+    """Raise `UserError` if a data set contains runs of other studies only."""
     held = studies(dataset)
     if held and study not in held:
         raise UserError(

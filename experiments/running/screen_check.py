@@ -54,8 +54,8 @@ def check_screens(plan: RunPlan) -> None:
     Parameters
     ----------
     plan : RunPlan
-        The plan of one participant, who can be any. Questions without texts in a language are
-        skipped, except in the plan's own language.
+        The plan of any one participant. Questions without texts in a language are skipped, except
+        in the plan's own language.
     """
     faults = [
         f"{spoken.language}: {fault}"

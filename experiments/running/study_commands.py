@@ -180,9 +180,9 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
 
 
 def orders(plan: RunPlan) -> dict[str, str]:
-    """Return each task's surfaces in order of presentation, with practice in brackets.
+    """Return each task's surfaces in order of presentation, with practice trials in brackets.
 
-    The intervals of a trial are joined by a slash.
+    The surfaces of a trial's intervals are separated by slashes.
     """
     found: dict[str, dict[int, str]] = {}
     practice: set[tuple[str, int]] = set()
@@ -226,7 +226,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
 
 
 def orders_of_all(name: str) -> Figure:
-    """Draw the orders of all participants' first runs. The figure unblinds its reader."""
+    """Draw the order of surfaces in all participants' first runs. The figure unblinds you."""
     from slipscale.experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
 
     study, text = read_study(name)
@@ -265,7 +265,7 @@ def _plan(name: str, study: Study, text: str) -> RunPlan:
     Raises
     ------
     UserError
-        If the run has impossibly many trials, probably because of a mistyped number.
+        If the run has an implausibly large number of trials, probably because of a typing error.
     """
     plan = RunPlan(
         study_name=name,

@@ -51,19 +51,19 @@ class Spread:
 
     @classmethod
     def of(cls, values: Sequence[float] | Array) -> Spread:
-        """Return the quantiles of the values."""
+        """Return the 5th, 50th and 95th percentiles of the values."""
         p5, p50, p95 = (float(value) for value in np.percentile(np.asarray(values), QUANTILES))
         return cls(p5=p5, p50=p50, p95=p95)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Timeline:
-    """Time, exposures and cost for a participant, summed over all of their runs.
+    """Time, exposures and cost per participant, summed over the participant's runs.
 
     Parameters
     ----------
     parts : tuple of (str, Spread)
-        Minutes of each part, in order.
+        Name and duration (in minutes) of each part, in order.
     total_min, plate_on_min : Spread
         Minutes in total, and minutes with the plate vibrating.
     exposures : Spread
@@ -73,7 +73,7 @@ class Timeline:
     duty : Spread
         Largest duty cycle in any window of the length given by the plate's limits.
     on_time_limit_s, duty_limit : float
-        The plate's limits for the longest vibration and the duty cycle.
+        The plate's limits on continuous vibration and on the duty cycle.
     people, participants : int
         Number of simulated participants, and of planned participants.
     cost_each, cost_total : Spread or None
@@ -97,7 +97,7 @@ class Timeline:
 
 
 class _Visit:
-    """The events of one simulated participant."""
+    """Times and events recorded for one simulated participant."""
 
     def __init__(self) -> None:
         self.now_s = 0.0
@@ -133,7 +133,7 @@ class _Visit:
 
     @property
     def on_s(self) -> float:
-        """Total time for which the plate vibrated."""
+        """Total vibration time of the plate in s."""
         return sum(end - begun for begun, end in self.on)
 
     @property
@@ -142,7 +142,7 @@ class _Visit:
         return max((end - begun for begun, end in self.on), default=0.0)
 
     def duty(self, window_s: float) -> float:
-        """Return the largest fraction of any window of ``window_s`` in which the plate vibrated."""
+        """Return the plate's largest duty cycle in any window of length ``window_s``."""
         # The maximum occurs in a window that ends together with a vibration.
         return max((self._on_within(last - window_s, last) for _, last in self.on), default=0.0) / (
             window_s
@@ -247,7 +247,7 @@ def as_json(found: Timeline) -> str:
 
 
 def lines(found: Timeline) -> list[str]:
-    """Return a timeline as lines of text: a table and conclusions."""
+    """Format a timeline as lines of text: a table, followed by conclusions."""
     width = max(len(part) for part, _ in found.parts) + 2
     head = f"{'minutes':<{width}}{'p5':>8}{'p50':>8}{'p95':>8}"
     rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @styled
 def timeline_figure(found: Timeline) -> Figure:
-    """Draw the minutes per part, the used share of the plate's limits and, if known, the cost."""
+    """Plot the minutes per part, the plate's use relative to its limits and any known cost."""
     minutes = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]
     heights = [len(minutes), 2.0, *([4.5] if found.cost_total else [])]
     figure, panels = canvas(
@@ -69,7 +69,7 @@ def _bars(axes: Axes, rows: list[tuple[str, Spread]], *, digits: int, least: flo
 def _cost(axes: Axes, found: Timeline, total: Spread) -> None:
     """Draw the total cost against the number of participants, and mark the planned number.
 
-    The spread of a sum grows with the square root of the number of participants.
+    The spread of the total cost is proportional to the square root of the number of participants.
     """
     planned = found.participants
     people = np.arange(2 * planned + 1)

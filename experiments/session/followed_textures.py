@@ -2,8 +2,8 @@
 
 A texture follows the finger only if a source measures the property that the texture depends on, and
 if `followed_texture` finds that the plate supports it. Otherwise the plate plays the texture
-independently of the finger. Before a readback is compared with a command, the plate returns to the
-level at which the texture first settled.
+independently of the finger. Before the readback is compared with the command, the plate returns to
+the level at which the texture first settled.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ class Following:
     plate : PlateDriver
     clock : Clock
     sensors : collection of Kind
-        The measured properties of the finger.
+        Finger properties that are measured: position, force or both.
     """
 
     def __init__(self, plate: PlateDriver, clock: Clock, sensors: Collection[Kind] = ()) -> None:

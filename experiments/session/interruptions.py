@@ -1,7 +1,7 @@
 """Handle interruptions of a session's steps: operator requests and rig faults.
 
-This module does not depend on the protocol or its steps. An interrupted action is restarted after
-a pause, or once the rig works again.
+This module is independent of the protocol and its steps. An interrupted action is restarted after a
+pause, or once the rig works again.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ UNBLINDED = "unblinded: the operator sees the amplitude from now on"
 
 
 class _Paused(Exception):
-    """The operator requested a pause during a step."""
+    """Raised when the operator requests a pause during a step."""
 
 
 def stop_of(request: Request) -> StopRequested:
@@ -85,7 +85,7 @@ class Interruptions:
         self._questions = _pending_questions(journal.records)
 
     def attempt(self, action: Callable[[], Answer]) -> Answer:
-        """Carry out an action, and repeat it until it is not interrupted by a fault or a pause."""
+        """Carry out an action, and repeat it until it ends without a fault or a pause."""
         paused = False
         while True:
             try:
@@ -265,7 +265,7 @@ class Interruptions:
 
 
 def _pending_questions(records: list[Record]) -> list[dict[str, object]]:
-    """Return the step records of the questions that are still to be repeated."""
+    """Return the step records of the questions that remain to be repeated."""
     waiting: list[dict[str, object]] = []
     for record in records:
         if record.kind == "ask_again":

@@ -77,7 +77,7 @@ class LiveStatus(BaseModel):
 
 
 class LiveRequest(FrozenTable):
-    """A request from another process; only the session with this ``token`` carries it out."""
+    """A request from another process. Only the session with the same ``token`` carries it out."""
 
     token: str
     what: Asked
@@ -122,7 +122,7 @@ class Mailbox:
                 _write(self._folder / STATUS, self._told().model_dump_json())
 
     def poll(self) -> Request | None:
-        """Return the next request, if any."""
+        """Return the next request from another process, or None."""
         now_s = time.monotonic()
         if not self._open or now_s - self._looked_s < LOOK_S:
             return None
@@ -160,7 +160,7 @@ class Mailbox:
         return None
 
     def _waits_for(self, wanted: TrialName | None) -> bool:
-        """Return whether the session waits for the operator's answer to this trial's question."""
+        """Return whether the session is waiting for the operator's answer in this trial."""
         status = self._status
         now = TrialName(task=status.task, number=status.trial)
         return status.answering is not None and wanted == now
@@ -246,7 +246,7 @@ def read_status(journal: Path) -> LiveStatus | None:
 
 
 def beat_ns(journal: Path) -> int | None:
-    """Return the time of the last update by a living session; None without a mailbox."""
+    """Return when a running session last updated its mailbox; None if there is no mailbox."""
     try:
         return (mailbox_of(journal) / REQUESTS).stat().st_mtime_ns
     except OSError:

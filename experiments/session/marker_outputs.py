@@ -61,7 +61,7 @@ class LabStream:
 
 
 class SerialTrigger:
-    """A trigger box on a serial line, which receives the event code as one byte, then zero.
+    """A serial trigger box, to which each event code is sent as one byte, followed by a zero byte.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ class SerialTrigger:
 
 
 class ParallelTrigger:
-    """The eight data pins of a parallel port, driven by PsychoPy.
+    """A parallel port, whose eight data pins are set using PsychoPy.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """Markers: report session events to external recorders (EEG, video, ...) without delay.
 
 A marker contains the event and the trial, but never the amplitude, because the person at the
-recorder must stay blinded. To add the amplitudes later, join the markers with the data set's rows
-by trial.
+recorder must stay blinded. To add the amplitudes later, join the markers with the rows of the data
+set on the trial number.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Event(IntEnum):
 
 
 class MarkerOutput(Protocol):
-    """The interface of marker outputs."""
+    """Common interface for marker outputs."""
 
     name: str
 
@@ -52,7 +52,7 @@ class Markers:
     outputs : sequence of MarkerOutput
         The opened outputs.
     lost : callable
-        Called with the output's name and the reason when an output fails.
+        Called when an output fails, with the output's name and the reason.
     """
 
     def __init__(

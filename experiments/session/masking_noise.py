@@ -1,7 +1,7 @@
 """Play masking noise in the headphones while the plate may be audible.
 
-A session starts and stops a `Noise`. Only `MaskingNoise` opens the sound device, when the noise
-starts.
+A session starts and stops a `Noise`. The sound device is opened only by `MaskingNoise`, and only
+when the noise starts.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ class Noise(Protocol):
 
     @property
     def state(self) -> NoiseState:
-        """Whether the noise is absent, silent or playing."""
+        """The current state of the noise: "absent", "silent" or "playing"."""
 
     def start(self) -> None:
-        """Fade in unless the noise is playing; return when the noise has reached its level."""
+        """Fade the noise in unless it is playing, and return when it has reached its level."""
 
     def stop(self) -> None:
         """Fade out if the noise is playing."""
 
 
 class NoNoise:
-    """A stand-in for the masking noise in sessions without noise."""
+    """Replaces the masking noise in sessions without noise."""
 
     state: NoiseState = "absent"
 
@@ -49,7 +49,7 @@ class NoNoise:
 
 
 def check_device() -> str | None:
-    """Return what is wrong with the sound output and how to fix it, or None if it works."""
+    """Describe a fault in the sound output and its remedy; return None if the output works."""
     try:
         import sounddevice  # noqa: PLC0415  cannot be imported without PortAudio
     except OSError:
@@ -120,7 +120,7 @@ class MaskingNoise:
     Raises
     ------
     UserError
-        If the level is so high that the noise would clip.
+        If the level is too high and the noise would clip.
     """
 
     def __init__(self, level_db: float, fade_s: float, seed: int) -> None:
@@ -138,7 +138,7 @@ class MaskingNoise:
         return "silent" if self._stream is None else "playing"
 
     def start(self) -> None:
-        """Fade the noise in and wait until it reaches its level; do nothing if it is playing.
+        """Fade the noise in unless it is playing, and wait until it reaches its level.
 
         The plate may vibrate only afterwards, because noise that is still fading in does not mask
         the plate's sound.
@@ -176,7 +176,7 @@ class MaskingNoise:
             raise RigError(f"masking noise: the sound device does not play: {REMEDY}")
 
     def stop(self) -> None:
-        """Fade the noise out and release the device; do nothing if it is silent."""
+        """Fade the noise out and release the device; do nothing if no noise is playing."""
         if self._stream is None:
             return
         self._playback.silent.clear()

@@ -33,8 +33,9 @@ class Contact:
         Connected sources; empty if nothing is measured.
     journal : Journal
     follow : callable
-        Called on every frame with each source's kind and its new samples, if any. Returns the times
-        of the changes that the samples triggered, or None if the source cannot trigger changes.
+        Called on every frame for each source, with its kind and its new samples, if any. Returns
+        the times at which these samples triggered a texture change, or None if the source cannot
+        trigger changes.
     """
 
     def __init__(
@@ -50,12 +51,13 @@ class Contact:
 
     @contextmanager
     def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
-        """Yield the function to call on every frame instead of ``watch``, and record the samples.
+        """Record samples while yielding a function to call on every frame instead of ``watch``.
 
         Raises
         ------
         SensorFault
-            If a source was lost. The source is reconnected when the step is repeated.
+            If the connection to a source was lost. The source is reconnected when the step is
+            repeated.
         """
         if not self._sources or step.trial is None:
             yield watch
@@ -87,7 +89,7 @@ class Contact:
 
 
 class _Trace:
-    """The unwritten samples from one source during one step."""
+    """Samples from one source during one step that have not been written yet."""
 
     def __init__(self, kind: Kind, source: ContactSource, step: Explore | Ask) -> None:
         self.kind = kind
@@ -111,12 +113,12 @@ class _Trace:
             self._changes_s = [*(self._changes_s or ()), *times_s]
 
     def write_full(self, journal: Journal) -> None:
-        """Write a record if there are enough samples."""
+        """Write a journal record if enough samples have accumulated."""
         if len(self._samples) >= A_RECORD:
             self.write(journal, ends="")
 
     def write(self, journal: Journal, *, ends: str) -> None:
-        """Write the samples; ``ends`` describes how the step ended; empty if it continues."""
+        """Write the samples; ``ends`` states how the step ended, and is empty if it continues."""
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities

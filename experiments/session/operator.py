@@ -37,14 +37,14 @@ class SessionStatus:
     asked : tuple of Ask
         The questions about the run and the participant so far, all of which can be repeated.
     answering : Ask or None
-        The question that the operator has to answer (a verbal report or a decision).
+        The question awaiting the operator's answer (a verbal report or a decision).
     done, planned : int
         Number of finished and planned trials in the whole session.
     elapsed_s : float
         Time since the session began (or was resumed), excluding faults and pauses.
     time_left_s : float or None
-        Time left, estimated from the pace so far without faults and pauses; None before the end of
-        the first trial.
+        Estimated remaining time, based on the pace so far (excluding faults and pauses); None
+        before the end of the first trial.
     faults, voided : int
         Number of faults and voided trials so far.
     noise : str
@@ -57,7 +57,7 @@ class SessionStatus:
     message : str
         A description of the fault, or the reason for refusing a request.
     level : str or None
-        The commanded level with its unit; None unless the session is unblinded.
+        Commanded level with its unit; None if the operator is blinded.
     unblinded : bool
         Whether the operator sees amplitudes.
     warnings : tuple of str
@@ -100,8 +100,8 @@ class Request:
     reason : str
         The text that the operator typed.
     trial : Trial or None
-        The trial to void; None for the current `SessionStatus.voidable`. Naming the trial is safer,
-        because the session may reach the next trial while the operator types a reason.
+        The trial to void; None selects `SessionStatus.voidable`. Naming the trial is safer, because
+        the session may reach the next trial while the operator types a reason.
     question : Ask or None
         The question to repeat, from `SessionStatus.asked`.
     """
@@ -119,7 +119,7 @@ class Operator(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether the operator is typing a request; a task does not end during this time."""
+        """Whether the operator is typing a request. While this is true, no task ends."""
 
     def tell(self, status: SessionStatus) -> None:
         """Show the session's state."""

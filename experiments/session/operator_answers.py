@@ -1,7 +1,7 @@
 """Let the operator answer questions: enter the participant's verbal reports, or decide.
 
 The participant's screen shows the question until the operator has answered. The operator's entries
-are validated like a participant's entries.
+are validated in the same way as a participant's entries.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 
 class _Given(Exception):
-    """Raised with the operator's answer to close the participant's screen."""
+    """Raised to close the participant's screen; carries the operator's answer."""
 
     def __init__(self, value: Value) -> None:
         super().__init__()

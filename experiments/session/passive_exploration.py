@@ -50,8 +50,8 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
 def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[Watch]:
     """Let the stage stroke during an exploration, and always stop the stage afterwards.
 
-    Yields the function to call on every frame. Outside trials, the stage's samples are not
-    recorded, but this function reads them so that the stage can reverse its direction.
+    Yields the function to call on every frame. Outside trials, this function reads the stage's
+    samples without recording them, so that the stage can reverse its direction.
     """
     guide = step.guide
     if stage is None or guide is None or guide.speed_mm_s is None:

@@ -26,11 +26,11 @@ class Progress:
     operator : Operator
     clock : Clock
     noise, surface
-        The session's noise and surface, whose states are part of the status.
+        The session's masking noise and surface, whose states are shown in the status.
     planned : int
         Expected number of trials in the whole session.
     voided : int
-        Number of trials voided before the session was resumed, all of which are repeated.
+        Number of trials voided before the session was resumed; all of them are repeated.
     unblinded : bool
         Whether the operator sees the amplitude from the beginning.
     warnings : tuple of str
@@ -70,14 +70,14 @@ class Progress:
 
     @property
     def voidable(self) -> Trial | None:
-        """The trial that can be voided now: the current trial, the last trial, or None."""
+        """The trial that can be voided now (the current or the last trial), or None."""
         trial = self._trial
         ended = trial and self._over and trial.number >= trial.total and not self._closing
         return None if ended else trial
 
     @property
     def answered(self) -> Trial | None:
-        """The trial before the current trial; None if the protocol cannot repeat it any more."""
+        """The trial before the current one; None if the protocol can no longer repeat it."""
         before, now = self._before, self.voidable
         return before if before and now and before.task == now.task else None
 
@@ -110,7 +110,7 @@ class Progress:
 
     @contextmanager
     def away(self) -> Iterator[None]:
-        """Exclude the duration of a fault or a pause from the elapsed time."""
+        """Exclude the time spent in this context (a fault or a pause) from the elapsed time."""
         began_s = self._clock.now()
         try:
             yield

@@ -50,7 +50,7 @@ class ImaginedSounds(NoSounds):
 
 
 class Once:
-    """Supplies samples once, and then silence, to the sound card's thread."""
+    """Supplies the sound card's thread with the samples once, followed by silence."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples

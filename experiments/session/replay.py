@@ -1,4 +1,4 @@
-"""Replay finished steps: check that the protocol repeats them, and return recorded answers."""
+"""Replay finished steps: check them against the protocol, and return the recorded answers."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ BEGUN_ANEW = ("go_on", "retry")
 
 
 class Past(NamedTuple):
-    """A finished step: its first record, the start of its successful attempt, and its answer."""
+    """A finished step: its first and last records, and the start of its successful attempt."""
 
     begun: Record
     began_s: float

@@ -1,7 +1,7 @@
 """Track the resonance between trials, for plates that do not track it themselves.
 
 The sweep runs before a trial's surface is presented, never while a surface is felt or rated, and
-not for a standard outside trials. A failed sweep is a rig fault, like a failed presentation.
+not for a standard outside trials. Like a failed presentation, a failed sweep is a rig fault.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """The session loop, which carries out a protocol's steps.
 
-A step is over when its answer is in the journal; only then does the protocol receive the answer.
-The next question is asked only after the previous answer is on disk. A crash therefore loses at
-most the step in progress, and a power cut at most the last answer. A resumed run uses the same
-loop, which reads the first answers from the journal. Data are flushed to disk while surfaces are
-presented and explored.
+A step is complete when its answer is in the journal; only then is the answer passed to the
+protocol. The next question is asked only after the previous answer is on disk. A crash therefore
+loses at most the step in progress, and a power cut at most the last answer. A resumed run uses the
+same loop, which reads the first answers from the journal. Data are flushed to disk while surfaces
+are presented and explored.
 """
 
 from __future__ import annotations
@@ -90,9 +90,9 @@ class Session:
     tracking : ResonanceTracking, optional
         Tracks the resonance between trials.
     warnings : tuple of str, optional
-        Problems that the operator should see from the beginning.
+        Problems that are shown to the operator from the start of the session.
     stroke : Stroke, optional
-        The required strokes; trials with strokes outside the windows are rejected.
+        Stroke windows; a trial with strokes outside the windows is rejected.
     """
 
     def __init__(
@@ -203,14 +203,14 @@ class Session:
         }
 
     def run(self) -> RunOutcome:
-        """Run until the protocol ends or someone stops the session; the plate is silent afterwards.
+        """Run until the protocol ends or the session is stopped, and leave the plate silent.
 
         Raises
         ------
         PlateFault
             If the rig failed and the operator stopped the session. The run can be resumed.
         UserError
-            If the journal cannot be written or, when resuming, does not match the protocol.
+            If the journal cannot be written or, in a resumed run, does not match the protocol.
         """
         self._markers.mark(Event.BEGIN)
         try:
@@ -347,7 +347,8 @@ class Session:
     def _moved(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
         """Pass samples to the surface, and the position from a sensor to the screen.
 
-        Returns the times of the changes that the samples triggered; see `SurfaceState.follow`.
+        Returns the times at which the samples triggered a texture change; see
+        `SurfaceState.follow`.
         """
         if kind == "position" and samples and self._shows_finger:
             x_mm, y_mm = samples[-1].values

@@ -40,7 +40,7 @@ class StrokeControl:
         self._texts = texts
 
     def judged(self, step: Explore, samples: Mapping[Kind, list[Sample]]) -> Feedback | None:
-        """Record an exploration's outcome; return the message to the participant, if any."""
+        """Record an exploration's outcome, and return the message for the participant, if any."""
         trial = step.trial
         if step.guide is None or trial is None or not samples:
             return None
@@ -62,7 +62,7 @@ class StrokeControl:
         return Feedback(text=text, duration_s=self._stroke.feedback_s, trial=trial)
 
     def rejects(self, trial: Trial) -> str:
-        """Return the reason for rejecting a finished trial; empty if the trial is accepted."""
+        """Return why a finished trial is rejected; empty if it is accepted."""
         last: dict[int | None, list[str]] = {}
         for record in reversed(self._journal.records):
             data = record.data

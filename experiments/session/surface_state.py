@@ -45,7 +45,7 @@ class Done:
 
 
 class SurfaceState:
-    """The surface that the participant should feel or has felt, and whether it was interrupted.
+    """The surface that the participant should be feeling or has felt, and whether it was lost.
 
     Parameters
     ----------
@@ -100,12 +100,12 @@ class SurfaceState:
 
     @property
     def level(self) -> float | None:
-        """The commanded amplitude (for a texture, its maximum), or None."""
+        """The commanded level (for a texture, its maximum); None if no surface is expected."""
         return self._wanted.surface.made.level if self._wanted else None
 
     @property
     def wanted(self) -> Stimulus | None:
-        """The stimulus that should be on the plate, or None."""
+        """The stimulus expected on the plate, or None."""
         return self._wanted.surface if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
@@ -120,7 +120,7 @@ class SurfaceState:
         return asked and step.trial == self._trial
 
     def begins(self, step: Present) -> bool:
-        """Return whether a presentation begins a new sequence, rather than the next interval."""
+        """Return whether a presentation begins a new sequence instead of the next interval."""
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
@@ -159,7 +159,7 @@ class SurfaceState:
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:
-        """Register the final surface of an adjustment, at the level that the participant felt."""
+        """Register the surface at the end of an adjustment, with the level the participant felt."""
         if self._wanted is None:
             return
         self._wanted = turned = replace(self._wanted, surface=surface)
@@ -167,9 +167,9 @@ class SurfaceState:
         self._script[last] = replace(self._script[last], step=turned)
 
     def feel_again(self, before: Present, explore: Explore) -> Presented:
-        """Present another surface for exploration, then restore the current one.
+        """Present ``before`` for exploration, then restore the current surface.
 
-        Returns how the other surface was presented. After an interruption, the current surface
+        Returns how the surface to be explored was presented. If interrupted, the current surface
         counts as lost.
         """
         wanted = self._wanted
@@ -199,7 +199,7 @@ class SurfaceState:
         Returns
         -------
         list of tuple
-            Each repeated presentation and its result.
+            Pairs of a repeated presentation and its result.
         """
         wanted = self._wanted
         made: list[tuple[Present, Presented]] = []
@@ -240,7 +240,7 @@ class SurfaceState:
         return readback.level
 
     def check(self) -> None:
-        """Raise a `PlateFault` if the plate fails while a surface is on it. This check is fast."""
+        """Raise a `PlateFault` if the plate fails while presenting a surface. The check is fast."""
         if self._wanted is not None and self._held:
             self._plate.check()
 
@@ -251,14 +251,14 @@ class SurfaceState:
         return self._following.see(kind, samples)
 
     def silence(self, step: Silence) -> None:
-        """Silence the plate for the protocol; afterwards, no surface is expected on the plate."""
+        """Silence the plate as the protocol requests; no surface is then expected on the plate."""
         self._plate.silence()
         if self._wanted and self._wanted.trial is None and self._held:
             self._standard_due = False  # unless the standard was interrupted while it was felt
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
-        """Register that the protocol silenced the plate; the trial may continue."""
+        """Register that the protocol silenced the plate. The trial may not be over yet."""
         if self._wanted is None:
             return
         if self._wanted.trial is None:
@@ -280,7 +280,7 @@ class SurfaceState:
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return, once, how the standard was repeated; None if it was not repeated."""
+        """Return and clear how the standard was repeated; None if it was not repeated."""
         made, self._standard_made = self._standard_made, None
         return made
 
@@ -321,7 +321,7 @@ class SurfaceState:
         self._standard_made, self._standard_due = made, False
 
     def _redrive(self, step: Present) -> Presented:
-        """Present a surface again, after the trial's standard and lead-in, if there are any."""
+        """Present a surface again, preceded by the trial's standard and lead-in, if any."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in

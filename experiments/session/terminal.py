@@ -61,7 +61,7 @@ class Prompt:
     Parameters
     ----------
     label : str
-        The expected entry and the effect of the Enter key, as shown to the operator.
+        Text shown to the operator: the expected entry and the effect of the Enter key.
     request : callable
         Converts the entry to a request; returns None if the entry is not valid.
     expected : str

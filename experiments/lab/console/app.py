@@ -136,7 +136,7 @@ class Console:
         return response
 
     async def edit(self, request: Request) -> Response:
-        """Return the study's text after an edit, with its errors and form."""
+        """Return the edited text of a study, with its errors and form."""
         sent = await request.body()
 
         def edited(view: View) -> dict[str, Any]:
@@ -227,7 +227,7 @@ class Console:
     # -----------------------------
 
     async def static(self, request: Request) -> Response:
-        """Return one of the console's own files."""
+        """Return one of the console's static files."""
         name = request.path_params["name"]
         if name not in STATIC:
             raise HTTPException(NOT_THERE)
@@ -247,7 +247,7 @@ class Console:
         return _result(found.defaults.data, "report.html") if found.seen else _result(None, "")
 
     async def figure(self, _: Request) -> Response:
-        """Return Fig. 15, unless the operator must remain blind."""
+        """Return Fig. 15 as SVG unless the operator must remain blind."""
         found = await run_in_threadpool(self.state.now)
         return _result(found.defaults.data, "fig15.svg") if found.seen else _result(None, "")
 

@@ -1,10 +1,10 @@
 """Run a slipscale command only as long as its standard input stays open.
 
-The console keeps the other end of the pipe open while a plate bench page is open. When the page or
+The console keeps its end of the input pipe open while a plate bench page is open. When the page or
 the console is closed, the pipe closes, and the command receives the signal to switch the plate off
 (`slipscale.hardware.signals`).
 
-Data written to the pipe become the command's standard input.
+Data written to the pipe are passed to the command's standard input.
 
 Usage: python -m slipscale.experiments.lab.console.held COMMAND [ARGUMENT ...]
 """
@@ -22,7 +22,7 @@ STANDARD_INPUT = 0
 
 
 def _pass_on(held: int, command: int) -> None:
-    """Forward the input to the command; when the input ends, stop the command."""
+    """Forward standard input to the command, and stop the command at the end of the input."""
     while content := os.read(held, 1000):
         os.write(command, content)
     if sys.platform == "win32":
@@ -32,7 +32,7 @@ def _pass_on(held: int, command: int) -> None:
 
 
 def main() -> None:
-    """Run the command in the arguments."""
+    """Run the command given by the arguments."""
     held = os.dup(STANDARD_INPUT)
     read, write = os.pipe()
     os.dup2(read, STANDARD_INPUT)

@@ -95,7 +95,7 @@ class Job:
             raise UserError(f"{self.about} has ended; begin again") from None
 
     def release(self) -> None:
-        """End a bench job, which switches the plate off, by closing its standard input."""
+        """End a bench job by closing its standard input; the job then switches the plate off."""
         self.released = True
         if self.process.stdin:
             self.process.stdin.close()
@@ -128,7 +128,7 @@ class Job:
         return (errors or lines or [""])[-1]
 
     def warnings(self) -> list[str]:
-        """Return the warnings among a session's messages."""
+        """Return the warnings that a session has printed."""
         return [line for line in self._lines() if line.startswith(WARNS)]
 
     def steps(self) -> list[str]:
@@ -140,12 +140,12 @@ class Job:
 
 
 class Jobs:
-    """The last process of each kind that this console has started.
+    """The most recent process of each kind that this console started.
 
     Parameters
     ----------
     folder : Path
-        The laboratory folder, in which the processes run.
+        The laboratory folder, which is the working directory of the processes.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -197,7 +197,7 @@ class Jobs:
 
 
 def _text(path: Path) -> str:
-    """Return the end of a process's output so far."""
+    """Return the most recent part of a process's output."""
     try:
         with path.open("rb") as stream:
             size = stream.seek(0, os.SEEK_END)

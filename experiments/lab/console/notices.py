@@ -60,7 +60,7 @@ def notices(
 
 
 def _running(begun: list[tuple[str, Visit]]) -> str:
-    """Return a notice about simultaneous sessions, which have different plates and windows."""
+    """Return a notice if several sessions are running, each with its own plate and window."""
     names = [f"participant {label} ({v})" for label, v in begun if v.state == "running now"]
     if len(names) < 2:  # noqa: PLR2004
         return ""
@@ -93,7 +93,7 @@ def _first_damage(path: Path, _inode: int, _changed_ns: int, _size: int) -> int 
 
 
 def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
-    """Return a notice about a run that began in the future, because a clock was or is wrong."""
+    """Return a notice if the last run began in the future, so that a clock was or is wrong."""
     last = max(begun, key=lambda each: each[1].started_utc, default=None)
     if last is None or not last[1].started_utc:
         return ""

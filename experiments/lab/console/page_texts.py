@@ -46,7 +46,7 @@ def sentences(language: str) -> dict[str, str]:
 
 
 def _typeset(text: str) -> str:
-    r"""Return a text in which the spaces around French punctuation are non-breaking.
+    r"""Replace spaces around French punctuation with non-breaking spaces.
 
     >>> _typeset("prêt ? « oui »")
     'prêt\xa0? «\xa0oui\xa0»'
@@ -56,7 +56,7 @@ def _typeset(text: str) -> str:
 
 @cache
 def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Return patterns for sentences with placeholders, and their translations."""
+    """Return a regular expression and a translation for each sentence with placeholders."""
     return tuple(
         (re.compile(re.escape(each).replace(r"\{\}", "(.*?)")), text)
         for each, text in sentences(language).items()
@@ -112,7 +112,7 @@ class Words:
         return _translated(sentence, self.language)
 
     def decimal(self, shown: str) -> str:
-        """Return a number, including its unit if any, with this language's decimal mark."""
+        """Format a number, with or without a unit, using this language's decimal mark."""
         mark = page_texts(self.language)["page.decimal"]
         return re.sub(r"(?<=\d)\.(?=\d)", mark, shown) if shown[:1].isdigit() else shown
 
@@ -127,7 +127,7 @@ class Words:
         return title.replace("{noun}", words.noun if words else study.quantity.judged)
 
     def known(self, key: str, otherwise: str) -> str:
-        """Return a text, or ``otherwise`` if the key has no text."""
+        """Return the text for a key, or ``otherwise`` if there is none."""
         return page_texts(self.language).get(key, otherwise)
 
 

@@ -14,7 +14,7 @@ MOST_POINTS = 2000  # most points, from the newest runs; more would merge into a
 
 
 class Frame(NamedTuple):
-    """The frame of a plot: its edges in SVG units."""
+    """Edges of a plot's frame, in SVG units."""
 
     left: float
     right: float
@@ -22,11 +22,11 @@ class Frame(NamedTuple):
     bottom: float
 
     def x(self, across: float) -> float:
-        """Return the x coordinate between the left edge (0) and the right edge (1)."""
+        """Return the x coordinate at a fraction of the width (0: left edge, 1: right edge)."""
         return round(self.left + (self.right - self.left) * across, 1)
 
     def y(self, up: float) -> float:
-        """Return the y coordinate between the lower edge (0) and the upper edge (1)."""
+        """Return the y coordinate at a fraction of the height (0: lower edge, 1: upper edge)."""
         return round(self.bottom - (self.bottom - self.top) * up, 1)
 
 
@@ -36,7 +36,7 @@ TIMES, WIDE, SMALL = Frame(56, 630, 10, 152), Frame(48, 630, 10, 152), Frame(8, 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """The points in a frame and the labels of its axes, in SVG units."""
+    """A scatter plot: positions of points, line and tick labels in SVG units."""
 
     points: tuple[tuple[float, float], ...]
     line: tuple[tuple[float, float], ...]
@@ -77,16 +77,16 @@ def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
 
 @dataclass(frozen=True, slots=True)
 class Drawing:
-    """A surface as an SVG path in a frame of 120 by 48, with a caption."""
+    """A surface drawn as an SVG path in a 120 by 48 frame, with a caption."""
 
     path: str
     label: str
 
 
 def drawing(surface: Surface, largest: float, label: str) -> Drawing:
-    """Draw the plate's vibration for a plain surface, or the course of a texture's level.
+    """Draw the plate's vibration for a plain surface, or the level profile of a texture.
 
-    The frame is scaled to the level ``largest``.
+    Levels are drawn relative to ``largest``.
     """
     heights = [surface.shown(x / 120) / largest for x in range(121)]
     points = " ".join(f"{x},{24 - 21 * height:.1f}" for x, height in enumerate(heights))
@@ -95,7 +95,7 @@ def drawing(surface: Surface, largest: float, label: str) -> Drawing:
 
 @dataclass(frozen=True, slots=True)
 class CurvePlot:
-    """A participant's curve as SVG points in a frame of 160 by 90, with the limits of both axes."""
+    """A participant's curve as SVG points in a 160 by 90 frame, with the limits of both axes."""
 
     curve: Curve
     title: str
@@ -105,7 +105,7 @@ class CurvePlot:
 
 
 def curve_plot(curve: Curve, group: Sequence[Curve], title: str) -> CurvePlot:
-    """Draw a curve with the same axes as the other participants' curves in its group."""
+    """Draw a curve with axes shared by all curves in its group."""
     xs = [x for each in group for x, _ in each.points]
     ys = [y for each in group for _, y in each.points]
     left, right, low, high = min(xs), max(xs), min(0.0, *ys), max(ys)

@@ -1,4 +1,4 @@
-"""Track which consoles are open on a folder; each console holds a file lock.
+"""Track which consoles are open on a folder, using one file lock per console.
 
 The operating system releases the lock when the process ends, so a killed console leaves only an
 unlocked file. Only the user can write to the folder with these files.
@@ -18,7 +18,7 @@ from slipscale.experiments.lab.console.private_folder import private_folder
 
 
 class Presence:
-    """A console, and the other consoles that are open on the same folder.
+    """A console, and any other consoles that are open on the same folder.
 
     Parameters
     ----------

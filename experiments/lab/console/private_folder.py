@@ -20,7 +20,7 @@ def private_folder() -> Path:
     Raises
     ------
     UserError
-        If it is not possible to create a folder that only this user can access.
+        If no folder can be created that only this user can access.
     """
     places = (os.environ.get("XDG_RUNTIME_DIR"), str(Path.home() / ".cache"))
     for place in filter(None, places):

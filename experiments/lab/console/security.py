@@ -6,10 +6,10 @@ reaches a page:
 - All connections from other users of this computer are rejected. Cookies are not tied to a port, so
   another user's web page could otherwise receive the console's cookie.
 - The address shown in the terminal contains a token that works once, in one browser. The browser
-  then receives a secret in a cookie, and the next address has a new token.
+  then receives a secret in a cookie, and a new token is generated for the next browser.
 - The host name must be this console's own. Other names that resolve to this computer are rejected.
-- Requests for a change require this console's origin and a header that forms on other sites cannot
-  send.
+- Requests that make changes require this console's origin and a header that a form on another
+  website cannot send.
 """
 
 from __future__ import annotations
@@ -205,13 +205,13 @@ class Guard:
 
 
 def belongs_to_another(client: tuple[str, int] | None) -> bool:
-    """Return whether another user of this computer owns the other end of a connection.
+    """Return whether a connection comes from another user of this computer.
 
     Parameters
     ----------
     client : tuple
-        Host and port of the connection's other end. A test client, whose host is a name, counts as
-        no connection.
+        Host and port of the connection's other end. A test client's host is a name instead of an IP
+        address; it is treated like None.
     """
     if client is None or not CONNECTIONS.exists():
         return False

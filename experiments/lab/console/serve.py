@@ -85,7 +85,7 @@ def _renew(access: Access, door: Path) -> None:
 
 
 class _Impatient(H11Protocol):
-    """A protocol that closes a connection if no complete request arrives in time."""
+    """HTTP protocol that closes a connection if no complete request arrives in time."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         super().connection_made(transport)

@@ -71,19 +71,19 @@ class Snapshot:
     problem : str
         The reason why there is nothing to show; empty if there is none.
     rehearsals : Roster
-        The participants in the folder of rehearsals.
+        The participants in the rehearsal folder.
     seen : bool
         Whether the console may show means and figures.
     unblinded_utc : tuple of str
-        Times at which an operator unblinded the study early.
+        Times at which the study was unblinded early.
     results_ns : int or None
-        Modification time of the last analysis; None if there is none.
+        Modification time of the last analysis results; None if there are none.
     notices : tuple of str
         Notices about irregularities; see `slipscale.experiments.lab.console.notices`.
     free_gb : float or None
         Free space on the disk with the data; None if it is unknown.
     without_backup : int or None
-        Number of runs without a backup; None if no backup folder is set.
+        Number of runs that have not been backed up; None if no backup folder is set.
     """
 
     problem: str = ""
@@ -162,7 +162,7 @@ class State:
 
 
 def take_snapshot() -> Snapshot:
-    """Read the current folder. Problems are reported in the snapshot, never raised."""
+    """Read the current folder. Problems are stored in the snapshot and never raised."""
     defaults = Defaults()
     try:
         defaults = here()
@@ -291,7 +291,7 @@ def pilots(defaults: Defaults) -> list[Path]:
 
 
 def export_folder(data: Path) -> Path:
-    """Return the folder for the console's exports, which a withdrawal removes with the results."""
+    """Return the folder for the console's exports; a withdrawal removes it with the results."""
     return data / RESULTS / "export"
 
 

@@ -1,7 +1,7 @@
 """Apply changes from the editor's form to the text of a study file, and keep its comments.
 
-The functions are pure: a change returns a new text, and nothing is written. If the form cannot make
-a change, for example because the text is not TOML, the user must edit the file itself.
+The functions are pure: each returns a new text and writes nothing. If the form cannot make a
+change, for example because the text is not TOML, the user must edit the file itself.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SOURCE = "the study file"
 
 
 class Change(Form):
-    """One change that the form requests.
+    """A single change requested by the form.
 
     Parameters
     ----------
@@ -32,9 +32,9 @@ class Change(Form):
         The kind of change: set a value (an empty value removes the key), add or remove a table or
         an item, or move an item.
     place : tuple
-        Position in the study file: keys, and indices of array items, from 0.
+        Position in the study file, as a path of keys and of array indices (from 0).
     kind : str
-        Type of ``value``, which is the input type of the field.
+        Input type of the form field, which determines the type of ``value``.
     value : str
         The new value of a field, the protocol of a new task, or the key of a new entry.
     to : int
@@ -55,7 +55,7 @@ class Edit(Form):
     ----------
     text : str
     template : str
-        The shipped study on which the text is based; empty for the folder's own study.
+        Shipped study on which the text is based; empty if the text is the folder's own study.
     change : Change, optional
     """
 
@@ -163,7 +163,7 @@ def _append(table: Any, key: Any, protocol: str) -> None:
 
 
 def _enter(table: Any, key: str) -> None:
-    """Add an entry that has the form of the table's last entry, and its key as text."""
+    """Add an entry with the structure of the table's last entry and with the key as its text."""
     if not key.strip() or key in table:
         raise ValueError(key)
     last = list(table.values())[-1] if table else ""

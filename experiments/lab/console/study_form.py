@@ -1,7 +1,7 @@
 """Generate the study editor's form, with every field of a study file, from the JSON Schema.
 
 Keys, types, units, defaults, choices and descriptions come from the schema, values from the file,
-and errors from the parser. Protocols that a laboratory adds therefore have forms too.
+and errors from the parser. Protocols added by a laboratory therefore also have forms.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Part:
     place : tuple
         Position in the study file: keys, and indices of array items, from 0.
     name : str
-        The last key without its unit, for labels.
+        Label of the element: the last key of ``place`` without its unit.
     why : str
         The element's description in the schema.
     faults : tuple of str
@@ -53,7 +53,7 @@ class Part:
 
     @property
     def anchor(self) -> str:
-        """The position as the id of an HTML element."""
+        """The id of the HTML element, derived from the position."""
         return "field-" + "-".join(re.sub(r"\W+", "_", str(part)) for part in self.place)
 
 
@@ -156,7 +156,7 @@ class StudyForm:
         return self._names.quantity_in(place[0])
 
     def _name(self, place: Place) -> str:
-        """Return the key at a position without its unit or, for an item, its number from 1."""
+        """Return the last key without its unit or, for an array item, its number (from 1)."""
         key = place[-1]
         if isinstance(key, int):
             return str(key + 1)
@@ -268,7 +268,7 @@ class StudyForm:
 
 
 def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
-    """Return the input type and the choices of a value."""
+    """Return the input type for a value, and its choices, if any."""
     if schema.get("type") == "array":
         items = schema.get("items", {})
         if "enum" in items:
@@ -280,7 +280,7 @@ def _kind(schema: Schema) -> tuple[Kind, tuple[str, ...]]:
 
 
 def _definition(schema: Schema) -> Schema:
-    """Resolve a reference to a definition; return other schemas unchanged."""
+    """Resolve a schema that refers to a definition; return other schemas unchanged."""
     if "$ref" not in schema:
         return schema
     found: Schema = _schema()["$defs"][schema["$ref"].rpartition("/")[2]]

@@ -28,7 +28,7 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        The corresponding objects of the session.
+        Objects of the session with these names.
     watch : callable
         Called on every frame to check the plate and the operator.
     wait : callable

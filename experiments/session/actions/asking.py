@@ -1,4 +1,4 @@
-"""Ask questions of the participant or the operator, and repeat earlier questions on request.
+"""Ask the participant or the operator questions, and repeat earlier questions on request.
 
 The answer to a repeated question is recorded and replaces the old answer in the data. The protocol
 does not receive the new answer, so its earlier steps are unchanged. No shipped protocol bases
@@ -75,7 +75,7 @@ class Asking:
             self._again(before)
 
     def repeat_requested(self) -> None:
-        """Repeat the questions that the operator selected."""
+        """Ask the questions that the operator selected again."""
         for question in self.interruptions.take_questions():
             self._again(question)
 
@@ -96,7 +96,7 @@ class Asking:
         return self.answer(question)
 
     def _answer_once(self, step: Ask) -> Reply:
-        """Obtain the answer to a question; after an interruption, record the unfinished entry."""
+        """Obtain the answer to a question. If interrupted, record the unfinished entry."""
         begun = _last_unfinished(self.journal.records, step)
         self.participant.unfinished = begun
         try:

@@ -1,4 +1,4 @@
-"""Present surfaces, and restore a lost surface before the step that needs it."""
+"""Present surfaces, and restore a lost surface before a step that requires it."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Presenting:
     _rewinds: bool = field(default=False, init=False)  # an interrupted pilot lost the surface
 
     def present(self, step: Present) -> Presented:
-        """Present a surface, and record when it began and settled."""
+        """Present a surface, and record the times of its onset and settling."""
         if not self.surface.begins(step):
             self.restore(step)
         self._rewinds = False
@@ -64,7 +64,7 @@ class Presenting:
             self.surface.interrupt()
 
     def restore(self, step: Step) -> None:
-        """Before the step, present a lost surface and let the participant explore it again."""
+        """If the step requires a lost surface, present it and let the participant feel it again."""
         if self.surface.must_be_felt_again(step):
             self.noise.start()
             self.progress.tell("presenting")
@@ -84,8 +84,8 @@ class Presenting:
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
         """Yield a function that sets a resumed pilot's clock to a presentation's original time.
 
-        When the context ends, the clock returns to its previous time. Textures change with time,
-        so each texture of a resumed pilot is explored at its original time.
+        On exit from the context, the clock is reset to its previous time. Because textures change
+        with time, a resumed pilot explores each texture at its original time.
         """
         clock = self.clock
         if not (self._rewinds and isinstance(clock, VirtualClock)):
@@ -99,7 +99,7 @@ class Presenting:
             self._rewinds = False
 
     def _note_standard(self, step: Step) -> None:
-        """Record a repetition of the standard before a trial's surface, if there was one."""
+        """Record that the standard was repeated before a trial's surface, if it was."""
         if made := self.surface.take_standard_made():
             trial = step.trial.number if step.trial else None
             self.journal.write("standard_again", trial=trial, answer=answer_record(made))

@@ -217,7 +217,7 @@ print(found.passed, found.detail, found.remedy)
         [sys.executable, "-c", program, tmp_path], capture_output=True, text=True, check=True
     )
     assert done.stdout.startswith("False")
-    assert "100 MB cannot be written (File too large)" in done.stdout
+    assert "writing 100 MB failed (File too large)" in done.stdout
     assert "quota" in done.stdout
     assert list(tmp_path.iterdir()) == []
 

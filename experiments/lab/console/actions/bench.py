@@ -43,9 +43,9 @@ class Calibrate(Form):
 
 
 class Reading(Form):
-    """A reading of the instrument in µm p-p, or a request to repeat the previous point.
+    """An instrument reading in µm p-p, or a request to repeat the previous point.
 
-    ``number`` is the number of previous readings, so that no reading is sent twice.
+    ``number`` is the number of earlier readings, which prevents a reading from being stored twice.
     """
 
     reading: Annotated[str, Field(pattern=f"^({DECIMAL}|{BACK})$")]
@@ -91,7 +91,7 @@ def _reading(desk: Desk, request: Reading) -> str:
         raise UserError("no calibration is waiting for a reading")
     if len(measured.points) != request.number:
         raise UserError(
-            "this point has already been measured; enter the reading of the point on the page now"
+            "this point has already been measured; enter the reading for the point now on the page"
         )
     job.type(request.reading)
     return ""

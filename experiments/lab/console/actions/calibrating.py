@@ -16,10 +16,10 @@ BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
 
 
 class Measured(NamedTuple):
-    """The readings so far as (Hz, V, µm peak to peak), and the point that is waiting for a reading.
+    """Readings so far as (Hz, V, µm peak to peak) tuples, and the point to be measured now.
 
-    ``asked`` is the requested (Hz, V), or None if no reading is expected. ``typed`` is true if
-    a person types the readings.
+    ``asked`` is that point as (Hz, V), or None if no reading is expected. ``typed`` is true if a
+    person types the readings.
     """
 
     points: tuple[tuple[float, float, float], ...]
@@ -28,7 +28,7 @@ class Measured(NamedTuple):
 
     @property
     def may_go_back(self) -> bool:
-        """Whether the previous point belongs to the same sweep and can be measured again."""
+        """Whether the previous point is part of the same sweep, so that it can be repeated."""
         return len(self.points) not in BEGINS
 
 

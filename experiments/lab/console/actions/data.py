@@ -20,7 +20,7 @@ CONFIRMING = frozenset({"unblind", "voir"})
 
 
 class Unblind(Form):
-    """Unblind the study. The operator has to type ``word``, so that a click is not enough."""
+    """Unblind the study. The operator must type ``word`` to confirm; a click is not enough."""
 
     word: str
 
@@ -61,7 +61,7 @@ class Exclude(Form):
 
 
 class Withdraw(Form):
-    """Remove a participant's data. As a confirmation, ``word`` repeats the participant's label."""
+    """Remove a participant's data. ``word`` must repeat the participant's label to confirm."""
 
     participant: Label
     word: Words

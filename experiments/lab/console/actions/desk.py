@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Warnings:
-    """Session warnings that the operator has not acknowledged, each as (session, sentence)."""
+    """Session warnings that have not been acknowledged, as (session, sentence) pairs."""
 
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
@@ -49,7 +49,7 @@ class Desk:
     Attributes
     ----------
     analysed : frozenset
-        The complete runs that the last analysis by this console included.
+        Complete runs included in the last analysis started by this console.
     """
 
     def __init__(self, state: State, jobs: Jobs) -> None:

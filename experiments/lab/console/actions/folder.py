@@ -33,7 +33,7 @@ GRID = (
 
 
 class Settings(Form):
-    """New settings for the laboratory folder, and a digest of the file that the page showed."""
+    """New settings for the laboratory folder, and a digest of the file shown on the page."""
 
     settings: LabFile
     before: Digest
@@ -102,7 +102,7 @@ class Copy(Form):
 
 
 def power_folder(study_text: str) -> Path:
-    """Return the folder for a study's power results, which depends on the study's text."""
+    """Return the folder for power results; each version of a study's text has its own folder."""
     return PLANNING / f"power-{text_hash(study_text)[:12]}"
 
 

@@ -39,11 +39,11 @@ class Nothing(Form):
 
 
 def text_hash(text: str) -> str:
-    """Return a digest of a text, to check later whether the text has changed."""
+    """Return a digest of a text that is used to detect later changes."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def unused(name: str, first: int = 1) -> Path:
-    """Return an unused path; ``name`` contains a placeholder for a number."""
+    """Return the first unused path; ``name`` contains a placeholder for the number."""
     paths = (Path(name.format(number)) for number in count(first))
     return next(path for path in paths if not path.exists())

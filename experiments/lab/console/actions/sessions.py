@@ -46,7 +46,7 @@ class Ask(Form):
 
 
 class Acknowledge(Form):
-    """Acknowledge a warning of a session."""
+    """Acknowledge a session's warning."""
 
     session: str
     sentence: str

@@ -37,7 +37,7 @@ SWEEP = (
 
 
 class Axis(NamedTuple):
-    """Points of a live plot in a frame of 640 by 180, with the limits of both axes."""
+    """Points of a live plot in a 640 by 180 frame, with the limits of both axes."""
 
     points: tuple[tuple[float, float], ...]
     x_ends: tuple[str, str]
@@ -118,7 +118,7 @@ def _files(plate: PlateDriver) -> dict[str, object]:
 
 
 def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
-    """Return points in a frame with axes that start at 0; None if there are no points."""
+    """Scale points to a frame whose y axis starts at 0; return None if there are no points."""
     if not points:
         return None
     xs, ys = [x for x, _ in points], [y for _, y in points]
@@ -140,7 +140,7 @@ def _failed(job: Job | None) -> str:
 
 
 def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
-    """Return the conformance verdicts so far: (outcome, rule, detail)."""
+    """Return the conformance results so far, as (outcome, rule, detail) tuples."""
     found = []
     for line in job.said().splitlines() if job else ():
         outcome, rest = line[:15].strip(), line[16:]
@@ -151,6 +151,6 @@ def _verdicts(job: Job | None) -> list[tuple[str, str, str]]:
 
 
 def _readings(job: Job | None) -> list[tuple[float, float]]:
-    """Return the times in s and the readings of the presented surface in the plate's quantity."""
+    """Return the presented surface's readings as (time in s, level in the plate's quantity)."""
     rows = READING.findall(job.said()) if job else []
     return [(float(s), float(um)) for s, um in rows if um != "n/a"][-MOST_READINGS:]

@@ -108,7 +108,7 @@ WORK: tuple[Kind, ...] = ("verify", "build", "export")
 def chosen_rows(rows: list[Row], view: View) -> list[Row]:
     """Return the requested runs in the requested order; newest first by default.
 
-    ``search`` is compared with the label, flags and events of a run, and ``state`` with its state.
+    ``search`` matches a run's label, flags and events; ``state`` matches its state.
     """
     words = view.query.get("search", "").casefold().split()
     state, sort = view.query.get("state", ""), view.query.get("sort", "")
@@ -145,7 +145,7 @@ def _work(view: View, kind: Kind) -> dict[str, Any]:
 
 
 def _rounded(value: str) -> str:
-    """Round a number in a table for display; return other values unchanged."""
+    """Round a table cell for display; return cells that are not numbers unchanged."""
     try:
         number = float(value)
     except ValueError:

@@ -72,7 +72,7 @@ def _between(found: Snapshot, job: Job | None) -> str:
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:
-    """Return the participants to list first: if there are many, the pending and recent ones."""
+    """Return the participants to list first; if there are many, prefer pending and recent ones."""
     if len(people) <= MOST_PEOPLE:
         return list(people)
 
@@ -85,7 +85,7 @@ def _pressing(people: Sequence[Person]) -> list[Person]:
 
 
 def _notes(found: Snapshot) -> list[Note]:
-    """Return the operators' latest notes, including notes from rehearsals."""
+    """Return the operators' notes from the most recent runs, including rehearsals."""
     rosters = [roster for roster in (found.roster, found.rehearsals) if roster]
     begun = [
         (visit.started_utc, person.label, visit)
@@ -137,7 +137,7 @@ def _doing(live: Live, t: Words) -> str:
 
 
 def _began(found: Snapshot, job: Job | None) -> bool:
-    """Return whether a session that this console started has recorded anything."""
+    """Return whether anything has been recorded since this console started the session."""
     visits = (
         visit
         for roster in (found.roster, found.rehearsals)

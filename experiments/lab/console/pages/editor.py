@@ -26,7 +26,7 @@ SIMULATED = 4  # number of simulated participants, accurate to tenths of a minut
 
 
 def editor(view: View, text: str, template: str) -> dict[str, Any]:
-    """Return the immediately available contents of the editor: form, errors, tasks and trials."""
+    """Return the editor contents that are available immediately: form, errors, tasks and trials."""
     source = _source(view, template)
     faults: list[Told] = []
     study, whole = None, text
@@ -56,7 +56,7 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
 
 
 def _source(view: View, template: str) -> str:
-    """Return the name of the study file, for messages and to find its texts files."""
+    """Return the study file's name, which is used in messages and to find its texts files."""
     return template if template in shipped_studies() else view.found.defaults.study
 
 

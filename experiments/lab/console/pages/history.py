@@ -42,7 +42,7 @@ class Bar:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class History:
-    """The elements of the drawing, in SVG units.
+    """Elements of the plotted history, in SVG units.
 
     Parameters
     ----------

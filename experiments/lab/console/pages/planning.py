@@ -1,6 +1,6 @@
 """The planning page: sample size, duration and cost from a power analysis, and the frozen plan.
 
-One job simulates a whole grid of studies, and the sliders select one condition of the grid. Results
+One job simulates all conditions of a grid, and the sliders on the page select one of them. Results
 are stored per version of the study's text, so that an edited study never shows the power of an
 earlier version.
 """
@@ -81,13 +81,13 @@ def planning(view: View) -> dict[str, object]:
 
 
 def _progress(steps: list[str]) -> tuple[int, int]:
-    """Return the number of finished parts of the work, and the total."""
+    """Return the number of finished parts and the total number of parts."""
     done, _, of = (steps or ["0/1"])[-1].partition("/")
     return int(done), max(int(of), 1)
 
 
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
-    """Return a slider set to the value from the URL or the study, or to the largest value."""
+    """Return a slider set to the URL's value, else to the study's, else to the largest value."""
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     given = view.query.get(axis, "")
     if given.isdecimal() and int(given) < len(values):
@@ -100,7 +100,7 @@ def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slide
 
 
 def _with_repetitions(view: View, repetitions: int) -> str:
-    """Return the study's text with a different number of repetitions in the planned task."""
+    """Return the study's text with the number of repetitions changed in the planned task."""
     text, study = view.found.study_text, view.found.study
     for number, task in enumerate(study.tasks if study else ()):
         if task.protocol == PROTOCOL:
@@ -114,7 +114,7 @@ def _with_repetitions(view: View, repetitions: int) -> str:
 
 
 def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
-    """Return the weakest comparison's power against the number of participants, in SVG units."""
+    """Return the power of the weakest comparison as a function of sample size, in SVG units."""
     most = max(weakest)
     return {
         "points": [(WIDE.x(n / most), WIDE.y(weakest[n]), n) for n in sorted(weakest)],

@@ -1,4 +1,4 @@
-"""The table of pages, in the order of the navigation."""
+"""The table of pages, in the order of the navigation bar."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The common input of all pages, and functions that several pages share."""
+"""The input that all pages receive, and functions that several pages use."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MOST_PEOPLE = 60  # rows in a table, unless all are requested
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class View:
-    """A request for a page, and the data that the page shows.
+    """A request for a page, and the data to be shown on the page.
 
     Parameters
     ----------
@@ -40,12 +40,12 @@ def local_time(utc: str) -> str:
 
 
 def date_of(when_ns: int | None) -> str:
-    """Convert a file's modification time to ISO 8601; empty for None."""
+    """Convert a file's modification time to ISO 8601, or None to an empty string."""
     return "" if when_ns is None else datetime.fromtimestamp(when_ns / 1e9, UTC).isoformat()
 
 
 def when_over(job: Job | None) -> str:
-    """Return the time at which a job ended, in ISO 8601; empty if it is still running."""
+    """Return when a job ended, in ISO 8601; empty if there is no job or it is still running."""
     if job is None or job.running:
         return ""
     return datetime.fromtimestamp(changed_ns(job.output) / 1e9, UTC).isoformat()
