@@ -1,4 +1,4 @@
-"""Compute the conclusions that a published table allows, per column and across columns.
+"""Compute which conclusions follow from a published table, per column and across columns.
 
 The module `report` formats these answers as text and JSON.
 """
@@ -58,7 +58,7 @@ class ColumnAnswer:
     label, sd_convention, rounding : str
         Label of the column, with its SD convention and rounding rule.
     printed : str
-        Description of all printed numbers of the column.
+        All numbers printed for the column, as text.
     reason : str
         Reason why no data set is consistent with the column; otherwise empty.
     multisets : int or None
@@ -137,7 +137,7 @@ class Across:
 
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
-    """Return the answer for a column; `variants` adds all SD conventions and rounding rules."""
+    """Return the results for a column. `variants` adds all SD conventions and rounding rules."""
     if solutions.refused:
         return _uncounted(solutions)
     column, found = solutions.column, solutions.targets
@@ -258,7 +258,7 @@ def across(
     seed: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Across:
-    """Return bounds across columns and, if data sets of all columns can be counted, distributions.
+    """Return bounds on statistics across columns and, if all columns can be sampled, distributions.
 
     The function `tell` is called with a description of the current step.
 

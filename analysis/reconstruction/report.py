@@ -29,7 +29,7 @@ Json = dict[str, object]
 
 
 def column_json(answer: ColumnAnswer) -> Json:
-    """Return the answer for one column as JSON data, with counts as strings."""
+    """Convert the results for one column to JSON data, with counts as strings."""
     written: Json = {
         "label": answer.label,
         "printed": answer.printed,
@@ -69,7 +69,7 @@ def _variant_json(variant: Variant) -> Json:
 
 
 def across_json(answer: Across) -> Json:
-    """Return the answers across columns as JSON data, with null for infinity."""
+    """Convert the results across columns to JSON data, with null for infinity."""
     return {
         "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
         "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
@@ -83,12 +83,12 @@ def across_json(answer: Across) -> Json:
 
 
 def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
-    """Return the answers on printed tests as JSON data."""
+    """Convert the verdicts on printed tests to JSON data."""
     return [_finite(asdict(one)) for one in found]
 
 
 def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Return the answers on printed tests as lines of text."""
+    """Format the verdicts on printed tests as lines of text."""
     lines = ["Printed tests"] if found else []
     for one in found:
         lines.append(f"  {one.question}: {one.printed}: {one.verdict}")
@@ -97,7 +97,7 @@ def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
 
 
 def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> str:
-    """Summarise the answers on all columns and tests in one or two sentences."""
+    """Summarise the verdicts on all columns and tests in one or two sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
     sentence = f"No ratings give the printed {_listed('column', none)}." if none else ""
@@ -148,7 +148,7 @@ def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
 
 
 def interval_json(column: IntervalColumn) -> Json:
-    """Return a column of continuous values as JSON data."""
+    """Convert the results for a column of continuous values to JSON data."""
     return {
         "label": column.label,
         "printed": column.printed,
@@ -224,7 +224,7 @@ def _uncounted_lines(answer: ColumnAnswer) -> Iterator[str]:
 
 
 def across_lines(answer: Across) -> list[str]:
-    """Return the answers across columns as lines of text."""
+    """Format the results across columns as lines of text."""
     lines = []
     for decided, heading in (
         (True, "Answers that are the same in every data set and pairing"),
@@ -257,7 +257,7 @@ def _bound_lines(found: Conclusion) -> Iterator[str]:
 
 
 def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
-    """Format the ratings in each column, using the same order of participants."""
+    """Format a table as one list of ratings per column, in the same order of participants."""
     return "; ".join(
         f"{label}: {' '.join(f'{v:g}' for v in row)}"
         for label, row in zip(labels, table, strict=True)

@@ -22,7 +22,7 @@ BAND = (0.025, 0.975)
 
 @dataclass(frozen=True, kw_only=True)
 class Bands:
-    """A summary, over all data sets, of a quantity that varies along the scale.
+    """Summary over all data sets, for each bin or value of the rating scale.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ class Bands:
 
 
 def histogram(solutions: Solutions, samples: Array) -> Bands:
-    """Summarise the number of ratings in each bar over samples in steps above the minimum."""
+    """Summarise the number of ratings per bar over samples (in steps above the scale minimum)."""
     scale = solutions.column.scale
     first, last = int(samples.min()), int(samples.max())
     width = -(-(last - first + 1) // BARS)
@@ -67,7 +67,7 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
 
 
 def cumulative(solutions: Solutions, samples: Array, measure: str) -> Bands:
-    """Summarise the cumulative proportion of ratings, over all data sets if that is quick."""
+    """Summarise the cumulative proportion of ratings, exactly if quick, else from samples."""
     if worth_marginals(solutions):
         return _exact_cumulative(solutions, marginals(solutions, measure))
     values = np.arange(int(samples.min()), int(samples.max()) + 1)

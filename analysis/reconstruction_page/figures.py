@@ -22,7 +22,7 @@ SIZE = (5.2, 2.5)
 def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
     """Plot the number of ratings in each bar, with mean, 95 % band, smallest and largest value.
 
-    The limits of the axis are ``ends``.
+    ``ends`` are the limits of the rating axis.
     """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)

@@ -101,8 +101,8 @@ def describe(
     DataFrame
         Columns ``amplitude_um_pp n mean geometric_mean median sd_sample sd_population
         maximum_deviation mean_low mean_high geometric_n geometric_low geometric_high within_low
-        within_high``. The intervals of the mean and of the geometric mean are t-based. The columns
-        named ``within`` contain the intervals of `within_intervals`.
+        within_high``. The intervals of the mean and of the geometric mean are t-based.
+        ``within_low`` and ``within_high`` are computed by `within_intervals`.
     """
     table = table3(cells).rename(columns={"standard_deviation": "sd_sample"})
     logs = logs.reindex(columns=cells.columns)

@@ -25,7 +25,7 @@ def _noncentrality(t: float, df: int, p: float) -> float:
 
 
 def _t_noncentrality(t: float, df: int, confidence: float) -> tuple[float, float] | None:
-    """Return the non-centrality parameters for which t lies at each confidence limit."""
+    """Return the confidence limits of the non-centrality parameter of t, or None if not found."""
     from scipy import special  # noqa: PLC0415 - see `d_z_interval`
 
     if abs(t) > LARGEST_T:

@@ -88,9 +88,9 @@ class MixedModel:
 def mixed_model(data: Prepared) -> MixedModel | NotComputed:
     """Fit a linear mixed model of log estimate on log amplitude, with random effects (REML).
 
-    statsmodels fits random intercepts and slopes to trials above 0 µm. The fit with the highest
-    likelihood among the `OPTIMISERS` that were tried is returned. The interval for the slope uses
-    the t distribution with n - 1 degrees of freedom. The normal distribution that statsmodels uses
+    statsmodels fits random intercepts and slopes to trials above 0 µm. Several `OPTIMISERS` are
+    tried, and the fit with the highest likelihood is returned. The interval for the slope uses the
+    t distribution with n - 1 degrees of freedom. The normal distribution that statsmodels uses
     gives intervals that are too narrow for twelve people. Standard errors of variances are not
     reported, because the values from statsmodels are not usable.
     """
@@ -175,7 +175,7 @@ def likeliest(
     Parameters
     ----------
     frame : DataFrame
-        Data with the columns ``ly``, ``lx`` and ``who``, and all columns in the formulas.
+        Data with the columns ``ly``, ``lx`` and ``who``, and any other columns in the formulas.
     fixed, random : str
         Formulas for the fixed effects and for participants' random effects.
     """

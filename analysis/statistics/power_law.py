@@ -84,7 +84,7 @@ def power_law(data: Prepared) -> PowerLaw | NotComputed:
 def power_law_of(
     logs: pd.DataFrame, confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PowerLaw | NotComputed:
-    """Return the group exponent from mean logarithms, as described in `exponents`."""
+    """Return the group exponent for a table of mean logarithms (see `exponents`)."""
     table = exponents(logs)
     found = mean_over_participants(table["exponent"].to_numpy(float), confidence)
     if isinstance(found, NotComputed):

@@ -17,7 +17,7 @@ class Lines:
     Parameters
     ----------
     slope, intercept : array, shape (...)
-        Both are NaN with fewer than two points, or if all points have the same x.
+        Slope and intercept of each line; NaN with fewer than two points, or if all x are equal.
     points : int array, shape (...)
         Number of points used for each line.
     """

@@ -30,7 +30,10 @@ GROUPS = 100
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IntraclassCorrelation:
-    """An intraclass correlation, with no interval if the value or any jackknife value reaches 1."""
+    """An intraclass correlation.
+
+    The interval is None if the value or any jackknife value reaches 1.
+    """
 
     value: float
     interval: ConfidenceInterval | None

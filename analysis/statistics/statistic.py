@@ -106,12 +106,12 @@ class Sentence(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
 class Statistic(Generic[T_co]):
-    """The declaration of a statistic, which is one entry of ``inference.json``.
+    """The declaration of a statistic, whose result is one entry of ``inference.json``.
 
     Parameters
     ----------
     key : str
-        Key in ``inference.json``, and name in the ``tests`` of a study file.
+        Key in ``inference.json``, which is also used in the ``tests`` of a study file.
     meaning : str
         Description of the computation for a pre-registration.
     compute : callable
@@ -167,8 +167,8 @@ class Inference:
 
     Examples
     --------
-    Code looks up a result by its declaration, as in ``inference[FRIEDMAN]``. In a notebook, the key
-    is a shorter way to look up a result: ``analysis.inference.friedman``.
+    Code looks up a result by its declaration, as in ``inference[FRIEDMAN]``. In a notebook,
+    attributes are shorter: ``analysis.inference.friedman``.
     """
 
     results: Mapping[str, object] = field(default_factory=dict)
@@ -200,7 +200,7 @@ class Inference:
         return self.results
 
     def with_result(self, statistic: Statistic[object], result: object) -> Inference:
-        """Return a copy of these results with one more result."""
+        """Return a copy with one result added."""
         results = {**self.results, statistic.key: result}
         return Inference(results, (*self.declared, statistic))
 

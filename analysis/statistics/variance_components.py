@@ -35,7 +35,7 @@ def reml_components(
     squares : array, shape (participants,)
         Sum of squares of each participant's estimates around their means per level.
     starts : sequence of (float, float)
-        Ratios at which the search starts.
+        Starting values of the two variance ratios; see `STARTS`.
     """
     from scipy import optimize  # noqa: PLC0415 - takes half a second to import
 

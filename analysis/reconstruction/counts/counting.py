@@ -37,7 +37,7 @@ def total(joint: Joint, modulus: int | None) -> float | int:
 
 @dataclass(frozen=True)
 class Estimate:
-    """A floating-point estimate of a count, with a bound on the error.
+    """A floating-point estimate of a count, with a bound on its error.
 
     Parameters
     ----------
@@ -104,9 +104,9 @@ def count(
     measure : {"multisets", "ordered"}
         Whether multisets or ordered samples are counted.
     memory_gib : float
-        Available memory.
+        Available memory in GiB.
     minutes : float
-        Limit on the predicted time for counting multisets.
+        Limit on the predicted time for counting multisets, in minutes.
 
     Returns
     -------

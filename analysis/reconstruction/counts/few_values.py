@@ -1,13 +1,13 @@
 """Count multisets by a closed formula on scales with few values, such as Likert scales.
 
-Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of all other values, the
-outer values, are enumerated. For a given choice, let k be the number of outer values, d the sum of
+Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of the other values (the
+outer values) are enumerated. For a given choice, let k be the number of outer values, d the sum of
 their signed distances from c, and q the sum of their squared distances. The totals n, D and V (see
 `meet_in_the_middle`) then determine the frequencies of the three neighbouring values. The values c
 - 1 and c + 1 together occur w = V - q times, and their frequencies differ by D - d. Such
-frequencies exist if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares are
-every second number of a range, the possible w also form a range. Each choice of outer values then
-requires only one subtraction.
+frequencies exist if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares form a
+range with step 2, so do the possible values of w. Each choice of outer values then requires only
+one subtraction.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
 
 
 def without_median(goal: Goal) -> bool:
-    """Return whether the goal does not restrict how many values lie below the centre."""
+    """Return whether the goal allows any number of values below the centre."""
     part = goal.part
     together = part.split.below + 1 == part.split.centre == part.split.above
     return together and part.fewest_below == 0 and part.most_below == goal.n

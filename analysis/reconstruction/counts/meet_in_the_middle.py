@@ -57,7 +57,7 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
-    """Return the shapes of both state tables that are needed for all solutions of `wanted`."""
+    """Return the shapes of the two state tables that are needed to reach the goals `wanted`."""
     below, above = _halves(split, wanted)
     return (
         below.shape(frozenset(split.centre - value for value in split.holes)),
@@ -116,7 +116,7 @@ class _Half:
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self, holes: frozenset[int]) -> Shape:
-        """Return the distances on this side, with the largest a and w in any solution per k."""
+        """Return the distances on this side, and the largest a and w of any solution for each k."""
         reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
         own = frozenset(d for d in holes if self.nearest <= d <= self.farthest)
         return Shape(self.nearest, self.farthest, self.sign, reach, own)
@@ -137,7 +137,7 @@ class _Half:
         )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
-        """Return the largest a and w of k values from `looked_at` sums, or from all sums if 0."""
+        """Return the largest a and w of k values, examining `looked_at` sums (0: all sums)."""
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
             if k > n:

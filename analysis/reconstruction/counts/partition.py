@@ -29,7 +29,7 @@ class Moments:
         )
 
     def possible(self, low: int, high: int) -> bool:
-        """Return whether these moments are within the bounds for values in [low, high]."""
+        """Return whether values in [low, high] could have these moments."""
         if self.n == 0:
             return self.total == 0 and self.squares == 0
         if self.n < 0 or low > high or not self.n * low <= self.total <= self.n * high:
@@ -84,7 +84,7 @@ class Split:
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the solutions with the same given values and the same moments of the free values.
+    """Solutions with the same given values and the same moments of the free values.
 
     Parameters
     ----------
@@ -240,7 +240,7 @@ def _copies(
 ) -> Iterator[Given]:
     """Yield the possible numbers of copies of each middle value among the free values.
 
-    There are no such copies of a middle value that is given, excluded or outside the interval.
+    The number is 0 for a middle value that is given, excluded or outside the interval.
     """
     ranges = [
         range(n + 1) if low <= value <= high and not held and value not in holes else range(1)

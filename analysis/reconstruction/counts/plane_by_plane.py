@@ -115,7 +115,7 @@ class _Half:
         return (i, j) if i > 0 and j > 0 else (0, 0)
 
     def between(self, place: int, k: int) -> tuple[Array, Array] | None:
-        """Return the plane at `place`, and the matching part of the plane one place nearer.
+        """Return the plane at index `place`, and the matching part of the plane before it.
 
         Returns None if the plane is empty.
         """
@@ -131,7 +131,7 @@ class _Half:
         )
 
     def reduce(self, modulus: int, k: int) -> None:
-        """Reduce the planes that contain k or more values modulo `modulus`."""
+        """Reduce modulo `modulus` the planes that are used for k or more values."""
         divisor = np.uint64(modulus)
         for plane in self.planes:
             # Rows are processed separately to keep temporary arrays small.
@@ -141,9 +141,9 @@ class _Half:
 
 @dataclass(frozen=True)
 class _Run:
-    """A run of goals with the same signed sum D and with consecutive integers (V - D) / 2.
+    """Goals with the same signed sum D and with consecutive values of (V - D) / 2.
 
-    These integers range from `first` to `last`, inclusive.
+    These values range from `first` to `last`, inclusive.
     """
 
     signed_sum: int
@@ -270,7 +270,7 @@ class _Meeting:
 
 
 def _window(cells: Array, before: int, after: int, length: int) -> Array:
-    """Return the sums of every `length` neighbouring columns, after padding with zeros.
+    """Return the sum of each run of `length` adjacent columns, after padding with zeros.
 
     Sums of 1, 2, 4, ... columns are computed by doubling.
     """

@@ -1,4 +1,4 @@
-"""Group parts of a column's solutions that share state tables, and estimate the cost."""
+"""Group the parts of a column's solutions by state table, and estimate the cost of counting."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ BITS_A_PASS = 31
 
 @dataclass(frozen=True)
 class Problem:
-    """A group of parts of the solutions that share state tables.
+    """Parts of the solutions that share state tables.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Problem:
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets from the closed formula for few values; None if it cannot be used."""
+        """Number of multisets by the closed formula for few values, or None if not applicable."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -170,7 +170,8 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
     Raises
     ------
     UserError
-        If a count needs more than `memory_gib`, or all counts need more than about `minutes`.
+        If a count needs more memory than `memory_gib`, or if all counts together take longer than
+        about `minutes`.
     """
     large = _large(tasks)
     seconds = seconds_to_count(tasks)

@@ -18,7 +18,7 @@ WORD = 2**64
 def primes(count: int) -> tuple[int, ...]:
     """Return the `count` largest primes below 2^31.
 
-    For smaller primes, the product of a residue and a lazily reduced residue fits in 64 bits.
+    The product of a residue and a lazily reduced residue modulo such a prime fits in 64 bits.
     """
     small = [
         q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))

@@ -112,7 +112,7 @@ def verdicts(
     memory_gib, minutes : float
         Limits for each row.
     workers : int
-        Number of processes. If the number is 1, no additional process is started.
+        Number of processes. With 1, the current process does all the work.
     """
     judge = partial(verdict, memory_gib=memory_gib, minutes=minutes)
     if workers == 1 or len(rows) <= TOGETHER:
@@ -124,7 +124,7 @@ def verdicts(
 
 
 def summary(found: Iterable[tuple[str, str]]) -> list[str]:
-    """Return lines of text with the number of rows per verdict and per failed test."""
+    """Summarise the number of rows per verdict and per failed test, as lines of text."""
     counts = Counter(found)
     rows = counts.total()
     lines = [f"{rows:,} rows"]

@@ -2,9 +2,9 @@
 
 Ratings are counted in steps above the scale minimum, so all quantities in this module are whole
 numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean.
-GRIMMER (Anaya, 2016; Allard, 2018) checks whether a whole sum of squares of the right parity gives
-the printed standard deviation. Both conditions are necessary but not sufficient; only the count of
-data sets is decisive.
+GRIMMER (Anaya, 2016; Allard, 2018) checks whether any sum of squares that is a whole number of the
+right parity gives the printed standard deviation. Both conditions are necessary but not sufficient;
+only the count of data sets is decisive.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class Targets:
     reason : str
         Reason why no ratings can meet the requirements; empty if no contradiction was found.
     refused : str
-        Reason why there are too many requirements to list in `wanted`; otherwise empty.
+        Error message if there are too many requirements to list in `wanted`, otherwise empty.
     looked_at : tuple of Wanted
         A selection of the requirements, if there are too many to list.
     pairs : int
@@ -97,7 +97,7 @@ def targets(column: Column) -> Targets:
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
-    """Return permitted sums of squares for each sum; None with other constraints or many sums."""
+    """Return possible sums of squares per sum, or None with other constraints or too many sums."""
     more = (
         column.maximum_deviation,
         column.observed_minimum,
@@ -114,7 +114,7 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
-    """Estimate how many pairs of sum and sum of squares match the printed decimals."""
+    """Estimate how many pairs of sum and sum of squares match the printed numbers."""
     # The number of sums of squares is similar for all sums.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
@@ -154,7 +154,7 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
 
 
 def within_reach(moments: Moments, most: int) -> tuple[int, int]:
-    """Return the bounds on each value, if values from 0 to `most` have these moments.
+    """Return the bounds on n values from 0 to `most` that have these moments.
 
     According to Samuelson (1968), the squared distance of any value from the mean is at most (n -
     1) / n of the sum of squared deviations.
@@ -239,8 +239,8 @@ class _Extremes:
     Raises
     ------
     _TooManyValues
-        If the scale is so fine that listing the requirements takes gigabytes. The method `beside`
-        raises the same error.
+        If the scale is so fine that a list of the requirements needs gigabytes of memory. The
+        method `beside` raises the same error.
     """
 
     def __init__(self, column: Column) -> None:

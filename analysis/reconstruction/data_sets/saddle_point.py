@@ -105,7 +105,7 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
 
 def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
-    """Return the log number of multisets of values in `of` that have these moments."""
+    """Return the log of the number of multisets of the values `of` that have these moments."""
     n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
@@ -136,7 +136,7 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
 
 
 def _objective(at: Array, powers: Array, moments: Array) -> float:
-    """Return the function to be minimised; infinity if the generating function diverges."""
+    """Return the function to minimise, or infinity if the generating function diverges."""
     exponents = at @ powers
     if exponents.max() >= 0:
         return float("inf")
@@ -144,7 +144,7 @@ def _objective(at: Array, powers: Array, moments: Array) -> float:
 
 
 def words(log10_count: float) -> str:
-    """Format a count in words, given its decimal logarithm.
+    """Format an approximate count, given its decimal logarithm.
 
     >>> words(40.398)
     'about 2.5e+40'

@@ -102,7 +102,7 @@ class Sampler:
             number -= block
 
     def _walk(self, ranks: Array) -> Array:
-        """Return the solutions with these ranks, computed in ascending order to use the cache."""
+        """Return the solutions with these ranks, which can be in any order."""
         order = np.argsort(ranks)
         ranks = ranks[order]
         out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)
@@ -117,7 +117,7 @@ class Sampler:
 
 
 def uniform(total: int, number: int, generator: np.random.Generator) -> Array:
-    """Return exactly uniform integers from 0 to `total` - 1, of any size.
+    """Return exactly uniform integers from 0 to `total` - 1, which can be arbitrarily large.
 
     Returns
     -------

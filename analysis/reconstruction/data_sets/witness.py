@@ -113,7 +113,7 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
 
 
 def _free_values(part: Part, moves: int) -> list[int]:
-    """Search for free values whose moments are equal, or at least close, to those of a part."""
+    """Search for free values that have the moments of a part, at least approximately."""
     n, total, squares = part.moments.n, part.moments.total, part.moments.squares
     low, high = part.split.low, part.split.high
     if n == 0:

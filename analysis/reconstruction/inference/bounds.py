@@ -72,10 +72,10 @@ def larger(x: Array, y: Array) -> Range:
 
 
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
-    """Return the largest r for which the r largest values can exceed the r smallest values.
+    """Return the largest r for which r top values of `upper` can exceed r low values of `lower`.
 
-    Also returns a row of `upper` and a row of `lower` for which r is attained. If these rows are
-    missing, r is only an upper bound.
+    Also returns a row of `upper` and a row of `lower` that attain r. Without these rows, r is only
+    an upper bound.
     """
     n = upper.shape[1]
     shown, rows = 0, (upper[0], lower[0])
@@ -94,7 +94,7 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]
 def _beats(
     upper: Array, lower: Array, r: int, compare: np.ufunc
 ) -> tuple[Array, Array] | Literal[False] | None:
-    """Return two rows such that the r largest values of one exceed the r smallest of the other.
+    """Return two rows, the r largest values of the first exceeding the r smallest of the second.
 
     Returns False if no such rows exist, and None if there are too many rows to search.
     """
@@ -140,7 +140,7 @@ def log_mean(x: Array) -> Array:
 
 
 def of_rows(values: Array, rows: Array) -> Range:
-    """Return the range of the values of all rows, and the rows with the extreme values."""
+    """Return the range of the rows' values, with the rows of the smallest and largest value."""
     least, most = int(values.argmin()), int(values.argmax())
     at_ends = as_table(rows[least]), as_table(rows[most])
     return Range(float(values[least]), float(values[most]), *at_ends)

@@ -43,7 +43,7 @@ class ColumnRows:
 
     @classmethod
     def quickest(cls, solutions: Solutions) -> ColumnRows:
-        """Return a column's data sets from a count if counting is quick, otherwise from sums."""
+        """Group data sets by counting them if that is quick, otherwise by the possible sums."""
         return cls(
             solutions,
             sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,
@@ -63,7 +63,7 @@ class ColumnRows:
 
     @cached_property
     def listed(self) -> Array | None:
-        """All data sets, one sorted row per data set; None if they are not counted or too many."""
+        """All data sets, one sorted row per data set, or None if they cannot be listed."""
         found = self.solutions
         if self.sums_first or found.not_drawn or found.multisets > LISTED:
             return None
@@ -89,7 +89,7 @@ class ColumnRows:
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets with the moments at an index, either known or found by a search."""
+        """Return data sets with the moments at an index, searching for one if none is known."""
         rows = self.rows(place)
         if len(rows) or self.listed is not None:
             return rows

@@ -114,7 +114,7 @@ def conclusions(
 
 
 def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) -> list[Conclusion]:
-    """Return the conclusions of the sign test and the paired t test for each pair of columns."""
+    """Return the conclusions from the sign test and the paired t test for each pair of columns."""
     found = []
     every = list(combinations(columns, 2))
     for place, (a, b) in enumerate(every, start=1):
@@ -126,7 +126,7 @@ def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) 
 
 
 def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
-    """Return the conclusion of the sign test, given the range of the count."""
+    """Return the conclusion from the sign test, given the range of the number of participants."""
     from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
 
     n, (one, other) = columns[0].column.n, labels(columns)
@@ -138,7 +138,7 @@ def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
 
 
 def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
-    """Return the conclusion of the paired t test, given the range of t."""
+    """Return the conclusion from the paired t test, given the range of t."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees, (one, other) = columns[0].column.n - 1, labels(columns)
@@ -150,7 +150,7 @@ def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
 
 
 def f_test(columns: Sequence[Solutions], f: Range) -> Conclusion:
-    """Return the conclusion of the repeated-measures F test, given the range of F."""
+    """Return the conclusion from the repeated-measures F test, given the range of F."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(columns), columns[0].column.n
@@ -167,7 +167,7 @@ def _concluded(
     found: Range,
     p: tuple[float, float] | None,
 ) -> Conclusion:
-    """Build a conclusion, decided if all p-values are on one side of the significance level."""
+    """Build a conclusion, which is decided if all p-values are on the same side of `LEVEL`."""
     ps = p or (None, None)
     return Conclusion(
         ".".join([name, *labels(columns)]),
@@ -192,7 +192,7 @@ def _ratings(columns: Sequence[Solutions], table: Table) -> Ratings:
 
 
 def together(columns: list[Sampler]) -> list[Conclusion]:
-    """Return conclusions on repeated-measures F and, if amplitudes are stated, on exponents."""
+    """Return conclusions about repeated-measures F and, if amplitudes are stated, exponents."""
     found, solutions = attained_f(columns), [column.solutions for column in columns]
     return [
         *([f_test(solutions, found)] if found else []),
@@ -201,7 +201,7 @@ def together(columns: list[Sampler]) -> list[Conclusion]:
 
 
 def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
-    """Return conclusions on t and F from sums and sums of squares alone.
+    """Return conclusions about t and F, using only sums and sums of squares.
 
     Raises
     ------
@@ -223,7 +223,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
-    """Return conclusions on the exponents of the group means; none if a mean may be zero."""
+    """Return conclusions about the exponents of the group means, if no mean can be zero."""
     logs = log_amplitudes([column.solutions for column in columns])
     if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
         return []

@@ -81,7 +81,7 @@ class Choices:
 
 
 def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
-    """Return choices of one index per column, all or random, and whether all are included."""
+    """Return combinations of one index per column, and whether all combinations are included."""
     if prod(sizes) <= CHOICES:
         return np.stack([m.ravel() for m in np.indices(sizes)], axis=1), True
     generator = np.random.default_rng(3)
@@ -184,7 +184,7 @@ def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Arra
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
     """Rearrange a table so that C lies in an interval; return None if the search fails.
 
-    Each step exchanges the two ratings in a column that bring C closest to the interval.
+    Each step exchanges two ratings of a column, chosen so that C comes closest to the interval.
     """
     k, n = table.shape
     for _ in range(n * n * k):

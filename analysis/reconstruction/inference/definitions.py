@@ -52,7 +52,7 @@ def one_way_f(columns: Groups) -> Array:
 
 
 def rm_f(columns: Groups) -> Array:
-    """Return the repeated-measures F; NaN if only participants vary."""
+    """Return the repeated-measures F; NaN if the error sum of squares is 0."""
     x = np.stack(list(columns), axis=2).astype(float)
     n, k = x.shape[1:]
     means = x.mean(axis=1, keepdims=True)

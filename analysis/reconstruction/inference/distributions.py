@@ -62,7 +62,7 @@ class Distribution:
     significant : float or None
         Proportion of samples with p < 0.05; None if the statistic has no test.
     samples, seed, measure : int, int, str
-        Number of samples, random seed and measure, for reproducing the numbers.
+        Number of samples, random seed and measure, which are needed to reproduce the result.
     """
 
     name: str

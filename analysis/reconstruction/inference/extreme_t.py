@@ -42,10 +42,9 @@ class _Rows:
 def paired_t(x: Array, y: Array) -> Range:
     """Return the range of the paired t of y - x over all data sets and pairings.
 
-    All combinations of sums and sums of squares are examined, except combinations that cannot widen
-    the range according to the Cauchy-Schwarz inequality. If lists are too long for a
-    nearest-neighbour search, the bounds on t follow from this inequality, and no table that attains
-    them is returned.
+    All combinations of sums and sums of squares are examined, except those that cannot widen the
+    range because of the Cauchy-Schwarz inequality. If lists are too long for a nearest-neighbour
+    search, the bounds on t follow from this inequality, and no table that attains them is returned.
 
     Parameters
     ----------
@@ -85,7 +84,7 @@ def _by_cauchy(a: _Rows, b: _Rows, n: int) -> Range:
 
 
 def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: int) -> Range:
-    """Return bounds on the paired t of y - x from sums and sums of squares alone.
+    """Return bounds on the paired t of y - x, using only sums and sums of squares.
 
     Parameters
     ----------
@@ -104,7 +103,7 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
 
 
 def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
-    """Return the range of the root of n times the squared deviations for each sum."""
+    """Return for each sum the range of the root of n times the sum of squared deviations."""
     ends: dict[int, tuple[float, float]] = {}
     for total, squares in moments:
         root = sqrt(n * squares - total**2)
@@ -121,14 +120,14 @@ def _t_of_roots(difference: int, n: int, roots: tuple[float, float]) -> Range:
 
 
 def _t_of_scatter(difference: int, n: int, scatter: float) -> float:
-    """Compute t from the sum of n differences and n times their squared deviations."""
+    """Compute t from the sum of n differences and n times their sum of squared deviations."""
     if not difference:
         return 0.0
     return difference * sqrt((n - 1) / scatter) if scatter > 0 else copysign(inf, difference)
 
 
 def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
-    """Return the extreme t of two groups of rows that have the same or opposite orders."""
+    """Return the extreme t of two groups of rows, sorted in the same or in opposite order."""
     difference, n = b.total - a.total, a.rows.shape[1]
     y = b.rows if same else b.rows[:, ::-1]
     # If the sums are equal, t is 0 for all rows.
@@ -141,7 +140,7 @@ def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
     """Return the row of `x` and the row of `y` with the extreme sum of products.
 
     This sum is largest if `same` is True, otherwise smallest. All rows of `x` must have the same
-    sum and sum of squares, and so must all rows of `y`.
+    sum and the same sum of squares, and this also applies to `y`.
     """
     if len(x) * len(y) <= SEARCHED:
         # Whole numbers below 2^53 are exact in floating point.
@@ -169,7 +168,7 @@ def _standardised(rows: Array) -> Array:
 
 
 def _nearest(few: Array, many: Array) -> tuple[int, int]:
-    """Return the indices of the nearest two points, one from `few` and one from `many`."""
+    """Return the indices of the closest pair of points, one from `few` and one from `many`."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
 
     tree, best, at = cKDTree(many), inf, (0, 0)

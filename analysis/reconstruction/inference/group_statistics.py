@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
-    """Return statistic and p (upper-tail for F, else two-sided) for each choice of moments."""
+    """Return the statistic and p (F: upper tail, t: two-sided) for each choice of moments."""
     from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
     from scipy.stats import t as student  # noqa: PLC0415
 

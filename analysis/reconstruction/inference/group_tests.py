@@ -71,7 +71,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
 
 
 def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
-    """Check a test with only extreme sums, if there are too many choices to examine all of them."""
+    """Check a test by its extreme values, because there are too many choices to examine."""
     groups = [group_of(solutions) for solutions in case.columns]
     if case.test.kind == "one_way_f":
         extent = range_of_f(groups)

@@ -107,7 +107,7 @@ def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Ar
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Student's t of b minus a and its degrees of freedom for all pairs of moments."""
+    """Return Student's t for b minus a, and its degrees of freedom, for all pairs of moments."""
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
@@ -115,7 +115,7 @@ def students_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Welch's t of b minus a and its degrees of freedom for all pairs of moments."""
+    """Return Welch's t for b minus a, and its degrees of freedom, for all pairs of moments."""
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
@@ -200,7 +200,8 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
     Returns
     -------
     tuple of (ndarray, float)
-        The means and their sum of squares, for the smallest and the largest sum.
+        The means and the weighted sum of squares, for the smallest and for the largest sum of
+        squares.
     """
     corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(len(ends), -1)
     centres = weights @ corners / weights.sum()

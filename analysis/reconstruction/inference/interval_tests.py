@@ -47,8 +47,8 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
     Raises
     ------
     UserError
-        If a test compares two of several columns without naming them, or if paired columns differ
-        in n.
+        If the test compares two columns but does not say which of several, or if paired columns
+        differ in n.
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
@@ -159,7 +159,7 @@ def _example(
 
 
 class _Path:
-    """A path of columns from the smallest statistic (`at` = 0) to the largest (`at` = 1)."""
+    """A continuous path from columns with the smallest statistic to those with the largest."""
 
     def __init__(
         self, test: PrintedTest, columns: Sequence[IntervalColumn], generator: np.random.Generator
@@ -216,7 +216,7 @@ class _Path:
 
 
 def _unit(rows: Array) -> Array:
-    """Return as many orthonormal rows with mean 0 as the dimensions allow."""
+    """Return the rows centred at 0, and made orthonormal if they are long enough."""
     centred = rows - rows.mean(axis=1, keepdims=True)
     if rows.shape[1] > rows.shape[0]:
         centred = np.linalg.qr(centred.T)[0].T

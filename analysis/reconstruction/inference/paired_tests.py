@@ -96,7 +96,7 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
 
 
 def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
-    """Return the range of whole numbers in an interval that C can take."""
+    """Return the smallest and the largest whole number in an interval that C can take."""
     least, most = found.least.astype(float), found.most.astype(float)
     low, high = np.maximum(np.ceil(low - 1e-9), least), np.minimum(np.floor(high + 1e-9), most)
     none = low > high
@@ -112,7 +112,7 @@ def _reach(found: Choices) -> Array:
 
 
 def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
-    """Return bounds on the statistic over all choices and pairings; NaN if always undefined."""
+    """Return bounds on the statistic over all choices and pairings; NaN if it is never defined."""
     if test.kind == "correlation":
         reach = _reach(found)
         defined = reach > 0

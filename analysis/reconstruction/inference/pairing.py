@@ -71,8 +71,8 @@ def searched(
     sign : {+1, -1}
         Whether the search looks for large values (+1) or small values (-1).
     generator : numpy.random.Generator
-        Random generator for one of the three starting pairings and, for more than 17 participants,
-        for the exchanges.
+        Random generator for the random starting pairing and, with more than 17 participants, for
+        the choice of exchanges.
 
     Notes
     -----

@@ -40,7 +40,7 @@ class PrintedTestAnswer:
     labels : tuple of str
         Labels of the columns that the test compares.
     printed : str
-        Description of all printed numbers of the test.
+        All numbers printed for the test, as text.
     verdict : {"possible", "impossible", "not decided"}
         Whether any data set and pairing reproduce the printed test.
     reason : str
@@ -95,7 +95,7 @@ class Case:
         correlation: tuple[float, float] | None = None,
         example: Sequence[Array] = (),
     ) -> PrintedTestAnswer:
-        """Return an answer with a verdict; the example has one row of steps per column."""
+        """Return an answer with this verdict. The example has one row of steps per column."""
         return PrintedTestAnswer(
             kind=self.test.kind,
             labels=tuple(s.column.label for s in self.columns),
@@ -126,7 +126,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     Raises
     ------
     UserError
-        If a test compares two of several columns without naming them.
+        If the test compares two columns but does not say which of several.
     """
     chosen = [column for _, column in columns]
     if test.columns:
@@ -137,7 +137,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
 
 
 def in_words(test: PrintedTest) -> str:
-    """Describe all printed numbers of a test.
+    """Format all numbers printed for a test as text.
 
     >>> from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     >>> in_words(PrintedTest(kind="paired_t", statistic="2.31", p_below=".05", sides=1))

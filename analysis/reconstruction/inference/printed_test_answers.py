@@ -42,8 +42,8 @@ def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer
     Raises
     ------
     UserError
-        If a test compares two of several columns without naming them, or if the columns cannot be
-        compared.
+        If the test compares two columns but does not say which of several, or if the columns cannot
+        be compared.
     """
     chosen = chosen_columns(test, [(s.column.label, s) for s in columns])
     if test.kind in PAIRED:

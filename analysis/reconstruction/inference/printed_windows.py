@@ -129,7 +129,7 @@ def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
 
 
 def fits(values: Array, window: Window) -> Array:
-    """Return which values lie in an interval, allowing for floating-point error."""
+    """Return a mask of the values that lie in an interval, allowing for floating-point error."""
     slack = SLACK * (1 + np.abs(values))
     found: Array = (values >= window[0] - slack) & (values <= window[1] + slack)
     return found

@@ -4,7 +4,7 @@ The published table determines the total sum of squares and the sum of squares b
 sum of squares between participants, which is removed from the error, depends on the pairing. This
 sum and F are smallest if participants' totals are as equal as whole numbers allow. The sum and F
 are largest if all columns have the same order (see `cross_products`). These bounds on F hold for
-columns of any size. A search tests whether a table attains a bound.
+columns of any size. A search then tries to find tables that attain the bounds.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class _Case:
 
 
 def least_f(moments: Sequence[Moments], n: int) -> float | None:
-    """Return a lower bound on F from sums and sums of squares; None for too many combinations.
+    """Return a lower bound on F, using sums and sums of squares; None for too many combinations.
 
     Parameters
     ----------

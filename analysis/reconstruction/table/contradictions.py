@@ -39,7 +39,7 @@ INSIDE = (
 
 
 def impossible(column: Column) -> str:
-    """Return an explanation of the printed numbers that no rounding makes possible, or ""."""
+    """Explain which printed numbers are impossible under any rounding rule, or return ""."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
     for name in INSIDE:
@@ -70,7 +70,7 @@ def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
 
 
 def _impossible_shares(column: Column) -> Iterator[str]:
-    """Yield errors for percentages that no count gives, and for frequencies above n in total."""
+    """Yield errors for percentages that no count gives, and for frequencies with a sum above n."""
     for value, printed in column.percentages:
         if not _occurrences(column, printed):
             yield f"GRIM: no count out of {column.n} gives {printed.text} % for the rating {value}"

@@ -36,14 +36,14 @@ class IntervalColumn:
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
-        Intervals of the mean and the SD that are consistent with the printed numbers. If
-        `logarithms` is true, both describe natural logarithms.
+        Intervals of the mean and the SD that follow from the printed numbers. If `logarithms` is
+        True, both intervals are for natural logarithms.
     scale : tuple of (float, float)
-        Ends of the scale in the same unit; infinite if the table states none.
+        Ends of the scale, in the unit of the mean. An end that is not stated is infinite.
     logarithms : bool
-        Whether the mean and SD are of logarithms.
+        Whether the mean and SD describe logarithms.
     printed : str
-        Description of all printed numbers of the column.
+        All numbers printed for the column, as text.
     reason : str
         Reason why no values have this mean and SD; empty if such values are possible.
     """
@@ -58,7 +58,7 @@ class IntervalColumn:
     reason: str = ""
 
     def assumptions(self) -> Iterator[str]:
-        """Yield descriptions of the assumptions about the values."""
+        """Yield the assumptions about the values, as text."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
         yield f"{kind}, with any number of decimals"
         yield f"n = {self.n} values, none of which is missing"

@@ -45,7 +45,7 @@ class OpenScale(FrozenTable):
     Raises
     ------
     ValueError
-        If the step does not divide the scale, or if the scale has no range.
+        If the step does not divide the scale, or if the maximum is not above the minimum.
     """
 
     minimum: Exact | None = None
@@ -95,7 +95,7 @@ class Scale(OpenScale):
         return int((self.maximum - self.minimum) / self.step)
 
     def too_fine(self, n: int) -> bool:
-        """Return whether the sum of squares of n ratings, in steps, could be too large."""
+        """Return whether the sum of squares of n ratings could exceed `LARGEST_SQUARES`."""
         return n * self.steps**2 > LARGEST_SQUARES
 
     def value(self, steps: int) -> Fraction:
@@ -119,12 +119,13 @@ class Summary(FrozenTable):
     n : int
         Number of ratings, 2 or more.
     mean, mean_percent, sum : Printed, optional
-        Mean, mean of 0 and 1 ratings in per cent, or sum of the ratings; at least one is required.
-        The number of printed decimals matters.
+        Mean of the ratings, mean of ratings of 0 and 1 in percent, or sum of the ratings. At least
+        one of the three is required, unless `geometric_mean` is given. Trailing zeros count as
+        printed decimals.
     sd, se : Printed, optional
         Standard deviation, and standard error of the mean (the SD divided by the square root of n).
     geometric_mean, log_sd : Printed, optional
-        Geometric mean and SD of logarithms, given instead of mean and SD.
+        Geometric mean and SD of logarithms, which replace the mean and the SD.
     log_base : {"10", "2", "e"}
         Base of the logarithms.
     ci_low, ci_high : Printed, optional
@@ -303,7 +304,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Give the columns of a table without a printed scale one common scale for comparisons."""
+    """Give columns without a printed scale a common scale, so that they can be compared."""
     grids = [column.scale for column in columns]
     if len({grid.step for grid in grids}) != 1:
         return tuple(columns)

@@ -115,7 +115,7 @@ def plain_decimal(text: str) -> str:
 
 @dataclass(frozen=True)
 class Printed:
-    """A number with the decimals that are printed.
+    """A number as it was printed, including trailing zeros.
 
     Examples
     --------

@@ -83,7 +83,7 @@ class _File(FrozenTable):
         return self
 
     def _faults(self) -> Iterator[Fault]:
-        """Yield errors in combinations of entries that are individually valid."""
+        """Yield errors in entries that are valid separately, but not together."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
             words = "whole ratings and continuous values (or logarithms) need separate files"
@@ -105,7 +105,7 @@ class _File(FrozenTable):
                     yield ("test", place, "columns"), {"msg": words}
 
     def labels(self) -> list[str]:
-        """Return the labels of all columns, with defaults for columns without a label."""
+        """Return the labels of all columns, using a default for each missing label."""
         return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
 
     def continuous(self, entry: Summary) -> bool:
@@ -196,7 +196,7 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
 
 
 def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
-    """Parse a published table from CSV text that has one row per column of this table.
+    """Parse a published table from CSV text with one row per column of the table.
 
     The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum`` and
     any other key of a TOML column; empty cells are ignored. The separator in the header (comma,

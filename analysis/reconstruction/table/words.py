@@ -27,7 +27,7 @@ NAMES = {
 
 
 def in_words(column: Column) -> str:
-    """Describe all printed numbers of a column."""
+    """Format all numbers printed for a column as text."""
     parts = [f"n {column.n}"]
     for name, words in NAMES.items():
         printed = getattr(column, name)
@@ -49,7 +49,7 @@ def in_words(column: Column) -> str:
 
 
 def assumptions(column: Column) -> Iterator[str]:
-    """Yield descriptions of the assumptions on which the column's verdict depends."""
+    """Yield the assumptions, as text, on which the verdict on the column depends."""
     scale = column.scale
     stated = " (no step is stated)" if "step" in column.assumed else ""
     yield f"ratings change in steps of {scale.step}{stated}"

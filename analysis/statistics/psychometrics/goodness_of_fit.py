@@ -29,7 +29,7 @@ RUNS = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GoodnessOfFit:
-    """The deviation of the answers from a fitted curve.
+    """Test of the deviation of answers from a fitted curve.
 
     Parameters
     ----------
@@ -71,8 +71,9 @@ def goodness_of_fit(
     fitted : PsychometricFunction
         Result of `fit_threshold` with the same ``largest_lapse``.
     tracks : Interleaved, optional
-        The rule that chose the levels, in its state before the first trial. Requires
-        ``generating``; limits simulations to `RUNS`. If omitted, the levels were fixed.
+        The rule that chose the levels, in its state before the first trial. If given,
+        ``generating`` is also required, and at most `RUNS` data sets are simulated. If omitted, the
+        levels are treated as fixed in advance.
     generating : PsychometricFunction, optional
         Result of `fit_threshold_by_posterior` for the same answers.
     """
@@ -111,7 +112,7 @@ def goodness_of_fit(
 
 
 def deviance(counts: Counts, proportion: Array) -> Array:
-    """Return the deviance between answers and proportions, shape (sets,)."""
+    """Return the deviance of each data set from predicted proportions, shape (sets,)."""
     # Levels without answers are padding and have no deviance.
     own = counts.log_likelihood(counts.correct / np.maximum(counts.trials, 1))
     return 2 * (own - counts.log_likelihood(proportion))

@@ -58,7 +58,7 @@ LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """The answer counts of several people, with one row per person, condition and level.
+    """Numbers of answers from several people, with one row per person, condition and level.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ class HierarchicalFit:
         return self._fitted.profile(self.best, place, fall)
 
     def p(self, coefficient: int, df: int) -> float:
-        """Return a coefficient's p-value: 1 minus the level of the interval with one end at 0."""
+        """Return the p-value for the null hypothesis that a coefficient is 0."""
         from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
         fallen = max(self.fallen({coefficient: 0.0}), 0.0)

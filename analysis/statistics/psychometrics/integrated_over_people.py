@@ -46,8 +46,8 @@ AWAY_FROM_ZERO = 0.3
 class Prediction(NamedTuple):
     """Log probabilities of yes and no, shape (kinds, outer nodes, inner nodes), with derivatives.
 
-    The function ``gradient`` returns the gradient of the log likelihood, given the weights of the
-    yes and no answers.
+    ``gradient`` is a function that returns the gradient of the log likelihood, given the weights of
+    the yes and no answers.
     """
 
     log_yes: Array
@@ -70,7 +70,7 @@ class Counted:
     ----------
     yes, no : array, shape (people, kinds)
     cells : int array, shape (kinds,)
-        Index of the cell of each kind, from 0.
+        Index of the cell that contains each kind, counted from 0.
     times : array, shape (people,)
         Number of people who have each row of counts.
     """
@@ -122,7 +122,7 @@ NO_EFFECT = Grid(np.zeros((1, 1)), np.zeros(1))
 
 
 def even(count: int, farthest: float = FARTHEST_NODE) -> Grid:
-    """Return an evenly spaced grid of one variable."""
+    """Return an evenly spaced grid for one standard normal variable."""
     found = np.linspace(-farthest, farthest, count)
     return Grid(found[None], -(found**2) / 2 - log(np.exp(-(found**2) / 2).sum()))
 
@@ -241,10 +241,9 @@ class IntegratedModel:
         Parameters
         ----------
         best : Maximum
-            Result of `fit`, called without fixed parameters.
+            Maximum that `fit` returns without fixed parameters.
         fall : float
-            Drop in log likelihood at the ends of the interval, such as the result of
-            `students_fall`.
+            Drop in log likelihood at the ends of the interval, as computed by `students_fall`.
         """
         ends: list[float] = []
         flat = False
@@ -301,7 +300,7 @@ class IntegratedModel:
 
 
 def _log_sum(terms: Array) -> tuple[Array, Array]:
-    """Return the logarithm of the sum over the last axis, and each term's proportion of it."""
+    """Return the log of the sum of exponentials over the last axis, and each term's share."""
     if terms.shape[-1] == 1:
         return terms[..., 0], np.ones_like(terms)
     top = terms.max(axis=-1, keepdims=True)

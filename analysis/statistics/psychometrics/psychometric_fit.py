@@ -54,7 +54,7 @@ class Counts:
     trials: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Counts:
-        """Return only the selected data sets."""
+        """Return the selected data sets."""
         return Counts(self.u[sets], self.correct[sets], self.trials[sets])
 
     def log_likelihood(self, proportion: Array) -> Array:
@@ -72,7 +72,7 @@ class Bounds:
     high: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Bounds:
-        """Return only the bounds for the selected data sets."""
+        """Return the bounds of the selected data sets."""
         return Bounds(self.low[sets], self.high[sets])
 
 
@@ -87,7 +87,7 @@ class Model:
     share : float
         Value of the curve at the threshold, without guesses and lapses.
     guess : {"fixed", "free", "equal to lapse"}
-        Method of determining the lower asymptote.
+        Whether the lower asymptote is fixed, estimated or equal to the lapse rate.
     guess_rate : float
         Value of the lower asymptote if this asymptote is fixed.
     largest_lapse : float
@@ -158,7 +158,7 @@ class Fits:
     bounds: Bounds
 
     def at_bound(self, parameter: int) -> tuple[npt.NDArray[np.bool_], npt.NDArray[np.bool_]]:
-        """Return whether a parameter is at its lower or its upper bound, each of shape (sets,)."""
+        """Return two masks, shape (sets,): parameter at its lower bound, and at its upper bound."""
         value = self.theta[:, parameter]
         low, high = self.bounds.low[:, parameter], self.bounds.high[:, parameter]
         near = 1e-6 * (high - low)
@@ -171,7 +171,7 @@ def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:
-    """Return the range of parameters in which to search.
+    """Return the search range of each parameter.
 
     The threshold may lie outside the levels by up to the range of the levels. The shallowest curve
     rises over twenty times the range of the levels. The steepest curve rises over one tenth of the
@@ -305,7 +305,7 @@ def _start(model: Model, counts: Counts, bounds: Bounds, lapse: float) -> Array:
 
 
 def _climb(model: Model, counts: Counts, start: Array, bounds: Bounds) -> Fits:
-    """Return the local maximum of each likelihood that is reached from its starting point."""
+    """Climb from the starting points to local maxima of the likelihoods."""
     theta = start.copy()
     value = counts.log_likelihood(model.proportion(theta, counts.u))
     damping = np.full(len(theta), 1e-2)

@@ -22,12 +22,12 @@ from slipscale.faults import UserError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """The constraints that a task's question places on the lower asymptote.
+    """The lower asymptote that follows from the question of a task.
 
     Parameters
     ----------
     guess : {"fixed", "free", "equal to lapse"}
-        Method of determining the lower asymptote.
+        Whether the lower asymptote is fixed, estimated or equal to the lapse rate.
     guess_rate : float
         Value of the lower asymptote if this asymptote is fixed.
     """
@@ -81,7 +81,7 @@ class Answers:
 
     @classmethod
     def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:
-        """Count the answers of single trials, such as the trials of an adaptive track."""
+        """Count the answers to single trials, such as the trials of an adaptive track."""
         levels, place = np.unique(np.asarray(levels_um_pp, float), return_inverse=True)
         return cls(
             levels_um_pp=levels,
@@ -99,7 +99,7 @@ class Estimate:
 
 
 def estimate(value_and_ends: Array, confidence: float) -> Estimate:
-    """Return an estimate with its interval, given the value and both ends of the interval."""
+    """Convert an array of a value and both ends of its interval to an `Estimate`."""
     value, low, high = (float(number) for number in value_and_ends)
     return Estimate(value=value, interval=ConfidenceInterval(low, high, confidence))
 
@@ -117,14 +117,14 @@ class PsychometricFunction:
     share : float
         Value of the curve at the threshold, without guesses and lapses.
     threshold_um_pp : Estimate
-        Threshold in µm peak to peak. If the data do not determine an end of an interval, this end
-        is infinite, or 0 for a logarithmic curve.
+        Threshold in µm peak to peak. If the data do not determine an end of the interval, the upper
+        end is infinite; the lower end is minus infinity, or 0 for a logarithmic curve.
     slope : Estimate or NotComputed
-        Slope of the curve's argument per µm; without unit for a logarithmic curve.
+        Slope of the curve's argument per µm. For a logarithmic curve, the slope is dimensionless.
     lapse, guess : float
         Lapse rate (1 minus the upper asymptote), and lower asymptote.
     slope_value : float
-        Estimated slope, even if the data do not determine the slope.
+        Estimated slope, which is given even if the data do not determine it.
     trials, levels : int
         Number of trials, and number of levels.
     """

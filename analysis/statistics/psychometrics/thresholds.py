@@ -93,9 +93,7 @@ def fit_threshold(
 def threshold_values(
     people: Sequence[Answers], *, method: str, curve: str, half_width: bool = False
 ) -> Array:
-    """Return the thresholds of many people in µm peak to peak, fitted as by `fit_threshold`.
-
-    Without intervals, the computation takes a second for thousands of thresholds.
+    """Return the thresholds of many people in µm peak to peak, as fitted by `fit_threshold`.
 
     Parameters
     ----------
@@ -199,7 +197,7 @@ def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Mod
 
 
 def counts_of(answers: Answers, model: Model) -> Counts:
-    """Return the answers as one data set for `psychometric_fit`."""
+    """Convert answers to a single data set for `psychometric_fit`."""
     u = likelihood.coordinates(model.curve, answers.levels_um_pp)
     return Counts(u[None], answers.correct[None], answers.trials[None])
 
@@ -238,7 +236,7 @@ def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estima
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:
-    """For each data set, return whether the steepest slope is about as likely as the best slope."""
+    """Return for each data set whether its steepest slope is about as likely as its best slope."""
     steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
     steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
     held = likelihood.fit(model, counts, steepest)

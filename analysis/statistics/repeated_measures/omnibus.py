@@ -295,7 +295,7 @@ def page_trend_of(
 
 
 def linear_trend(data: Prepared) -> LinearTrend | NotComputed:
-    """Test the linear contrast of mean logarithms on amplitude, one contrast per participant."""
+    """Test the linear trend of mean logarithms with amplitude, using one slope per participant."""
     table, why = log_table(data)
     if why:
         return NotComputed(why)

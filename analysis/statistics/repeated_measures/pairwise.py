@@ -49,9 +49,9 @@ class PairedT:
     d_z : float
         Mean difference divided by the standard deviation of the differences.
     d_z_interval : ConfidenceInterval or None
-        Exact interval for the effect size; None if it is not defined.
+        Exact interval for d_z, or None if it is not defined.
     equivalence : Equivalence
-        Test of whether the ratio lies within the equivalence bound.
+        Test of whether the two amplitudes are equivalent.
     equivalence_p_holm : float
         p-value of the equivalence test, Holm-corrected across all pairs.
     bayes_factor : float
@@ -236,7 +236,7 @@ def signed_rank_p(differences: NDArray[np.float64]) -> float:
     """Return the two-sided Wilcoxon signed-rank p-value, exact for small samples with ties.
 
     With ties in small samples, SciPy permutes in a Python loop and takes about a second per pair.
-    This function, which permutes precomputed ranks, is a thousand times faster.
+    This function permutes precomputed ranks and is a thousand times faster.
     """
     from scipy import stats  # noqa: PLC0415
 

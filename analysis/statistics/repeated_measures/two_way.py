@@ -43,7 +43,7 @@ class Effect:
 
 
 def effect(f: float, df1: float, df2: float, epsilon: float, confidence: float) -> Effect:
-    """Return an effect, given F, uncorrected degrees of freedom and epsilon."""
+    """Return the test of an effect, given F, the uncorrected degrees of freedom and epsilon."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     df1, df2 = float(df1 * epsilon), float(df2 * epsilon)
