@@ -149,9 +149,9 @@ def test_the_reference_of_the_study_file_has_a_line_for_every_key():
     assert [
         len(re.findall(f"^## {re.escape(name)}$", text, re.MULTILINE)) for name, _ in parts
     ] == ([1] * len(parts))
-    lines = re.findall(r"^\| `(\w+)` \|(.*)\|(.*)\|(.*)\|(.+)\|$", text, re.MULTILINE)
+    lines = re.findall(r"^\| `(\w+)` \|(.+)\|(.*)\|(.*)\|(.*)\|$", text, re.MULTILINE)
     assert [line[0] for line in lines] == keys
-    assert all(meaning.strip() for *_, meaning in lines)
+    assert all(meaning.strip() for _, meaning, *_ in lines)
 
 
 def test_the_reference_of_commands_says_what_every_argument_means():

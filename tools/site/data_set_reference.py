@@ -128,12 +128,12 @@ def _rows(described: Mapping[str, Column]) -> list[tuple[str, ...]]:
         # Flags have a separate table.
         meaning = column.description.partition(":")[0] if name == "flag" else column.description
         meaning = f"{meaning} ({levels})" if levels else meaning
-        rows.append((code(name), column.kind, column.units, meaning))
+        rows.append((code(name), meaning, column.kind, column.units))
     return rows
 
 
 def _table(rows: list[tuple[str, ...]]) -> str:
-    return table(("column", "kind", "unit", "meaning"), rows) + "\n"
+    return table(("column", "meaning", "kind", "unit"), rows) + "\n"
 
 
 def _meanings(title: str, entries: Mapping[str, str]) -> str:

@@ -30,7 +30,7 @@ TYPES = {
     "boolean": "true or false",
     "object": "table",
 }
-HEADER = ["key", "type", "unit", "default", "meaning"]
+HEADER = ["key", "meaning", "type", "unit", "default"]
 
 
 def pages() -> dict[str, str]:
@@ -94,10 +94,10 @@ def row(key: str, value: dict[str, Any], part: dict[str, Any]) -> list[str]:
         kind, default = code(json.dumps(value["const"])), "must be given"
     return [
         code(key),
+        value["description"] + allowed,
         f"{kind} {limits}".strip(),
         value.get("unit", ""),
         default,
-        value["description"] + allowed,
     ]
 
 
