@@ -1,7 +1,7 @@
-"""Parse plate addresses: the part of a SPEC after the name of the backend.
+"""Parse plate addresses: the part of a SPEC after the backend's name.
 
 An address has the form ``PORT,key=value,key=value``: a port or resource, which may be empty, and
-options. Each backend defines its options as a table of names and converters.
+options. Each backend defines its options as a mapping from names to converters.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def parts(spec: str) -> tuple[str, ...]:
 
 
 def is_mock(spec: str) -> bool:
-    """Return whether a plate is simulated, so that a finger would feel nothing.
+    """Return whether a plate is simulated, in which case a finger would feel nothing.
 
     >>> is_mock("mock:q=50"), is_mock("pair:mock+mock"), is_mock("pair:serial:COM3+mock")
     (True, True, False)
@@ -101,7 +101,7 @@ def calibration(text: str) -> Calibration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
-    """Limits, calibration and plate file of the plate that an address selects."""
+    """Plate selected by an address: its limits, calibration and plate file."""
 
     limits: PlateLimits
     calibration: Calibration | None
@@ -172,7 +172,7 @@ def opened(
 
 
 def implausible_alone(calibration: Calibration) -> str:
-    """Describe the implausible values of a calibration without a plate file."""
+    """Describe the implausible values in a calibration that has no plate file."""
     from slipscale.hardware.calibration.soundness import implausible  # noqa: PLC0415 - NumPy
 
     return "; ".join(implausible(calibration, {}))
@@ -187,13 +187,13 @@ def plate_file_of(spec: str) -> PlateFile | None:
 
 
 def _plates_in(spec: str) -> list[str]:
-    """Return the plates named in a SPEC's options."""
+    """Return the plate files named in a SPEC's options."""
     words = parts(spec)[0].partition(":")[2].split(",")
     return [word.removeprefix("plate=") for word in words if word.startswith("plate=")]
 
 
 def with_plate_file(spec: str, wanted: str) -> str:
-    """Add the plate file that a study names to a SPEC; for a pair, to the first actuator.
+    """Add a study's plate file to a SPEC; for a pair, to the first actuator's SPEC.
 
     Raises
     ------
@@ -224,7 +224,7 @@ def with_plate_file(spec: str, wanted: str) -> str:
 def without_session_watchdog(spec: str) -> str:
     """Disable the session watchdog, which silences a plate that the session does not check.
 
-    Disable the watchdog for scripts, and for calibrations in which a person reads an instrument.
+    This is required for scripts, and for calibrations in which a person reads an instrument.
 
     >>> without_session_watchdog("serial:COM3")
     'serial:COM3,attention=0'

@@ -7,13 +7,13 @@ from typing import Protocol
 
 
 class Clock(Protocol):
-    """Interface of a clock that measures and waits in seconds."""
+    """Common interface for clocks, with all times in seconds."""
 
     def now(self) -> float:
         """Return the time in seconds."""
 
     def sleep(self, duration_s: float) -> None:
-        """Wait for ``duration_s`` seconds of the clock's time."""
+        """Wait until ``duration_s`` seconds have passed on this clock."""
 
 
 class SystemClock:

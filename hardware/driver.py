@@ -1,4 +1,4 @@
-"""Define the plate driver: the interface of all backends, and the rules that it enforces.
+"""Define the plate driver: the common interface for all backends, and the rules it enforces.
 
 **The driver checks limits before a backend receives a command, and always silences the plate at the
 end.** A command outside the limits raises an error and does not change the plate. Any other fault
@@ -43,13 +43,13 @@ class PlateDriver(GuardedOutput):
     Parameters
     ----------
     clock : Clock
-        The only clock that the driver may read.
+        Clock used for all times in the driver.
     limits : PlateLimits
-        Limits, which the driver enforces.
+        Limits enforced by the driver.
     calibration : Calibration
         Calibration, which narrows the limits to the calibrated range.
     plate_file : PlateFile
-        Plate file with limits and calibration, if there is one; stored with the data.
+        Plate file with limits and calibration, if any; stored with the data.
 
     Attributes
     ----------
@@ -249,11 +249,11 @@ class PlateDriver(GuardedOutput):
             )
 
     def follow(self, level: float) -> None:
-        """Change to another amplitude without waiting, for a texture that follows the finger.
+        """Change the amplitude without waiting, for a texture that follows the finger.
 
-        The plate must be vibrating and have a `follow_lag_s`. A call of `follow` does not count as
-        a new command, so the limit on unattended vibration time continues to apply. Readbacks are
-        momentary values until `present` settles again.
+        The plate must be vibrating and have a `follow_lag_s`. Calling `follow` does not count as a
+        new command, so the limit on unattended vibration time continues to apply. Until `present`
+        settles again, readbacks are momentary values.
 
         Raises
         ------
@@ -275,7 +275,7 @@ class PlateDriver(GuardedOutput):
             self._repeats_s = math.inf
 
     def play(self, change: Loop) -> None:
-        """Play a change of amplitude that the finger has triggered.
+        """Play a change of amplitude triggered by the finger.
 
         The plate repeats the change unless another amplitude is commanded (`follow`) before the
         change ends. If the computer is late, this command or the next `check` raises `Late`.
@@ -301,7 +301,7 @@ class PlateDriver(GuardedOutput):
             self._change(change)
 
     def check(self) -> None:
-        """Raise a pending `PlateFault`, or `Late` if the plate repeats a change."""
+        """Raise a pending `PlateFault`, or `Late` if the plate has begun to repeat a change."""
         super().check()
         if self.output is Output.MAY_BE_ON:
             with self._silent_on_fault():
@@ -316,7 +316,7 @@ class PlateDriver(GuardedOutput):
             )
 
     def excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
-        """Drive the plate at a frequency and voltage, and read back; for calibration.
+        """Drive the plate at a frequency and voltage for calibration, and read back.
 
         Parameters
         ----------
@@ -348,7 +348,7 @@ class PlateDriver(GuardedOutput):
             return self._read_back()
 
     def vibration_level(self) -> float:
-        """Return the current amplitude in µm p-p; by default, the readback."""
+        """Return the current amplitude in µm p-p. The default implementation reads it back."""
         return self.read_back().level or 0.0
 
     @property
@@ -371,11 +371,10 @@ class PlateDriver(GuardedOutput):
         }
 
     def _after_ring_down(self, presentation: Presentation) -> Presentation:
-        """Wait until a plate that was switched off has rung down, and read back again.
+        """After switching the plate off, wait until it has rung down, and read back again.
 
-        If 0 µm is commanded directly after the plate was switched off, the plate may still ring.
-        The waiting time depends on the plate's Q. A plate that still vibrates afterwards is a
-        fault.
+        The plate may still be ringing if 0 µm is commanded directly after it was switched off. The
+        waiting time depends on the plate's Q. A plate that still vibrates afterwards is a fault.
         """
         wait_s = RING_DOWN_TIME_CONSTANTS * self._time_constant_s()
         self.clock.sleep(wait_s)
@@ -404,7 +403,7 @@ class PlateDriver(GuardedOutput):
 
     @abstractmethod
     def _connect(self) -> PlateIdentity:
-        """Connect, identify the device, and silence the plate. `_close` is called on failure."""
+        """Connect, identify the device, and silence the plate; `_close` is called on failure."""
 
     @abstractmethod
     def _drive(self, level: float) -> Presentation:
@@ -422,7 +421,7 @@ class PlateDriver(GuardedOutput):
         raise NotImplementedError
 
     def _change(self, change: Loop) -> None:
-        """Play a change immediately; the default implementation plays it like a texture."""
+        """Play a change immediately. By default, changes are played like textures."""
         self._play(change)
 
     def _follow(self, level: float) -> None:

@@ -1,7 +1,7 @@
-"""Define the faults of the rig, with codes for the journal and remedies for the operator.
+"""Define hardware faults, with codes for the journal and remedies for the operator.
 
-Backends report every fault of the rig with one of these exceptions. `slipscale.hardware.driver`
-re-exports all these faults.
+Backends report every hardware fault as one of these exceptions. They are also exported by
+`slipscale.hardware.driver`.
 """
 
 from __future__ import annotations
@@ -154,7 +154,7 @@ class OffCalibration(PlateFault):
     )
 
     def blinded(self) -> PlateFault:
-        """Return the fault without amplitude and voltages."""
+        """Return the fault without the amplitude and the voltages."""
         return OffCalibration(
             "the drive voltage differs from the calibration (see the journal for both values)"
         )

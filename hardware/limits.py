@@ -17,7 +17,7 @@ ROUNDING = 4e-7  # of the largest level
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateLimits:
-    """Limits of a plate, for every backend.
+    """Plate limits, which apply to every backend.
 
     Parameters
     ----------
@@ -40,7 +40,8 @@ class PlateLimits:
     tolerance : float
         Allowed deviation of a *measured* level from the commanded level, as a fraction.
     deviation_level : float
-        Allowed deviation as a level. The larger of the two allowed deviations applies.
+        Allowed deviation, in the unit of the level. The larger of the two allowed deviations
+        applies.
     voltage_band : float
         Allowed factor between the reported drive voltage and the calibration's prediction, in
         either direction. A finger that reduces Q from 60 to 50 requires a factor of 1.2.
@@ -91,7 +92,7 @@ class PlateLimits:
         return max(self.tolerance * commanded_level, self.deviation_level)
 
     def held_to(self, *, tolerance: float | None, deviation_level: float | None) -> PlateLimits:
-        """Return the limits with narrower tolerances, if they are given."""
+        """Return the limits with the given tolerances where these are narrower."""
         return replace(
             self,
             tolerance=min(self.tolerance, tolerance or self.tolerance),
@@ -106,7 +107,7 @@ class PlateLimits:
         Parameters
         ----------
         commanded_level, reported_level : float
-            Levels in the plate's quantity.
+            Levels in the unit of the plate's quantity.
         applied : bool
             Whether the level was computed from the active drive, so that `APPLIED_TOLERANCE`
             applies.
@@ -140,7 +141,7 @@ def _check(what: str, value: float, lowest: float, highest: float, unit: str) ->
 
 
 class OnTime:
-    """Record of when the plate vibrated, for its duty cycle and its time since the last command.
+    """Record of the times of vibration, used to limit the duty cycle and unattended vibration.
 
     >>> on_time = OnTime(window_s=100)
     >>> on_time.command(10, vibrates=True)
@@ -157,7 +158,7 @@ class OnTime:
         self._commanded_s = 0.0
 
     def command(self, now_s: float, *, vibrates: bool) -> None:
-        """Record the time of a command, and whether the plate vibrates after the command."""
+        """Record the time of a command, and whether it makes the plate vibrate."""
         if vibrates and self._since is None:
             self._since = now_s
         elif not vibrates and self._since is not None:
@@ -167,11 +168,11 @@ class OnTime:
         self._commanded_s = now_s
 
     def unattended_s(self, now_s: float) -> float:
-        """Return the time of vibration since the last command; 0 if the plate is silent."""
+        """Return how long the plate has vibrated since the last command, or 0 if it is silent."""
         return 0.0 if self._since is None else now_s - self._commanded_s
 
     def duty(self, now_s: float) -> float:
-        """Return the fraction of the last window in which the plate vibrated."""
+        """Return the duty cycle over the last window."""
         start_s = now_s - self._window_s
         while self._spans and self._spans[0][1] <= start_s:
             begun_s, ended_s = self._spans.popleft()

@@ -36,14 +36,14 @@ class GuardedOutput(ABC):
     Parameters
     ----------
     clock : Clock
-        The only clock that the driver reads.
+        Clock used for all times in the driver.
     limits : PlateLimits
-        Limits on the time for which the plate may vibrate.
+        Limits, including those on the duration of vibration.
 
     Attributes
     ----------
     output : Output
-        State of the drive; for the rules, see `slipscale.hardware.output_state`.
+        State of the drive; for the rules, see the documentation of this module.
     """
 
     name: ClassVar[str]
@@ -103,7 +103,7 @@ class GuardedOutput(ABC):
     def close(self) -> None:
         """Silence the plate, and release the device.
 
-        Of all faults, only `StillVibrating` is raised, and only if it was not reported before.
+        The only fault raised is `StillVibrating`, and only if it was not reported before.
         """
         self._fault_known = True
         try:

@@ -22,7 +22,7 @@ class Output(StrEnum):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PlateIdentity:
-    """Identity of a device, as the four fields of IEEE 488.2 ``*IDN?``."""
+    """Device identity: the four fields of an IEEE 488.2 answer to ``*IDN?``."""
 
     manufacturer: str
     model: str
@@ -37,12 +37,12 @@ class PlateIdentity:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Readback:
-    """Reported state of the plate; ``kind`` describes how reliable the readback is.
+    """State reported by the plate; ``kind`` describes how reliable it is.
 
     A level is "measured" by a sensor, "applied" if computed from the active drive, "commanded" if
-    it only repeats the command, or "none" if ``level`` is None. ``time_s`` is the time of the
-    host's clock. Drive voltage at the plate (for a texture, the largest) and temperature are None
-    if unknown.
+    it only repeats the command, or "none" if ``level`` is None. ``time_s`` is the time on the
+    host's clock. The drive voltage at the plate (for a texture, the largest) and the temperature
+    are None if unknown.
     """
 
     level: float | None
@@ -54,11 +54,11 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """Surface at which the plate has settled, with a readback.
+    """Presented surface, at which the plate has settled, with a readback.
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
-    amplitude, or None without a calibration. ``second_readback_level`` is the readback of a second
-    actuator.
+    amplitude, or None without a calibration. ``second_readback_level`` is a second actuator's
+    readback.
     """
 
     commanded_level: float

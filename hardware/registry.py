@@ -21,7 +21,7 @@ PORT = re.compile(r"(/dev/)?(tty\w|cu\.)|/dev/|COM\d", re.IGNORECASE)  # a SPEC 
 
 
 class Backend(Protocol):
-    """Interface of an entry point in the group ``slipscale.backends``, which creates a driver."""
+    """Interface for entry points in the group ``slipscale.backends``, which create drivers."""
 
     def __call__(self, address: str, *, clock: Clock, seed: int) -> PlateDriver:
         """Return a driver that is not yet connected.

@@ -4,7 +4,7 @@ Near one resonance, the amplitude at constant drive voltage is
 
     A(f) = A0 / sqrt(1 + 4 Q² (f - f0)² / f0²).
 
-The quantity 1/A² is a parabola in f with its vertex at f0, and three points determine it. A driver
+As a function of f, 1/A² is a parabola with its vertex at f0, so three points determine it. A driver
 board follows the resonance automatically. A function generator or a sound card drives the plate at
 the calibrated frequency, but its resonance drifts by 5 Hz per kelvin as it warms up. A detuning of
 52 Hz reduces the amplitude by 2 % if Q = 60, and by 20 % if Q = 200.
@@ -32,12 +32,12 @@ LARGEST_SHIFT = 1.0  # largest drift, in half-widths of the resonance
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Tracking:
-    """Result of tracking the resonance.
+    """Result of resonance tracking.
 
     Parameters
     ----------
     before_hz, frequency_hz : float
-        Drive frequency before and after tracking; equal if the points were rejected.
+        Drive frequency before and after tracking. Both are equal if the points were rejected.
     points : tuple of (float, float)
         Frequencies in Hz and measured amplitudes in µm peak to peak.
     refused : str
@@ -51,12 +51,12 @@ class Tracking:
 
 
 def half_width_hz(resonance: Resonance) -> float:
-    """Return the detuning at which the amplitude is 71 % of the amplitude at resonance."""
+    """Return the detuning at which the amplitude falls to 71 % of its value at resonance."""
     return resonance.frequency_hz / (2 * resonance.quality_factor)
 
 
 def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
-    """Return the frequency and amplitude of the resonance through three points.
+    """Return the frequency and amplitude of the resonance curve through three points.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     Parameters
     ----------
     plate : PlateDriver
-        Connected and calibrated driver, whose limits also apply to the measurements.
+        Connected and calibrated driver. Its limits also apply during the measurements.
     measure_um_pp : callable
         Function that returns the settled amplitude measured by an instrument, in µm peak to peak.
 

@@ -9,8 +9,9 @@ an ``except BaseException: pass``, as in PsychoPy when it opens a window. The si
 also recorded. `raise_if_ended` raises the exception again in every frame, wait and prompt, and at
 the end of the block.
 
-A signal that arrives between two exits of a stack would skip the remaining exits. Code that leaves
-a block therefore announces this first, and the exception is raised at the end of the block.
+If an exception were raised between two exits of an exit stack, the remaining exits would be
+skipped. Code that leaves a block therefore announces this, and the exception is raised at the end
+of the block.
 """
 
 from __future__ import annotations
@@ -65,14 +66,14 @@ def signals_raise() -> Iterator[Callable[[], None]]:
     """Convert signals that end the program to `EndedBySignal` inside the block.
 
     For `IGNORED_S` after the first signal, other signals are ignored while the plate is silenced.
-    An exception that was lost is raised again at the end of the block. Only the main thread may
+    If the exception is lost, it is raised again at the end of the block. Only the main thread may
     call this function.
 
     Yields
     ------
     callable
-        Function to call before leaving the block. After this call, a first signal raises the
-        exception at the end of the block, and a second signal immediately.
+        Function to call before leaving the block. After this call, the exception is raised at the
+        end of the block for the first signal, and immediately for the second signal.
     """
     first_s, leaving = -math.inf, False
 
@@ -113,7 +114,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
 
 
 def _follows(error: BaseException | None) -> bool:
-    """Return whether an error was raised while `EndedBySignal` was being handled."""
+    """Return whether an error is an `EndedBySignal`, or was raised while handling one."""
     while error is not None and not isinstance(error, EndedBySignal):
         error = error.__context__
     return error is not None

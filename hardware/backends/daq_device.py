@@ -17,7 +17,7 @@ RANGE_V = 10.0
 
 
 class Error(Exception):
-    """Error that the emulated library raises."""
+    """Error raised by the emulated library."""
 
 
 class AcquisitionType(Enum):

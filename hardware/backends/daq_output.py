@@ -60,7 +60,7 @@ OPTIONS: dict[str, Callable[[str], Any]] = {
 
 
 class DaqOutput(PlateDriver):
-    """Actuator that is driven with a sine of one frequency.
+    """Actuator driven by a sine wave of constant frequency.
 
     Parameters
     ----------

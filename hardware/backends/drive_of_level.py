@@ -36,7 +36,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class DriveOfLevel:
-    """Relation between the drive voltage at one frequency and the level of the plate."""
+    """Relation between the drive voltage at one frequency and the plate's level."""
 
     frequency_hz: float
     level_per_v: float
@@ -66,7 +66,7 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
     Raises
     ------
     UserError
-        If the plate is in µm or has a calibration, or if the options do not fit its quantity.
+        If the plate's quantity is in µm, the plate has a calibration, or the options do not fit.
     """
     if not OPTIONS.keys() & options.keys():
         return None
@@ -94,7 +94,7 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
 
 
 def largest_v_peak(limits: PlateLimits) -> float:
-    """Return the largest drive voltage in V peak."""
+    """Return the largest permitted drive voltage in V peak."""
     if limits.quantity.unit == VOLTS:
         return limits.level / PER_V_PEAK[limits.quantity.convention]
     return limits.voltage_v

@@ -58,7 +58,7 @@ def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injec
 
 
 class Schedule:
-    """Count commands, and return the faults that are due.
+    """Count commands, and return the faults to inject at each command.
 
     >>> schedule = Schedule([Injection("lost", "present", 2)])
     >>> [schedule.due(phase) for phase in ("present", "read_back", "present")]
@@ -70,7 +70,7 @@ class Schedule:
         self._counts: Counter[str] = Counter()
 
     def add(self, injection: Injection) -> None:
-        """Add an injection that counts commands from now on."""
+        """Add an injection whose command count starts now."""
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 
@@ -79,9 +79,9 @@ class Schedule:
         self._injections.clear()
 
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
-        """Count a command of a phase, and return the faults that are due.
+        """Count one command in a phase, and return the faults to inject at this command.
 
-        If ``everywhere`` is True, injections for all phases also count the command.
+        If ``everywhere`` is True, injections that apply to all phases count the command, too.
         """
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)

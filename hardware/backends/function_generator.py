@@ -175,10 +175,10 @@ class FunctionGenerator(PlateDriver):
         return self._read_back()
 
     def _ramp(self, voltage_v: float, *, frequency_hz: float) -> None:
-        """Ramp to a voltage in small steps; a ramp to 0 V ends by switching the output off.
+        """Ramp to a voltage in small steps; at 0 V, the output is switched off.
 
-        Ramps start and end at the generator's smallest voltage. Each step is read back, so that
-        slow generators do not receive the next command too early.
+        Ramps start and end at the generator's smallest voltage. Each step is read back before the
+        next command is sent, so that slow generators can keep up.
         """
         output, from_v = self._output, self._voltage_v
         output.verify()

@@ -21,9 +21,9 @@ def agreed_gain(
     given, wired : float
         Gains in the SPEC and in the plate file.
     calibration : Calibration
-        Calibration, which contains the gain with which it was made.
+        Calibration, which includes the gain used to make it.
     unknown : str
-        Error message if the gain is unknown, which starts with the name of the backend and a colon.
+        Error message for an unknown gain; must start with the backend's name and a colon.
 
     Raises
     ------

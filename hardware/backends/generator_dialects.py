@@ -4,7 +4,7 @@ A dialect defines how to write a setting, how to query it, and how to find its v
 The order of commands is the same for all makes and is defined in
 `slipscale.hardware.backends.generator_output`.
 
-Each dialect gives the source of its values. Sources marked "not verified" are manuals cited from
+Each dialect cites the source of its values. Sources marked "not verified" are manuals cited from
 memory. Dialects are tested with simulated instruments (`slipscale.hardware.emulator.generators`);
 **none has been tested on a real generator yet**.
 """
@@ -77,7 +77,7 @@ class Dialect:
     identity : str
         Regular expression for ``MANUFACTURER,MODEL`` in the answer to ``*IDN?``.
     channels : tuple of (str, str)
-        Prefix of source commands and suffix of output commands, for each channel.
+        For each channel, the prefix of source commands and the suffix of output commands.
     fixed : tuple of FixedSetting
         Settings that never change: sine, infinite load, volts peak to peak, no offset; modulation,
         sweep and burst off.
@@ -91,7 +91,8 @@ class Dialect:
     on, off : str
         Values of `output`.
     error : str or None
-        Query for the oldest error. If None, errors are detected only by reading settings back.
+        Query that returns the oldest error. If None, errors are detected only by reading settings
+        back.
     """
 
     name: str
@@ -113,17 +114,17 @@ class Dialect:
 
 
 def is_sine(text: str) -> bool:
-    """Return whether a reply means a sine."""
+    """Return whether a reply indicates a sine wave."""
     return text.upper().startswith("SIN")
 
 
 def is_infinite(text: str) -> bool:
-    """Return whether a reply means an infinite load, as a word or as SCPI's infinity."""
+    """Return whether a reply indicates an infinite load, in words or as SCPI's infinity."""
     return text.upper().startswith(("INF", "HZ")) or number(text) >= INFINITE_OHM
 
 
 def is_peak_to_peak(text: str) -> bool:
-    """Return whether a reply means volts peak to peak."""
+    """Return whether a reply indicates volts peak to peak."""
     return text.upper() == "VPP"
 
 
@@ -167,7 +168,7 @@ def _plain(header: str) -> Item:
 
 
 def _off(*headers: str, word: str = "0") -> tuple[FixedSetting, ...]:
-    """Return the settings that switch functions off."""
+    """Return the settings that switch off functions, such as modulations."""
     return tuple(FixedSetting(item=_plain(each), value=word, holds=is_off) for each in headers)
 
 
@@ -357,7 +358,7 @@ def channel_number(text: str) -> int:
 
 
 def words_of(dialect: Dialect, channel: int) -> dict[str, str]:
-    """Return the texts that select a channel in a dialect's commands. Raises UserError."""
+    """Return the fields that select a channel in a dialect's commands. Raises UserError."""
     if channel > len(dialect.channels):
         raise UserError(f"plate 'scpi': {dialect.name} generators have no channel {channel}")
     source, suffix = dialect.channels[channel - 1]

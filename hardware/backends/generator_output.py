@@ -1,8 +1,8 @@
 """Control one output of a function generator, with readback of all settings.
 
 Generators have no watchdog. After the first contact, the output is assumed to be on until the
-generator confirms that it is off. If the connection is lost, it is reopened several times to switch
-the output off.
+generator confirms that it is off. If the connection is lost, the driver tries several times to
+reopen it and to switch the output off.
 
 A reset, a preset or a key on the front panel can change fixed settings: a load of 50 Ω doubles the
 voltage, and a modulation halves it. The fixed settings are therefore verified before and after each
@@ -67,7 +67,7 @@ class GeneratorOutput:
         Parameters
         ----------
         largest_vpp : float
-            Largest voltage that will be set, which determines the position of the attenuator.
+            Largest voltage that will be set; it determines the attenuator setting.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class GeneratorOutput:
 
     @property
     def smallest_vpp(self) -> float:
-        """Smallest voltage of the identified model, V peak to peak."""
+        """Smallest voltage of the identified model, in V peak to peak."""
         return (self.range or self.dialect.range_of("")).smallest_vpp
 
     def verify(self) -> None:
@@ -156,7 +156,7 @@ class GeneratorOutput:
             self._reopen_and_switch_off(fault, machine)
 
     def _reopen_and_switch_off(self, fault: PlateFault, machine: Clock) -> None:
-        """Reopen the connection, up to `REOPENINGS` times, until the output is off."""
+        """Reopen the connection up to `REOPENINGS` times until the output is off."""
         reopenings = 1 if self._out_of_reach else REOPENINGS
         for attempt in range(reopenings):
             if attempt:

@@ -14,8 +14,8 @@ SPEC: ``mock`` or ``mock:option=value,...`` with
                 all phases except check (called every frame)
 ==============  ==================================================================
 
-In a quantity other than µm peak to peak, only the dynamics are simulated: the largest amplitude of
-the simulation represents the plate's largest level, and no drive voltage is reported.
+For quantities other than µm peak to peak, only the dynamics are simulated: the simulation's largest
+amplitude corresponds to the plate's largest level, and no drive voltage is reported.
 
 A fault ``lost`` lasts until the next connect; all other faults last for one command. As on a real
 board, the plate is silenced when the connection is lost.
@@ -60,7 +60,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """Record of a command that the mock plate received, for tests."""
+    """Command received by the mock plate, recorded for tests."""
 
     time_s: float
     name: str
@@ -68,12 +68,12 @@ class Command:
 
 
 class MockPlate(PlateDriver):
-    """Plate that is simulated by its dynamics.
+    """Plate whose dynamics are simulated.
 
     Parameters
     ----------
     clock : Clock
-        Clock that times ramps and settling. A virtual clock does not wait.
+        Clock for ramps and settling; with a virtual clock, nothing waits.
     twin : Twin
         Simulated dynamics of the plate.
     limits : PlateLimits
@@ -113,13 +113,13 @@ class MockPlate(PlateDriver):
         self._lost = False  # The connection is lost, and the board has silenced the plate.
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
-        """Inject a fault at the ``n``-th future command of a phase ("": all phases but check)."""
+        """Inject a fault at the ``n``-th command from now in a phase ("": any phase but check)."""
         if fault not in FAULTS or phase not in ("", *PHASES):
             raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))
 
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
-        """Use the study's quantity and largest level if the plate has a different quantity."""
+        """Adopt the study's quantity and largest level if the plate produces another quantity."""
         if quantity.makes != self.limits.quantity.makes:
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(

@@ -1,11 +1,11 @@
 """Drive two actuators on one plate, such as ultrasonic vibration and electrovibration.
 
-The SPEC is ``pair:FIRST+SECOND``, with the SPECs of two backends. In a session, the first actuator
-is the plate, to which surfaces, readback and limits refer. The second actuator holds
+The SPEC is ``pair:FIRST+SECOND``, with the SPECs of two backends. A session treats the first
+actuator as the plate: surfaces, readback and limits refer to it. The second actuator holds
 `PlateDriver.second_level` during every surface, in its own quantity and within its own limits.
 
-Each actuator keeps its own limits, watchdog and guard, because both are complete drivers. A fault
-of either actuator switches off both, and *confirmed off* requires both to confirm.
+Both actuators are complete drivers, each with its own limits, watchdog and guard. A fault in either
+actuator switches off both, and *confirmed off* requires both to confirm.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class PlatePair(PlateDriver):
     Parameters
     ----------
     first, second : PlateDriver
-        Drivers that are not connected and have the same clock.
+        Drivers that share a clock and are not yet connected.
     """
 
     name = "pair"
@@ -52,7 +52,7 @@ class PlatePair(PlateDriver):
         return self.first.unfelt or self.second.unfelt
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
-        """Check the level of the second actuator, and the surface for the first actuator."""
+        """Check the second actuator's level, and that the first can present the surface."""
         self.second.check_supported(VirtualSurface(level=self.second_level))
         return super().check_supported(surface, sensors=sensors)
 
@@ -65,7 +65,7 @@ class PlatePair(PlateDriver):
         return self.first.vibration_level()
 
     def describe(self) -> dict[str, object]:
-        """Return the session record of the first actuator, which contains that of the second."""
+        """Return the first actuator's session record, which includes that of the second."""
         second = self.second.describe()
         named = self.second.limits.quantity.named
         limits = {named(name): value for name, value in second["limits"].items()}

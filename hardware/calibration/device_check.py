@@ -23,7 +23,7 @@ class Checked(Protocol):
 def check_device(plate: Checked, identity: PlateIdentity, *, wanted: str) -> tuple[str, ...]:
     """Check a plate's identity; return notes on its calibration for the operator.
 
-    If a simulated plate has the calibration of another plate, only a note is returned.
+    If a simulated plate uses another plate's calibration, a note is returned instead of an error.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ class Peak:
 def response(
     frequency_hz: NDArray[np.float64], resonance_hz: float, quality_factor: float, height: float
 ) -> NDArray[np.float64]:
-    """Return the magnitude of the response at a frequency, as in the simulated plate."""
+    """Return the magnitude of the frequency response, modelled as in the simulated plate."""
     detuning = (frequency_hz - resonance_hz) / resonance_hz
     return height / np.sqrt(1 + (2 * quality_factor * detuning) ** 2)
 
@@ -158,14 +158,14 @@ def _weights(
     Parameters
     ----------
     fitted, left : ndarray
-        Predictions of the fit, and residuals (reading minus prediction).
+        Fitted values, and residuals (reading minus fitted value).
     before : ndarray
-        Weights of the previous fit, which are also used for the squared residuals.
+        Weights of the previous fit, also used to fit the squared residuals.
 
     Returns
     -------
     ndarray
-        Reciprocal variances, scaled to a maximum of 1.
+        Reciprocal variances, scaled so that the largest is 1.
     """
     terms = np.column_stack([np.ones_like(fitted), fitted**2]) * before[:, None]
     (constant, proportional), _ = optimize.nnls(terms, left**2 * before)

@@ -1,8 +1,8 @@
 """Ask questions at the terminal while keeping a vibrating plate alive.
 
-A board silences the plate if it receives nothing for its watchdog time. `typed` therefore calls a
-function repeatedly while it waits for an answer. The wait is divided into short steps, so that
-signals are handled without delay.
+A board silences the plate if it receives nothing for its watchdog time. While `typed` waits for an
+answer, it therefore calls a function repeatedly. It waits in short steps, so that signals are
+handled without delay.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     EOFError
         If standard input has ended.
     Exception
-        Any exception that ``alive`` raises, without delay.
+        Any exception raised by ``alive`` is raised immediately.
     """
     print(question, end="", flush=True)
     try:
@@ -41,7 +41,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
 
 
 def _read_line(descriptor: int, read: bytearray) -> None:
-    """Read exactly one line, because the answer to the next question may follow."""
+    """Read exactly one line, because later lines may answer later questions."""
     while not read.endswith(b"\n"):
         byte = os.read(descriptor, 1)
         if not byte:

@@ -1,6 +1,6 @@
 """Read vibrometer readings from files: amplitudes, velocities or oscilloscope traces.
 
-Files are CSV with one row per reading and the columns ``sweep``, ``frequency_hz``, ``voltage_v``,
+CSV files contain one row per reading, with the columns ``sweep``, ``frequency_hz``, ``voltage_v``,
 and one of `QUANTITIES` for the measured quantity.
 """
 
@@ -30,7 +30,7 @@ UNEVEN = 0.01  # tolerance of sample times, as instruments print few digits
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trace:
-    """Recording of an oscilloscope, evenly sampled.
+    """Evenly sampled oscilloscope recording.
 
     Parameters
     ----------
@@ -85,9 +85,9 @@ def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float
 def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
-    Files from different makes of oscilloscope differ in their headers and first columns. In all
-    files, each line with a sample ends with a time and a voltage. Lines before the first sample are
-    treated as the header.
+    Files from different makes of oscilloscope differ in their headers and first columns. In all of
+    them, the last two fields of each sample line are a time and a voltage. Lines before the first
+    sample are treated as the header.
 
     Raises
     ------
@@ -122,7 +122,7 @@ def _sample(line: str) -> tuple[float, float] | None:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Reading:
-    """Value in a file, with the information for converting this value to an amplitude."""
+    """Value from a file, with the information required to convert it to an amplitude."""
 
     text: str
     frequency_hz: float

@@ -1,4 +1,4 @@
-"""Represent the calibration of a plate, and derive limits and drive voltages from it.
+"""Represent a plate's calibration, and derive limits and drive voltages from it.
 
 Calibrations are stored in TOML files, which ``slipscale plate calibrate`` writes.
 """
@@ -37,8 +37,8 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 class Device(FrozenTable):
     """Calibrated device: its backend, its answer to ``*IDN?``, and the plate's number.
 
-    A board and its plate are one unit. Plates that are driven by a generator can be exchanged, and
-    only the number `plate` identifies each plate.
+    A board's serial number also identifies its plate. Plates driven by a generator are
+    interchangeable, so only the number `plate` identifies them.
     """
 
     backend: str
@@ -184,7 +184,7 @@ class Calibration(FrozenTable):
         return self.gain.um_pp_per_v * point.voltage_v / lost
 
     def characteristics(self) -> dict[str, float]:
-        """Return characteristic values, under the names used in a plate file."""
+        """Return the characteristic values as a dict, with the names used in plate files."""
         return {
             "resonance_hz": self.resonance.frequency_hz,
             "quality_factor": self.resonance.quality_factor,
@@ -222,7 +222,7 @@ class Calibration(FrozenTable):
         )
 
     def mismatches(self, identity: PlateIdentity, *, backend: str) -> tuple[str, ...]:
-        """Describe differences between the calibrated device and the connected device."""
+        """Describe how the connected device differs from the calibrated device."""
         compared = (
             ("backend", self.device.backend, backend),
             ("device", self.device.serial, identity.serial),
@@ -255,7 +255,7 @@ class Calibration(FrozenTable):
         return ()
 
     def summary(self) -> dict[str, object]:
-        """Return the calibration without its points, and a checksum, as JSON data."""
+        """Return the calibration without its points but with a checksum, as JSON data."""
         return {**self.model_dump(mode="json", exclude={"points"}), CHECKSUM: checksum(self)}
 
 
@@ -265,7 +265,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def checksum(calibration: Calibration) -> str:
-    """Return the SHA-256 of a calibration's content, regardless of the layout of the file."""
+    """Return the SHA-256 of a calibration's content; the layout of its file has no effect."""
     content = json.dumps(calibration.model_dump(mode="json", exclude_none=True), sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 

@@ -46,7 +46,7 @@ CHANGED = 0.2  # relative change of the gain between two calibrations of one pla
 
 
 class Sweep(NamedTuple):
-    """Voltage sweep with voltages in V and readings in µm p-p, in measured order."""
+    """Voltage sweep: voltages in V and readings in µm p-p, in the order of measurement."""
 
     voltage_v: NDArray[np.float64]
     reading_um: NDArray[np.float64]
@@ -148,7 +148,7 @@ def implausible(
     ----------
     calibration : Calibration
     expected : mapping
-        Bounds by name, as in ``[expected]`` of a plate file. The default is `BOUNDS`.
+        Bounds by name, as in the ``[expected]`` table of a plate file. Missing names use `BOUNDS`.
     """
     found = []
     for name, value in calibration.characteristics().items():
@@ -160,7 +160,7 @@ def implausible(
 
 
 def mistake(ratio: float, amplifier_gain: float) -> str:
-    """Return the mistake in units that explains a ratio of two gains, or "".
+    """Return the unit mistake that explains a ratio between two gains, or "".
 
     >>> mistake(0.5, 1.0)
     'peak values mistaken for peak-to-peak values'

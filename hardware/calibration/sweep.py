@@ -37,8 +37,8 @@ FINE_WIDTHS = 1.5  # width of the fine sweep to either side, in half-power width
 class SweepPlan:
     """Ranges of frequency and voltage for the sweeps of a calibration.
 
-    ``span_hz`` is half of the frequency range. Voltages are at the plate, in the convention of the
-    calibration.
+    ``span_hz`` is half the width of the frequency range. Voltages are measured at the plate and
+    follow the calibration's convention.
     """
 
     centre_hz: float = 30_500.0
@@ -55,7 +55,7 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
     plan : SweepPlan
         Ranges of the sweeps.
     measure : callable
-        Function that drives the plate at a frequency in Hz and a voltage in V, and returns the
+        Function that takes a frequency in Hz and a voltage in V, drives the plate, and returns the
         reading in µm p-p, or None to repeat the previous point of the same sweep.
     """
 
@@ -87,7 +87,7 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
 
 
 def there_and_back(steps: Iterable[float]) -> list[float]:
-    """Return the steps in ascending and then in descending order.
+    """Return the steps forwards and then backwards.
 
     >>> there_and_back([1, 2])
     [1.0, 2.0, 2.0, 1.0]

@@ -261,7 +261,7 @@ def _open(arguments: Namespace) -> PlateDriver:
 
 
 def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
-    """Return the driver's gain; raise `UserError` if the given gain differs."""
+    """Return the driver's gain; raise `UserError` if ``given`` differs from it."""
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
             f"--amplifier-gain {given:g}: plate '{plate.name}' has a gain of "
@@ -272,7 +272,7 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
 
 
 def _plate_serial(plate: PlateDriver, given: str) -> str:
-    """Return the number of the plate; raise `UserError` if it differs from the plate file."""
+    """Return the plate's serial number; raise `UserError` if the plate file has another."""
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
         raise UserError(
@@ -333,7 +333,7 @@ def _measure(
 
 
 def measured(plate: PlateDriver, readback: Readback) -> float:
-    """Return the amplitude in µm p-p that the plate itself measured."""
+    """Return the amplitude measured by the plate itself, in µm p-p."""
     if readback.kind != "measured" or readback.level is None:
         raise UserError(
             f"plate '{plate.name}' does not measure its vibration; use --prompt or --csv"
@@ -344,14 +344,14 @@ def measured(plate: PlateDriver, readback: Readback) -> float:
 def prompted(plate: PlateDriver, drive: str) -> float | None:
     """Ask the operator for a vibrometer reading in µm p-p, and keep the plate alive meanwhile.
 
-    Returns None if the operator wants to repeat the previous point.
+    Returns None if the operator asks to repeat the previous point.
 
     Raises
     ------
     UserError
         If standard input has ended.
     PlateFault
-        If the plate fails during the wait, for example because it was silenced.
+        If the plate fails while waiting, for example because it was silenced.
     """
 
     def alive() -> None:

@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Present an amplitude, and print one line per readback until stopped."""
+    """Present an amplitude, and print one line per readback until interrupted."""
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415
     from slipscale.hardware.signals import silent_on_signals  # noqa: PLC0415
@@ -95,7 +95,7 @@ def readbacks(
 
 
 def line(readback: Readback, time_s: float, commanded_level: float, scale_level: float) -> str:
-    """Format a readback as one line of the plot.
+    """Format a readback as one line of the text plot.
 
     >>> from slipscale.hardware.records import Readback
     >>> half = Readback(level=1.25, kind="measured", time_s=0.0)

@@ -1,7 +1,7 @@
 """Send bytes to a driver board, and check the answers against the protocol.
 
-This module depends neither on a port nor on the computer's clock, so tests can run the same checks
-on emulated boards in virtual time.
+The line and the clock are passed in, so tests can run the same checks in virtual time on emulated
+boards.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ class Bench:
         return wire.command_frame(sequence, body)
 
     def answers_to(self, data: bytes, *, at_most: int | None = None) -> list[bytes]:
-        """Send bytes; return the lines received within the time limit, at most `at_most`."""
+        """Send bytes, and return up to ``at_most`` lines that arrive within the time limit."""
         self._line.write(data)
         lines: list[bytes] = []
         end_s = self._clock.now() + (ANSWER_S if at_most is None else LATEST_S)
@@ -95,7 +95,7 @@ class Bench:
                 return lines
 
     def drain(self) -> None:
-        """Discard lines that arrive late, so that they do not affect the checks of other rules."""
+        """Discard late answers, so that they do not affect later checks."""
         end_s = self._clock.now() + SETTLING_S
         while self.answers_to(b"") and self._clock.now() < end_s:
             pass
@@ -115,7 +115,7 @@ class Bench:
             differs(f"no answer to {why}, {_shown(data)}", _shown(lines[0]))
 
     def reply_to(self, data: bytes, what: str | None = None) -> wire.BoardReply:
-        """Send bytes that contain one correct frame, and return the only answer."""
+        """Send bytes that contain one correct frame, and return the answer to this frame."""
         what = what or _shown(data)
         lines = self.answers_to(data, at_most=1)
         reply = wire.parse_reply(lines[0]) if lines else None
@@ -124,7 +124,7 @@ class Bench:
         return reply
 
     def run(self, body: str) -> wire.BoardReply:
-        """Send a command, and return the answer, whatever its code."""
+        """Send a command, and return the answer regardless of its code."""
         frame = self.frame(body)
         reply = self.reply_to(frame, f"'{body}'")
         if reply.sequence != self._sequence:
@@ -137,7 +137,7 @@ class Bench:
         return self._value
 
     def expect_code(self, body: str, code: int) -> None:
-        """Send a command, and check that the answer has the given code and its text."""
+        """Send a command, and check the code in the answer and, for an error, the error text."""
         reply = self.run(body)
         if reply.code != code:
             differs(f"code {code} for '{body}'", str(reply.code))
@@ -161,7 +161,7 @@ class Bench:
         return status
 
     def wait(self, duration_s: float, meanwhile: Callable[[], object] | None = None) -> None:
-        """Wait; every 0.1 s, call ``meanwhile`` or query the status as a host would."""
+        """Wait, and every 0.1 s call ``meanwhile`` or, by default, query the status like a host."""
         end_s = self._clock.now() + duration_s
         while self._clock.now() < end_s:
             (meanwhile or self.status)()
@@ -189,7 +189,7 @@ class Bench:
         return round(0.4 * self.limits.level, 4)
 
     def lists(self) -> wire.ListLimits:
-        """Return the limits of lists. Raises NotApplicable if the board does not support lists."""
+        """Return the limits for lists. Raises NotApplicable if the board does not support lists."""
         reply = self.run("LIST:LIM?")
         if reply.code == wire.UNDEFINED_HEADER:
             raise NotApplicable("the board does not support lists")
@@ -210,7 +210,7 @@ class Bench:
 
 
 def differs(expected: str, got: str) -> NoReturn:
-    """Raise a `Departure` with the expected and the received answer."""
+    """Raise a `Departure` that reports the expected and the received answer."""
     raise Departure(f"expected {expected}; got {got}")
 
 

@@ -1,7 +1,7 @@
 """Test whether a backend fulfils the contract in `slipscale.hardware.driver`.
 
 Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
-tests. The rule about readbacks does not apply to readbacks of the kinds "commanded" and "none".
+tests. Readbacks of the kinds "commanded" and "none" are exempt from the rule for readbacks.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ SHARES = (0.2, 0.5, 0.35)  # of the largest amplitude
 
 
 class Rig:
-    """Plate under test, with its clock.
+    """Plate under test and its clock.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ def _silence_repeats(rig: Rig) -> None:
 
 
 class _Ends(Exception):
-    """Exception that represents an error in a caller's code."""
+    """Exception that simulates an error in the caller's code."""
 
 
 def _exception_ends_off(rig: Rig) -> None:

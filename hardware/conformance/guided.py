@@ -25,7 +25,7 @@ STEP_MS = 200.0
 
 
 class Assistant(Protocol):
-    """Interface of the person who places the load and reads the instruments."""
+    """Interface for the person who places the load and reads the instruments."""
 
     def load(self, *, on: bool) -> None:
         """Put the load on the plate, or remove the load."""
@@ -41,13 +41,13 @@ class Assistant(Protocol):
 
 
 class Terminal:
-    """Assistant who answers at the terminal while the board is kept alive."""
+    """Assistant who answers questions at the terminal while the board is kept alive."""
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
 
     def load(self, *, on: bool) -> None:
-        """Ask the person to put the load on the plate or to remove the load."""
+        """Ask the person to put the load on the plate or to remove it."""
         act = "put the soft load on the plate" if on else "take the load off the plate"
         self._typed(f"{act}, then press Enter: ")
 

@@ -193,7 +193,7 @@ def _stop_ends_a_list(bench: Bench) -> None:
 
 
 def _list_command(bench: Bench) -> str:
-    """Fill a list around the test amplitude, and return the command that plays the list."""
+    """Write a list with amplitudes around the test amplitude; return the command to play it."""
     lists = bench.lists()
     bench.ask("*RST")
     bench.ask(f"LIST:AMPL 1,{1.2 * bench.some_level:.4f},{0.8 * bench.some_level:.4f}")

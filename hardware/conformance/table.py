@@ -16,7 +16,7 @@ Outcome = Literal["conforms", "departs", "not applicable"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Verdict:
-    """Verdict on one rule; ``detail`` explains a violation, or why the rule does not apply."""
+    """Result for one rule; ``detail`` explains a violation or why the rule does not apply."""
 
     rule: str
     outcome: Outcome
@@ -24,7 +24,7 @@ class Verdict:
 
 
 def examine(bench: Bench) -> Iterator[Verdict]:
-    """Check a board against each rule. The plate is off before and after each check.
+    """Check a board against all rules, one by one. The plate is off before and after each check.
 
     Raises
     ------

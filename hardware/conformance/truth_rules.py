@@ -1,8 +1,8 @@
 """Check that the board's reports are true. The plate vibrates.
 
-The sensor's amplitude and the drive voltage are compared with each other and with the command. If a
-board has no vibration sensor, only rules on the voltage apply. Errors that affect all of the
-board's reports are detected by the guided tests (`slipscale.hardware.conformance.guided`).
+The measured amplitude, the drive voltage and the command are compared with each other. If a board
+has no vibration sensor, only rules on the voltage apply. Errors that affect all of the board's
+reports are detected by the guided tests (`slipscale.hardware.conformance.guided`).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def expect_silent(bench: Bench, after: str) -> None:
 
 
 def expect_held(bench: Bench, level: float) -> None:
-    """Check that the mean of many readings in HOLD is within the tolerance."""
+    """Check that the mean of many readings in HOLD agrees with a level, within the tolerance."""
     held_level = mean_level(bench)
     if abs(held_level - level) > max(BAND * level, BAND_OF_LARGEST * bench.limits.level):
         differs(f"a mean of {level:g} {bench.unit} in HOLD, within 2.5 %", f"{held_level:.3f}")
@@ -164,7 +164,7 @@ def _list_reaches_its_largest(bench: Bench) -> None:
 
 
 def _list_keeps_time(bench: Bench) -> None:
-    """End a list during one of its points; check that it had reached the point's amplitude."""
+    """Interrupt a list at several points, and check that it had reached each point's amplitude."""
     for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
         held = bench.settle(bench.some_level)
         due_level = share * bench.some_level
@@ -208,7 +208,7 @@ def _open_loop(bench: Bench) -> None:
 def play(
     bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
 ) -> None:
-    """Settle at a list's mean and play the list; ``shares`` are fractions of the test amplitude."""
+    """Play a list after settling at its mean; ``shares`` are fractions of the test amplitude."""
     lists = bench.lists()
     mean_level = bench.some_level * sum(shares) / len(shares)
     points = [f"{share * bench.some_level:.4f}" for share in shares]

@@ -24,7 +24,7 @@ NORMAL_N, FRICTION = 0.5, 0.6
 
 
 def stroking(time_s: float) -> bytes:
-    """Return the line for a finger that strokes back and forth, at a given time."""
+    """Return the line sent at a given time for a finger that strokes back and forth."""
     turn = 2 * math.pi * STROKES_HZ * time_s
     lateral = math.copysign(FRICTION * NORMAL_N, math.sin(turn))
     along = -STROKE_MM / 2 * math.cos(turn)
@@ -37,7 +37,7 @@ class EmulatedLine:
     Parameters
     ----------
     line : callable
-        Function that returns the line for a time in seconds since the start.
+        Function that takes the time since the start in seconds and returns the line to send.
     rate_hz : float
         Lines per second.
 

@@ -1,8 +1,8 @@
-"""Compute the commands with which textures follow a measured finger.
+"""Compute the commands that make textures follow a measured finger.
 
 A command reaches the plate after a delay and holds until the next command. The amplitude of a
 grating or map is therefore computed for the predicted position of the finger, based on its speed in
-the last samples. A transient starts at the sample that is nearest to the predicted trigger.
+the last samples. A transient starts at the sample closest to the predicted trigger.
 """
 
 from __future__ import annotations
@@ -32,17 +32,17 @@ BEHIND = {"position_mm": 0.5, "force_n": 0.05, "delay_s": 0.0}
 
 
 class Follower(Protocol):
-    """Interface of a texture that follows the finger."""
+    """Common interface for textures that follow the finger."""
 
     def see(self, samples: Iterable[Sample]) -> None:
         """Process new samples of the sensor."""
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command or the change to play; None if neither is due."""
+        """Return the amplitude to command or the change to play, or None if nothing is due."""
 
 
 class Track:
-    """Prediction of a sensor's first quantity from its last samples."""
+    """Predictor of a sensor's first quantity, based on its last samples."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[float, float]] = deque()
@@ -56,7 +56,7 @@ class Track:
             self._last.popleft()
 
     def predicted(self, now_s: float, lag_s: float) -> float | None:
-        """Predict the value after ``lag_s`` and half of the expected time until the next call.
+        """Predict the value at ``lag_s`` plus half the expected time until the next call.
 
         Returns None if the last sample is too old.
         """
@@ -103,7 +103,7 @@ class FollowedTexture:
         return self._texture.level_at(place_mm, self._across_mm)
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command now, or None if it has barely changed."""
+        """Return the amplitude to command now, or None if it is nearly unchanged."""
         level = self.level(now_s)
         if abs(level - self._told_level) < LEAST_CHANGE_UM:
             return None
@@ -112,13 +112,13 @@ class FollowedTexture:
 
 
 class FollowedTransient:
-    """Transient that the finger triggers: a change of amplitude and its reversal.
+    """Transient triggered by the finger: a change of amplitude and its reversal.
 
     Parameters
     ----------
     transient : Transient
     modulator : Modulator
-        Limits of the plate and the line.
+        Modulation limits of the plate and its line.
     """
 
     def __init__(self, transient: Transient, modulator: Modulator) -> None:
@@ -145,7 +145,7 @@ class FollowedTransient:
                 self._touched_s = each.time_s
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the change when it is triggered, and later the amplitude after the change."""
+        """Return the change when it is triggered, and afterwards the amplitude to hold."""
         self._holds = self._reached(now_s)
         if self._played_s is not None:
             if now_s - self._played_s < self._transient.active_s:

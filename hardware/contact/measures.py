@@ -26,16 +26,17 @@ FEWEST = 10  # minimum number of samples for a coefficient
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Movement:
-    """Movement of the finger in an exploration.
+    """Finger movement during an exploration.
 
     Parameters
     ----------
     speed_mm_s : float or None
         Path length divided by contact time; None for fewer than two samples.
     strokes : int
-        Number of movements of at least 5 mm in one direction along x.
+        Number of movements along x of at least 5 mm without a change of direction.
     forward_share : float or None
-        Fraction of the path along x towards larger x; None without movement along x.
+        Fraction of the path length along x that leads towards larger x; None if there is no
+        movement along x.
     """
 
     speed_mm_s: float | None
@@ -45,7 +46,7 @@ class Movement:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Friction:
-    """Friction while the finger slides.
+    """Friction of the sliding finger.
 
     Parameters
     ----------
@@ -54,7 +55,7 @@ class Friction:
     normal_n : float or None
         Mean normal force.
     slip_rate_hz : float or None
-        Number of slips per second, see `slips`.
+        Number of slips per second; for the definition, see `slips`.
     slip_depth_share : float or None
         Median decrease in friction during a slip, as a fraction of the friction before the slip;
         None without slips.
@@ -115,11 +116,12 @@ def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Frictio
 
 
 def slips(ratios: Sequence[float]) -> list[float]:
-    """Detect slips in a series of friction ratios; return their relative decreases.
+    """Detect slips in a series of friction ratios, and return the relative decrease in each.
 
     In stick-slip motion, friction rises while the skin sticks and falls when the skin slips (Derler
-    and Rotaru 2013, Wear 301, 324-329). We define a slip as a decrease by more than `SLIP_SHARE`
-    from a maximum to the next minimum. A minimum ends when the ratio has risen by `SLIP_SHARE`.
+    and Rotaru 2013, Wear 301, 324-329). A slip is defined as a decrease by more than `SLIP_SHARE`
+    from a maximum to the next minimum. A slip ends when the ratio has risen by `SLIP_SHARE` from
+    its minimum.
 
     >>> slips([0.5, 1.0, 0.6, 0.8, 0.78, 0.4, 0.41])
     [0.4, 0.5]
@@ -150,7 +152,7 @@ def apart(samples: Sequence[Sample]) -> list[Sample]:
 
 
 def _strokes(along_mm: Sequence[float]) -> int:
-    """Count movements in one direction that are long enough to be strokes."""
+    """Count strokes: sufficiently long movements in one direction."""
     if not along_mm:
         return 0
     count, direction = 0, 0

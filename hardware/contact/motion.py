@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Motion:
-    """Movement in parts with constant acceleration.
+    """Movement made up of parts with constant acceleration.
 
     Parameters
     ----------
     begun_s, from_mm, from_mm_s : float
-        Time, position and velocity at the beginning.
+        Time, position and velocity at the start.
     parts : tuple of (float, float)
         Duration in s and acceleration in mm/s² of each part.
     """
@@ -42,7 +42,7 @@ class Motion:
 def travelled(
     now_s: float, from_mm: float, to_mm: float, *, speed_mm_s: float, acceleration_mm_s2: float
 ) -> Motion:
-    """Return the movement between two positions at rest, with the given maximum speed.
+    """Return the movement from rest at one position to rest at another.
 
     >>> motion = travelled(0, 0, 40, speed_mm_s=100, acceleration_mm_s2=1000)
     >>> round(motion.ends_s, 6), [round(each, 6) for each in motion.state(0.25)]

@@ -1,6 +1,6 @@
 """Check whether the samples of an exploration can come from a finger.
 
-Each rule describes something that is impossible for a finger. If a rule is violated, the trial is
+Each rule describes a pattern that a finger cannot produce. If a rule is violated, the trial is
 flagged, and its samples are kept.
 """
 
@@ -25,12 +25,12 @@ LARGEST_COEFFICIENT = 3.0  # largest coefficient of friction
 
 
 def implausible_places(samples: Sequence[Sample]) -> list[str]:
-    """Describe implausible properties of positions in mm."""
+    """Describe what is implausible about positions in mm."""
     return _found(samples, (_too_far, _too_fast, _frozen, _counts))
 
 
 def implausible_forces(samples: Sequence[Sample]) -> list[str]:
-    """Describe implausible properties of normal and lateral forces in N."""
+    """Describe what is implausible about normal and lateral forces in N."""
     return _found(samples, (_too_strong, _swapped, _frozen))
 
 

@@ -9,7 +9,7 @@ SPEC: ``mouse:mm_per_pixel=0.25`` with
 ================  ===============================================================
 
 The pointer is a mouse, or a touch panel that acts as a mouse, and provides one sample per frame.
-Position 0 is the middle of the window.
+The origin is the middle of the window.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class WindowPointer(ContactSource):
-    """Position of the pointer, in mm along and across the stroke.
+    """Pointer position, in mm along and across the stroke.
 
     Parameters
     ----------
     surroundings : Surroundings
-        Surroundings with the pointer of a window as the finger.
+        Session properties, in which the finger is a window's pointer.
     mm_per_pixel : float
     angle_deg : float
         Direction of the stroke on the screen.
@@ -72,7 +72,7 @@ class WindowPointer(ContactSource):
         """Do nothing."""
 
     def describe(self) -> dict[str, object]:
-        """Return the source's name and scale."""
+        """Return the source's name, scale and angle."""
         return {
             "name": self.name,
             "mm_per_pixel": self._mm_per_pixel,
@@ -81,7 +81,7 @@ class WindowPointer(ContactSource):
 
 
 def open_position(address: str, surroundings: Surroundings) -> ContactSource:
-    """Return the pointer as a source of positions (entry point ``mouse``). Raises `UserError`."""
+    """Return the pointer as a position source (entry point ``mouse``). Raises `UserError`."""
     _, options = addresses.split_address(address, OPTIONS, what="--position mouse")
     if "mm_per_pixel" not in options:
         raise UserError(

@@ -1,4 +1,4 @@
-"""Find installed sources of position and force, which are registered as entry points.
+"""Find installed sources of position and force by their entry points.
 
 The SPEC is ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
 """
@@ -16,14 +16,14 @@ GROUPS: dict[Kind, str] = {"position": "slipscale.positions", "force": "slipscal
 
 
 class SourceFactory(Protocol):
-    """Interface of an entry point that creates a source of position or force."""
+    """Interface for entry points that create sources of position or force."""
 
     def __call__(self, address: str, surroundings: Surroundings) -> ContactSource:
-        """Return a source that is not yet connected, for the part of the SPEC after the colon."""
+        """Return an unconnected source; ``address`` is the part of the SPEC after the colon."""
 
 
 def open_source(kind: Kind, spec: str, surroundings: Surroundings) -> ContactSource:
-    """Return the source that a SPEC names; it is not yet connected.
+    """Return the source named in a SPEC, not yet connected.
 
     Raises
     ------

@@ -25,9 +25,9 @@ class ScriptedPosition(ContactSource):
     ----------
     surroundings : Surroundings
     way : sequence of Sample
-        Positions, with ascending times from the beginning of an exploration.
+        Positions in order of time, with times since the start of an exploration.
     file : str
-        Path of the script file, for the record.
+        Path of the script file, stored with the data.
     """
 
     name: ClassVar[str] = "scripted"

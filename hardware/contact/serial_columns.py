@@ -68,7 +68,7 @@ def numbers_of(text: str) -> list[float]:
 
 
 class Channel:
-    """Conversion of one number in a line to a quantity."""
+    """Conversion from a number in a line to a quantity."""
 
     def __init__(self, place: int, scale: float, zero: float) -> None:
         self.place, self.scale, self.zero = place, scale, zero
@@ -87,12 +87,12 @@ class SerialColumns(ContactSource):
         Name in records: ``lasers`` or ``load_cells``.
     port : str
     clock : Clock
-        Clock for the time of each reading, at which its line has arrived.
+        Clock for the readings' time stamps, which are the arrival times of their lines.
     quantities : tuple of str
     channels : sequence of Channel
         Conversion for each quantity.
     tare_s : float
-        Duration at the start during which readings are averaged to obtain the zero.
+        Initial period over which readings are averaged to obtain the zero, in s.
     baud : int
     """
 
@@ -128,7 +128,10 @@ class SerialColumns(ContactSource):
         self._fields = 0  # known after the first line
 
     def connect(self) -> None:
-        """Open the port, wait for the first reading and, the first time, measure any tare."""
+        """Open the port, and wait for the first reading.
+
+        If a tare is set, it is measured on the first call.
+        """
         self.close()
         self._fault = None
         self._samples.clear()
@@ -197,7 +200,7 @@ class SerialColumns(ContactSource):
         self._tared = True
 
     def _read(self, line: SerialLine) -> None:
-        """Read lines until stopped; store the first fault for `take`."""
+        """Read lines until stopped. Store a fault, which `take` then raises."""
         buffer = b""
         while not self._stop.is_set():
             try:

@@ -95,7 +95,7 @@ class _Simulated(ContactSource):
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:
-        """Return the readings since the last call, except while the finger was off the plate."""
+        """Return the readings taken since the last call while the finger touched the plate."""
         now_s = self._surroundings.clock.now()
         until = math.floor((now_s - self._begun_s) * self._rate_hz + 1e-6)
         found = []
@@ -115,7 +115,7 @@ class _Simulated(ContactSource):
         raise NotImplementedError
 
     def _deviates(self, number: int) -> tuple[float, float]:
-        """Return the two standard normal deviates for the noise of a reading."""
+        """Return two standard normal deviates, used for a reading's noise."""
         import numpy as np  # noqa: PLC0415 - only needed for simulated fingers
 
         milliseconds = round(self._begun_s * 1000)
@@ -144,8 +144,8 @@ class SimulatedPosition(_Simulated):
 class SimulatedForce(_Simulated):
     """Simulated forces of the finger; for options, see the module's documentation.
 
-    The film is computed for the amplitude at the time of the query, so forces must be queried often
-    while the amplitude changes.
+    The film is computed for the amplitude at the time of the call, so call `take` frequently while
+    the amplitude changes.
     """
 
     quantities: Quantities = FORCE
@@ -191,7 +191,7 @@ class SimulatedForce(_Simulated):
 
 @cache
 def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
-    """Return the force with which the Reynolds film carries the finger."""
+    """Return the force that the film carries in the Reynolds model, in N."""
     if amplitude_um_pp == 0:
         return 0.0
     relative = VirtualSurface(level=amplitude_um_pp).predicted_relative_friction(
@@ -201,7 +201,7 @@ def _film_force_n(amplitude_um_pp: float, roughness_um: float) -> float:
 
 
 def _shared_force_n(amplitude_um_pp: float, place: float, normal_n: float) -> float:
-    """Return the force with which the film carries the finger in the model of a shared load."""
+    """Return the part of the normal force that the film carries in the shared-load model."""
     from slipscale.stimuli.film.shared_load import skin_between, solve  # noqa: PLC0415 - SciPy
 
     force_n = max(round(normal_n, FORCE_DIGITS), 10.0**-FORCE_DIGITS)
@@ -218,7 +218,7 @@ FILMS: dict[str, Callable[[float, float, float], float]] = {
 
 
 def _place_in_band(surroundings: Surroundings) -> float:
-    """Return the position of a simulated participant's skin within the band, from 0 to 1."""
+    """Return where a simulated participant's skin lies within the range of skins, from 0 to 1."""
     import numpy as np  # noqa: PLC0415 - as above
 
     person = zlib.crc32(surroundings.participant.encode())

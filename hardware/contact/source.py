@@ -1,7 +1,7 @@
 """Define the interface of a source of finger position or force.
 
-In every frame of a participant's step, a source is queried for all samples since the last query.
-Samples have time stamps, so a source can be faster than the frame rate.
+In every frame of a participant's step, all samples since the last query are requested. Each sample
+has a time stamp, so a source can sample faster than the frame rate.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class Touch(NamedTuple):
 
 
 class Finger(Protocol):
-    """Interface of a finger: a window's pointer or a simulated participant's finger."""
+    """Common interface for fingers: a window's pointer or a simulated participant's finger."""
 
     unit: Literal["mm", "px"]
 
@@ -64,7 +64,7 @@ class Finger(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """Properties of the session that a source may require.
+    """Session properties that a source may require.
 
     Parameters
     ----------
@@ -75,9 +75,9 @@ class Surroundings:
     participant : str
         Label of the simulated participant.
     finger : Finger or None
-        Finger, for sources that read a window's pointer or a simulated participant.
+        Finger to measure, if the source reads a window's pointer or a simulated participant.
     vibration_level : callable or None
-        Function that returns the current amplitude in µm peak to peak, for a simulated force.
+        Function that returns the current amplitude in µm peak to peak; used by simulated forces.
     """
 
     clock: Clock
@@ -88,7 +88,7 @@ class Surroundings:
 
 
 class ContactSource(ABC):
-    """Source of position or force, as a context manager that always releases the device.
+    """Base class of sources of position or force: a context manager that releases the device.
 
     Attributes
     ----------
@@ -97,7 +97,7 @@ class ContactSource(ABC):
     unreadable : int
         Number of invalid readings so far.
     virtual : bool
-        Whether the source works in the virtual time of a pilot.
+        Whether the source supports a pilot's virtual time.
     """
 
     name: ClassVar[str]
@@ -115,7 +115,7 @@ class ContactSource(ABC):
 
     @abstractmethod
     def take(self) -> list[Sample]:
-        """Return the samples since the last call, in order. Raises `SensorFault`."""
+        """Return the samples since the last call, in order of time. Raises `SensorFault`."""
 
     @abstractmethod
     def close(self) -> None:

@@ -1,12 +1,12 @@
 """Control stages that move the plate under a resting finger, or the finger over the plate.
 
-A stage is also a source of position: its position is the position of the finger on the plate, which
-textures and transients follow.
+A stage is also a position source: it reports the finger's position on the plate, which textures and
+transients follow.
 
-Each command causes one finite movement. The next stroke is commanded when samples are taken, so the
-stage stops at the end of a stroke if the computer fails. Strokes beyond the travel or the largest
-speed are rejected before anything moves. A stage that rests at a wrong position raises a fault. The
-method `close` stops the stage.
+Each command starts one movement of limited length. The next stroke is commanded when samples are
+taken, so the stage stops at the end of a stroke if the computer fails. Strokes beyond the travel or
+the largest speed are rejected before anything moves. A stage that rests at a wrong position raises
+a fault. The method `close` stops the stage.
 
 Packages add stages as entry points of ``slipscale.positions`` that return a `Stage`. SPEC of the
 emulated stage: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
@@ -68,7 +68,7 @@ class Stage(ContactSource):
     ----------
     clock : Clock
     travel_mm, fastest_mm_s : float
-        Length of the travel from 0, and largest speed.
+        Travel, measured from 0, and maximum speed.
 
     Attributes
     ----------
@@ -116,7 +116,7 @@ class Stage(ContactSource):
         self._command(strokes.length_mm - strokes.start_mm, strokes.speed_mm_s)
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; command the next stroke when one has ended."""
+        """Return the samples since the last call. If a stroke has ended, command the next one."""
         samples = self._samples()
         if self._strokes and self._rests():
             self._check_arrived()
@@ -161,7 +161,7 @@ class Stage(ContactSource):
 
     @abstractmethod
     def _halt(self) -> None:
-        """Start stopping; do nothing if the stage is at rest or not connected."""
+        """Begin to stop; do nothing if the stage is at rest or not connected."""
 
     @abstractmethod
     def _rests(self) -> bool:
@@ -210,7 +210,7 @@ class EmulatedStage(Stage):
         self._begun_s, self._taken = self._clock.now(), 0
 
     def connect(self) -> None:
-        """Do nothing, because the stage begins at 0."""
+        """Do nothing, because the stage is at 0 from the start."""
 
     def begin(self) -> None:
         """Start a new series of samples at the present time."""
@@ -218,14 +218,17 @@ class EmulatedStage(Stage):
         self._motions = self._motions[-1:]
 
     def place_at(self, time_s: float) -> float:
-        """Return the position in mm at a time since the last movement before `begin` started."""
+        """Return the position in mm at a given time.
+
+        Movements before the latest `begin` are discarded, except for the last of them.
+        """
         motion = next(
             (each for each in reversed(self._motions) if each.begun_s <= time_s), self._motions[0]
         )
         return min(max(motion.state(time_s)[0], 0.0), self._end_mm)
 
     def at(self, time_s: float) -> Touch | None:
-        """Return the finger's state; None while the finger does not touch the plate."""
+        """Return the finger's state, or None if it does not touch the plate."""
         touch = self._finger.at(time_s) if self._finger else None
         return touch and Touch(self.place_at(time_s), 0.0, touch.normal_n)
 

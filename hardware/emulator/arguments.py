@@ -18,7 +18,7 @@ class Refusal(Exception):
 
 
 def split(text: str, fewest: int, most: int) -> list[str]:
-    """Split arguments; raise `Refusal` unless their number is from ``fewest`` to ``most``."""
+    """Split arguments; raise `Refusal` if there are fewer than ``fewest`` or more than ``most``."""
     arguments = text.split(",") if text else []
     if len(arguments) < fewest:
         raise Refusal(wire.MISSING_PARAMETER)

@@ -110,7 +110,7 @@ class CompiledBoard:
     twin : Twin
         Simulated plate.
     boot : int
-        Boot number, which differs between starts.
+        Boot number, which changes at every start.
     watchdog_ms : float
         Time without input after which the board silences the plate.
     code : ctypes.CDLL

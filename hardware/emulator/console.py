@@ -40,7 +40,7 @@ ACTS: dict[str, Callable[[Emulator], None]] = {
 
 
 def run(emulator: Emulator) -> None:
-    """Print the port, and emulate the board until stopped."""
+    """Print the name of the port, and emulate the board until interrupted."""
     print(emulator.port, flush=True)
     control: int | None = sys.stdin.fileno()
     buffer = b""

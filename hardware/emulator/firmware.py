@@ -1,8 +1,8 @@
 """Implement the driver board's firmware in Python, for `slipscale plate emulate`.
 
-The code has no side effects: inputs are bytes and the time, outputs are bytes, and the plate is
-simulated. The reference firmware (hardware/firmware) implements the same behaviour in C++. Both
-implementations are tested against docs/reference/board-transcript.txt.
+The code does no input or output: it receives bytes and the time, returns bytes, and drives a
+simulated plate. The reference firmware (hardware/firmware) implements the same behaviour in C++.
+Both implementations are tested against docs/reference/board-transcript.txt.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Board:
     twin : Twin
         Simulated plate.
     boot : int
-        Boot number, which differs between starts.
+        Boot number, which changes at every start.
     limits : BoardLimits
         Limits that the board enforces, in addition to the host's limits.
     identity : str
@@ -290,7 +290,7 @@ class Board:
             raise Refusal(wire.TOO_HOT)
 
     def _ramp(self, now_s: float) -> None:
-        """Advance the ramp, and note when its end has reached the plate."""
+        """Advance the ramp, and record whether it is complete."""
         part = min((now_s - self._commanded_s + ROUNDING_S) / RAMP_S, 1)
         self._now_level = along_edge(self._from_level, self.target_level, part)
         self._apply(now_s)
@@ -320,7 +320,7 @@ class Board:
         self.state = self._settled(measured_level, was_limited=was_limited)
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
-        """Return HOLD after several mean readings within the tolerance, otherwise SAT or RAMP."""
+        """Return HOLD after several mean readings within the tolerance, else SAT or RAMP."""
         short_by = self.target_level - measured_level
         if abs(short_by) > max(BAND * self.target_level, BAND_OF_LARGEST * self.limits.level):
             self._means_inside = 0

@@ -40,10 +40,10 @@ OUT_OF_RANGE = '-222,"Data out of range"'
 
 @dataclass(slots=True)
 class GeneratorChannel:
-    """Output channel of a generator, initially in the state after ``*RST``.
+    """Output channel of a generator, initially in its ``*RST`` state.
 
-    ``open_vpp`` is the voltage into an open circuit. The values that are set and displayed depend
-    on the load setting and on the unit.
+    ``open_vpp`` is the voltage into an open circuit. Set and displayed values depend on the load
+    setting and the unit.
     """
 
     function: str = "SIN"
@@ -64,17 +64,17 @@ class GeneratorChannel:
         return loaded / (RMS if self.unit == "VRMS" else 1.0)
 
     def plate_vpp(self) -> float:
-        """Return the voltage that drives a plate at resonance, in V peak to peak.
+        """Return the voltage that would drive a plate at resonance, in V peak to peak.
 
-        A burst without a trigger gives 0; for other modulations and sweeps, half of the amplitude
-        is assumed.
+        An untriggered burst gives 0; for other modulations and for sweeps, half the amplitude is
+        assumed.
         """
         if not self.on or "BURS" in self.active or not self.function.startswith("SIN"):
             return 0.0
         return self.open_vpp * (0.5 if self.active else 1.0)
 
     def set_open_vpp(self, vpp: float) -> None:
-        """Change the voltage, and switch an automatic attenuator if necessary."""
+        """Change the voltage, switching an automatic attenuator if necessary."""
         crossed = [each for each in BREAK_POINTS_VPP if (each < vpp) != (each < self.open_vpp)]
         self.dropouts += bool(crossed and self.on and self.range_auto)
         self.open_vpp = vpp
@@ -112,7 +112,10 @@ class SimulatedGenerator:
         raise NotImplementedError
 
     def set_amplitude(self, channel: GeneratorChannel, displayed: float) -> None:
-        """Set an amplitude, rounded to the resolution; reject or clip values outside the range."""
+        """Round an amplitude to the resolution and set it.
+
+        Values outside the range are rejected or clipped.
+        """
         vpp = displayed / channel.scale
         rounded = round(vpp / self.resolution_vpp) * self.resolution_vpp
         within = min(max(rounded, self.smallest_vpp), self.largest_vpp)
@@ -167,7 +170,7 @@ class _Scpi(SimulatedGenerator):
         return self.number(float(getattr(channel, name)))
 
     def number(self, value: float) -> str:
-        """Format a number as this manufacturer's generators do."""
+        """Format a number in this manufacturer's style."""
         raise NotImplementedError
 
     def _set(self, channel: GeneratorChannel, name: str, value: str) -> None:
@@ -188,7 +191,7 @@ class _Scpi(SimulatedGenerator):
 
 
 class Keysight(_Scpi):
-    """Keysight 33500 series, which answers with signed numbers of 15 decimals and short words."""
+    """Keysight 33500 series, which answers with signed 15-decimal numbers and short keywords."""
 
     identity = "Agilent Technologies,33522B,MY57800001,4.00-1.19-2.00-52-00"
     no_error = '+0,"No error"'
@@ -215,7 +218,7 @@ class Keysight(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Format a number as this manufacturer's generators do."""
+        """Format a number in this manufacturer's style."""
         return "9.9E+37" if value >= OPEN_OHM else f"{value:+.15E}"
 
 
@@ -253,7 +256,7 @@ class Rigol(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Format a number as this manufacturer's generators do."""
+        """Format a number in this manufacturer's style."""
         return f"{value:.6E}"
 
 
@@ -275,12 +278,15 @@ class Tektronix(_Scpi):
     }
 
     def number(self, value: float) -> str:
-        """Format a number as this manufacturer's generators do."""
+        """Format a number in this manufacturer's style."""
         return "9.9E+37" if value >= OPEN_OHM else f"{value:.4E}".replace("E+0", "E")
 
 
 class Siglent(SimulatedGenerator):
-    """Siglent SDG2000X, with one query for all settings of a wave; ignores unknown commands."""
+    """Siglent SDG2000X, which reports all settings of a wave at once.
+
+    Unknown commands are ignored.
+    """
 
     identity = "Siglent Technologies,SDG2042X,SDG2XCAD000001,2.01.01.35R3"
     smallest_vpp = 0.004

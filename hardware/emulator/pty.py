@@ -43,7 +43,7 @@ NMEA_S = 0.05
 
 
 class EmulatedBoard(Protocol):
-    """Interface of a board: emulated in Python, or compiled from the firmware."""
+    """Common interface for boards emulated in Python and boards compiled from the firmware."""
 
     hot: bool
     busy: bool
@@ -148,7 +148,7 @@ class Emulator:
         self._plug()
 
     def state(self) -> dict[str, object]:
-        """Return the state of board and plate, as printed to standard output.
+        """Return the state of the board and the plate, as printed to standard output.
 
         ``amplitude_um_pp`` is the true simulated amplitude. ``presented_levels`` contains the
         commanded amplitudes and ``played`` the played lists; repeated commands are listed once.
@@ -167,7 +167,7 @@ class Emulator:
         }
 
     def order(self, text: str) -> None:
-        """Inject faults, written as for ``--fault``. Raises ValueError if the text is invalid."""
+        """Inject faults, specified as for ``--fault``. Raises ValueError if the text is invalid."""
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 
@@ -203,7 +203,7 @@ class Emulator:
         self._folder.cleanup()
 
     def turn(self, control: int | None = None) -> bool:
-        """Process events for at most one tick; return whether a control command is available."""
+        """Process events for up to one tick, and return whether a control command is available."""
         now_s = self._now()
         self.board.tick(now_s)
         self._send_what_is_due()
@@ -247,9 +247,9 @@ class Emulator:
             )
 
     def _plug(self) -> None:
-        """Create a pseudo-terminal, and let the link point to it.
+        """Create a pseudo-terminal, and create the symbolic link to it.
 
-        This process closes its own copy of the host's side, so that the line reports when the host
+        The emulator closes its own copy of the host's end, so that it is notified when the host
         closes the port.
         """
         self._master, slave = os.openpty()
@@ -304,7 +304,7 @@ class Emulator:
             self._post(spoiled[0] if spoiled else [reply])
 
     def _remember(self, body: str) -> None:
-        """Record an accepted command for `state`."""
+        """Record an accepted command, to be reported by `state`."""
         header, _, arguments = body.partition(" ")
         if header == "AMPL":
             self._presented.append(float(arguments))
@@ -315,7 +315,7 @@ class Emulator:
             self._played.append(list(self._list))
 
     def _now(self) -> float:
-        """Log the plate's amplitude up to the present time, and return this time."""
+        """Log the plate's amplitude up to the current time, and return the current time."""
         now_s = self._clock.now()
         while self._log and self._logged_ms + 1 <= now_s * 1000:
             self._logged_ms += 1

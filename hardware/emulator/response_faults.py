@@ -1,4 +1,4 @@
-"""Define the faults that replace an answer of an emulated board.
+"""Define the faults that replace an emulated board's answer.
 
 The replacement is a list of pieces: bytes to send, seconds to wait, or actions on the board. The
 emulator executes the list.
@@ -16,7 +16,7 @@ GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 
 
 class BoardAction(Enum):
-    """Action on the board or the line, other than sending."""
+    """Action on the board or the line, other than sending bytes."""
 
     UNPLUG = auto()
     RESET = auto()
@@ -30,7 +30,7 @@ Piece = bytes | float | BoardAction
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """Correct answer to a command, with the answer to the previous command."""
+    """Correct answer to a command, and the answer to the previous command."""
 
     reply: bytes
     previous: bytes

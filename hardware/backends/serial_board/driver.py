@@ -10,7 +10,7 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
 ================  ===============================================================
 
 A heartbeat thread queries the board's status ten times per second. The board silences the plate if
-it receives nothing for its watchdog time. `check` raises the faults that the heartbeat finds.
+it receives nothing for its watchdog time. Faults detected by the heartbeat are raised by `check`.
 
 For textures, the board receives and plays a list of amplitudes. Textures are rejected if the
 firmware is too old to support lists.
@@ -200,7 +200,7 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
-        """Return the board's reading; wait while the board corrects the mean of a list."""
+        """Return the board's reading. While a list plays, wait for the corrected mean."""
         begun_s, active = self._machine.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":
@@ -231,7 +231,7 @@ class SerialBoard(PlateDriver):
         self._line = self._link = self._heart = None
 
     def _beat(self, link: BoardLink) -> None:
-        """Query the status repeatedly; store the first fault for `check`."""
+        """Query the status repeatedly. Store the first fault, which `check` then raises."""
         watched, reached_s = None, 0.0
         while not self._stop_heart.wait(HEARTBEAT_S):
             now_s = self._machine.now()
@@ -255,7 +255,7 @@ class SerialBoard(PlateDriver):
                 return
 
     def _attend(self) -> BoardLink:
-        """Inform the heartbeat that the session is alive; return the link or raise a fault."""
+        """Mark the session as alive. Return the link, or raise a pending fault."""
         self._attended_s = self._machine.now()
         if self._fault is not None:
             raise self._fault

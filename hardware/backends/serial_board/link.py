@@ -1,8 +1,8 @@
-"""Send commands to the driver board, each of which is acknowledged and executed once.
+"""Send commands to the driver board; each is acknowledged and executed exactly once.
 
 If a command receives no readable answer, it is repeated with the *same* sequence number, and the
 board repeats its answer without executing the command again. Each answer contains the boot number,
-which reveals whether the board was reset in between.
+which reveals whether the board was reset since the last answer.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Line(Protocol):
 
 
 class BoardLink:
-    """Send commands to the board, one at a time, from any thread.
+    """Command interface to the board; sends one command at a time and is thread-safe.
 
     Parameters
     ----------

@@ -44,12 +44,12 @@ REPLY = re.compile(rb"<([1-9]\d{0,4}) ([0-9A-F]{8}) (-?\d{1,4}) ([ -~]*)\*([0-9A
 
 
 class ImpossibleValue(ValueError):
-    """Raised if a board reports a value that is not allowed."""
+    """Raised if a board reports an impossible value."""
 
 
 @dataclass(frozen=True, slots=True)
 class BoardReply:
-    """Reply of the board to the command with the same sequence number."""
+    """Board's reply to the command with the same sequence number."""
 
     sequence: int
     boot: str

@@ -41,7 +41,7 @@ FOLLOWS = "FOLLOWS"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """Presentation that the heartbeat checks; every presentation creates a new object."""
+    """Presentation that the heartbeat checks. A new object is created for every presentation."""
 
     level: float  # mean, for a texture
     state: str = "HOLD"

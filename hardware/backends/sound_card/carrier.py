@@ -9,7 +9,7 @@ RAMP_S = 0.025  # from silence to full scale, to avoid a click
 
 
 class Carrier:
-    """Sine that is continuous in phase and amplitude across blocks of samples.
+    """Sine wave whose phase and amplitude are continuous across blocks of samples.
 
     Parameters
     ----------
@@ -19,7 +19,7 @@ class Carrier:
     Attributes
     ----------
     frequency_hz : float
-        Frequency of the sine, which may change at any time without a phase jump.
+        Frequency of the sine wave; can be changed at any time without a phase jump.
     target : float
         Target amplitude, 0 to 1 (full scale).
     level : float

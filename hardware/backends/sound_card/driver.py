@@ -272,7 +272,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _attend(self) -> None:
-        """Inform the carrier that the session is alive; raise a pending fault."""
+        """Mark the session as alive, and raise any pending fault."""
         name = f"sound device '{self.device}'"
         if self._stream is None:
             raise ConnectionLost(f"{name}: not connected")
