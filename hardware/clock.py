@@ -17,9 +17,10 @@ class Clock(Protocol):
 
 
 class SystemClock:
-    """Monotonic clock of the computer, which starts at ``start_s``.
+    """Computer's monotonic clock, offset to start at ``start_s``.
 
-    The clock is based on ``time.perf_counter``, so time stamps of key events can be converted.
+    The clock uses ``time.perf_counter``, so that the time stamps of key events can be converted to
+    its time.
     """
 
     def __init__(self, start_s: float = 0.0) -> None:
@@ -36,7 +37,7 @@ class SystemClock:
 
 
 class VirtualClock:
-    """Clock that advances only on request, so that a pilot does not take an hour.
+    """Clock that advances without waiting, so that a pilot does not take an hour.
 
     >>> clock = VirtualClock()
     >>> clock.sleep(2.5)

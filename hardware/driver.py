@@ -69,7 +69,7 @@ class PlateDriver(GuardedOutput):
         tracked (`slipscale.hardware.resonance_tracking`); if False, the backend follows the
         resonance automatically.
     tracked_hz : float or None
-        Drive frequency after the resonance was tracked.
+        Drive frequency after resonance tracking.
     second_level : float
         Level of a second actuator during the next presentations
         (`slipscale.hardware.backends.pair`).
@@ -140,8 +140,8 @@ class PlateDriver(GuardedOutput):
         OverLimit
             If an amplitude is outside the limits.
         UserError
-            If the surface is a texture and the backend cannot modulate, or not fast enough, or if a
-            required sensor is missing.
+            If the surface is a texture that the backend cannot modulate, or not fast enough, or if
+            a required sensor is missing.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)
@@ -385,7 +385,7 @@ class PlateDriver(GuardedOutput):
         )
 
     def _time_constant_s(self) -> float:
-        """Return the plate's time constant from its calibration, or a long default."""
+        """Return the plate's calibrated time constant, or a long default without a calibration."""
         if self.calibration is None:
             return UNKNOWN_TIME_CONSTANT_S
         resonance = self.calibration.resonance
@@ -407,7 +407,7 @@ class PlateDriver(GuardedOutput):
 
     @abstractmethod
     def _drive(self, level: float) -> Presentation:
-        """Ramp to an amplitude; return when the plate has settled or, for 0, is off."""
+        """Ramp to an amplitude, and return when the plate has settled (for 0: when it is off)."""
 
     @abstractmethod
     def _read_back(self) -> Readback:

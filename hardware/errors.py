@@ -12,7 +12,7 @@ from slipscale.faults import RigError
 
 
 class PlateFault(RigError):
-    """Fault of the rig, with a ``code`` for the journal and a ``remedy`` for the operator."""
+    """Hardware fault, with a ``code`` for the journal and a ``remedy`` for the operator."""
 
     code: ClassVar[str] = "fault"
     remedy: ClassVar[str] = "See the message."
@@ -93,7 +93,7 @@ class ConnectionLost(PlateFault):
 
 
 class Late(PlateFault):
-    """Raised if the computer is late, so that the plate repeats a change."""
+    """Raised if the plate repeats a change because the computer was late."""
 
     code = "late"
     remedy = "Close the other programs on this computer, then try again."

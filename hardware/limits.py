@@ -22,7 +22,7 @@ class PlateLimits:
     Parameters
     ----------
     quantity : Quantity
-        Quantity that the plate produces; unit of `level` and `deviation_level`.
+        Quantity produced by the plate; it defines the unit of `level` and `deviation_level`.
     level : float
         Largest level. The default, 2.5 µm peak to peak, is slightly above the paper's 2.3 µm at 15
         V (Section IV-A).
@@ -34,9 +34,9 @@ class PlateLimits:
     duty : float
         Largest duty cycle: the share of vibration in the last `duty_window_s` seconds.
     duty_window_s : float
-        Duration of the window for the duty cycle.
+        Duration of the window over which the duty cycle is computed.
     on_time_s : float
-        Longest vibration after one command, in case a session hangs.
+        Longest vibration after a command, as a safeguard against a session that hangs.
     tolerance : float
         Allowed deviation of a *measured* level from the commanded level, as a fraction.
     deviation_level : float

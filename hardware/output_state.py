@@ -115,7 +115,7 @@ class GuardedOutput(ABC):
 
     @contextmanager
     def _commanding(self, *, vibrates: bool) -> Iterator[None]:
-        """Update the state of the output before and after a command."""
+        """Update the state of the output before and after the command in the block."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
                 f"plate '{self.name}': it is not connected, or did not confirm that it is off; "

@@ -52,15 +52,13 @@ def unknown_backend(spec: str) -> str:
     """Return the error message for a SPEC with an unknown backend.
 
     >>> unknown_backend("ttyACM0")
-    "unknown backend 'ttyACM0'; a port needs the name of its backend: serial:/dev/ttyACM0"
+    "unknown backend 'ttyACM0'; to use a port, name its backend: serial:/dev/ttyACM0"
     """
     name = spec.partition(":")[0]
     port = PORT.match(spec)
     if port:
         folder = "/dev/" if port[2] and not port[1] else ""
-        return (
-            f"unknown backend '{name}'; a port needs the name of its backend: serial:{folder}{spec}"
-        )
+        return f"unknown backend '{name}'; to use a port, name its backend: serial:{folder}{spec}"
     return f"unknown backend '{name}'; {expected_one_of(name, backend_names())}"
 
 

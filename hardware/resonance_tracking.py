@@ -39,7 +39,7 @@ class Tracking:
     before_hz, frequency_hz : float
         Drive frequency before and after tracking. Both are equal if the points were rejected.
     points : tuple of (float, float)
-        Frequencies in Hz and measured amplitudes in µm peak to peak.
+        Pairs of frequency in Hz and measured amplitude in µm peak to peak.
     refused : str
         Reason why the points were rejected; empty if they were accepted.
     """
@@ -93,7 +93,7 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     plate : PlateDriver
         Connected and calibrated driver. Its limits also apply during the measurements.
     measure_um_pp : callable
-        Function that returns the settled amplitude measured by an instrument, in µm peak to peak.
+        Function that returns the settled amplitude, measured by an instrument, in µm peak to peak.
 
     Raises
     ------

@@ -1,13 +1,13 @@
-"""Convert signals that end a session to exceptions, so that the plate is always silenced.
+"""Convert signals that end a session into exceptions, so that the plate is always silenced.
 
 By default, SIGTERM and SIGHUP end Python without leaving ``with`` blocks or running ``finally``
-clauses. With an exception, `Session.run` or the driver's ``close`` (`slipscale.hardware.driver`)
+clauses. After an exception, `Session.run` or the driver's ``close`` (`slipscale.hardware.driver`)
 silences the plate.
 
 An exception raised by a signal handler can be lost in a destructor, in a library's callback, or in
 an ``except BaseException: pass``, as in PsychoPy when it opens a window. The signal is therefore
-also recorded. `raise_if_ended` raises the exception again in every frame, wait and prompt, and at
-the end of the block.
+also recorded. `raise_if_ended`, which is called in every frame, wait and prompt and at the end of
+the block, raises the exception again.
 
 If an exception were raised between two exits of an exit stack, the remaining exits would be
 skipped. Code that leaves a block therefore announces this, and the exception is raised at the end
@@ -63,7 +63,7 @@ def raise_if_ended() -> None:
 
 @contextmanager
 def signals_raise() -> Iterator[Callable[[], None]]:
-    """Convert signals that end the program to `EndedBySignal` inside the block.
+    """Convert signals that end the program into `EndedBySignal` inside the block.
 
     For `IGNORED_S` after the first signal, other signals are ignored while the plate is silenced.
     If the exception is lost, it is raised again at the end of the block. Only the main thread may
@@ -122,7 +122,7 @@ def _follows(error: BaseException | None) -> bool:
 
 @contextmanager
 def silent_on_signals(driver: PlateDriver) -> Iterator[None]:
-    """Close the driver and silence the plate at the end of the block, also after signals."""
+    """Close the driver and silence the plate at the end of the block, even after a signal."""
     with signals_raise() as leave:
         try:
             yield

@@ -32,7 +32,7 @@ constants = SimpleNamespace(AcquisitionType=AcquisitionType)
 
 
 class Terminals:
-    """State of the emulated device: output, connection, and wiring of the input."""
+    """State of the emulated device: its output, its connection and the wiring of its input."""
 
     def __init__(self) -> None:
         self.output_v: list[float] = [0.0]

@@ -16,7 +16,7 @@ EVERY = ""  # phase that counts all commands
 
 @dataclass(frozen=True, slots=True)
 class Injection:
-    """Fault that occurs at the ``n``-th command of a phase."""
+    """Fault to inject at the ``n``-th command of a phase."""
 
     fault: str
     phase: str = EVERY
@@ -26,12 +26,12 @@ class Injection:
 def parse_injections(
     text: str, *, faults: Collection[str], phases: Collection[str]
 ) -> tuple[Injection, ...]:
-    """Parse a list of faults to inject.
+    """Parse the text that lists the faults to inject.
 
     Raises
     ------
     ValueError
-        If the text is invalid; the message contains the expected format.
+        If the text is invalid. The message describes the expected format.
 
     Examples
     --------

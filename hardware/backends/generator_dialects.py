@@ -25,7 +25,7 @@ HIGHEST_ZERO_V = 1e-3
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Item:
-    """Setting of a generator that can be written and queried.
+    """Generator setting that can be written and queried.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Item:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FixedSetting:
-    """Setting that is written when connecting and must not change."""
+    """Setting that is written when the generator is connected and must not change afterwards."""
 
     item: Item
     value: str
@@ -57,7 +57,7 @@ class FixedSetting:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VoltageRange:
-    """Range of a model's sine voltages, in V peak to peak into an open circuit."""
+    """Sine voltage range of a model, in V peak to peak into an open circuit."""
 
     model: str  # a regular expression
     smallest_vpp: float
@@ -79,8 +79,8 @@ class Dialect:
     channels : tuple of (str, str)
         For each channel, the prefix of source commands and the suffix of output commands.
     fixed : tuple of FixedSetting
-        Settings that never change: sine, infinite load, volts peak to peak, no offset; modulation,
-        sweep and burst off.
+        Settings that must not change: sine wave, infinite load, volts peak to peak, and no offset,
+        modulation, sweep or burst.
     frequency_hz, voltage_vpp, output : Item
         Settings of a presentation. `voltage_vpp` is the voltage at the generator's output.
     ranges : tuple of VoltageRange

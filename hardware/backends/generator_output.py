@@ -41,7 +41,7 @@ REOPENINGS, REOPENING_PAUSE_S = 3, 0.5  # attempts to switch the output off afte
 
 
 class GeneratorOutput:
-    """Output channel of a generator, with voltages in V peak to peak at the generator.
+    """Output channel of a generator. Voltages are in V peak to peak at the generator.
 
     Parameters
     ----------
@@ -143,7 +143,7 @@ class GeneratorOutput:
         Raises
         ------
         StillVibrating
-            If the output could not be switched off, although the connection was reopened several
+            If the output could not be switched off even after the connection was reopened several
             times.
         """
         if not self.line.opened and not self._may_be_on:

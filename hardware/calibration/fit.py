@@ -46,8 +46,8 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     Raises
     ------
     UserError
-        If the points are too few, if a point has a voltage of 0, or if there is no resonance or no
-        peak within the sweep.
+        If there are too few points, if a point has a voltage of 0, or if the sweep contains no
+        resonance or no peak.
     """
     if len(points) < FEWEST_POINTS:
         raise UserError(f"frequency sweep: {len(points)} points, expected {FEWEST_POINTS} or more")

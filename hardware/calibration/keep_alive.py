@@ -1,4 +1,4 @@
-"""Ask questions at the terminal while keeping a vibrating plate alive.
+"""Ask questions at the terminal while keeping the connection to a vibrating plate alive.
 
 A board silences the plate if it receives nothing for its watchdog time. While `typed` waits for an
 answer, it therefore calls a function repeatedly. It waits in short steps, so that signals are

@@ -42,9 +42,9 @@ class Trace:
     volts_v: NDArray[np.float64]
 
     def amplitude_v_peak(self, frequency_hz: float) -> float:
-        """Estimate the amplitude of the sine at one frequency by least squares.
+        """Estimate the amplitude of the sine wave at a given frequency by least squares.
 
-        An offset and components at other frequencies, such as hum, are ignored.
+        Offsets and components at other frequencies, such as hum, do not affect the estimate.
 
         Raises
         ------

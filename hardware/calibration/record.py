@@ -1,6 +1,6 @@
 """Represent a plate's calibration, and derive limits and drive voltages from it.
 
-Calibrations are stored in TOML files, which ``slipscale plate calibrate`` writes.
+Calibrations are stored in TOML files written by ``slipscale plate calibrate``.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ class DriveChain(FrozenTable):
 
 
 class Resonance(FrozenTable):
-    """Fitted resonance; ``_ci95`` are half-widths of 95 % confidence intervals."""
+    """Fitted resonance. ``_ci95`` fields are half-widths of 95 % confidence intervals."""
 
     frequency_hz: Positive
     frequency_ci95_hz: NotNegative
@@ -114,8 +114,8 @@ class Calibration(FrozenTable):
     Raises
     ------
     ValidationError
-        If values are impossible, or if the readings do not match resonance and gain. Edited files
-        are rejected even if their checksum was updated.
+        If values are impossible, or if the readings do not match the resonance and the gain. Edited
+        files are rejected even if their checksum was updated.
     """
 
     device: Device

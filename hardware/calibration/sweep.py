@@ -35,7 +35,7 @@ FINE_WIDTHS = 1.5  # width of the fine sweep to either side, in half-power width
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SweepPlan:
-    """Ranges of frequency and voltage for the sweeps of a calibration.
+    """Frequency and voltage ranges for the sweeps of a calibration.
 
     ``span_hz`` is half the width of the frequency range. Voltages are measured at the plate and
     follow the calibration's convention.
@@ -48,7 +48,7 @@ class SweepPlan:
 
 
 def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
-    """Measure all points of a calibration, in order.
+    """Measure all points of a calibration in the prescribed order.
 
     Parameters
     ----------

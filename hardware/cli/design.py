@@ -247,7 +247,7 @@ def _why_none(result: dict[str, Any]) -> str:
         return "the amplitude needs a longer half wave than the frequency allows"
     if not any(c["beam_admissible"] for c in result["candidates"]):
         return "no available ceramic gives a half wave between the bounds"
-    return "by finite elements, no plate reaches the amplitude at the finger's position"
+    return "in the finite-element model, no plate reaches the amplitude at the finger's position"
 
 
 def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:

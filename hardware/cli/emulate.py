@@ -181,7 +181,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _serve_generator(make: str) -> int:
-    """Serve a simulated generator, and print the voltages that its outputs apply to a plate."""
+    """Serve a simulated generator, and print the voltages that its outputs would apply."""
     from slipscale.hardware.emulator.generator_server import GeneratorServer  # noqa: PLC0415 - PyVISA
     from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 

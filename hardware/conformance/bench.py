@@ -41,7 +41,7 @@ class Bench:
     clock : Clock
         Clock for time-outs.
     long : bool
-        Whether to include rules that take minutes.
+        Whether to include checks that take minutes.
     """
 
     def __init__(self, line: Line, clock: Clock, *, long: bool = False) -> None:
@@ -54,7 +54,7 @@ class Bench:
         self.unit = UNIT  # as in messages
 
     def greet(self) -> None:
-        """Wait until a newly connected board answers, and read its limits.
+        """Wait until a newly connected board answers, then read its limits.
 
         Raises
         ------
@@ -173,7 +173,7 @@ class Bench:
         return self.wait_for("HOLD" if level else "OFF")
 
     def wait_for(self, state: str) -> wire.BoardStatus:
-        """Wait for the end of a ramp; return the first status with the given state."""
+        """Wait for the end of a ramp, and check that the given state follows. Return the status."""
         end_s = self._clock.now() + SETTLING_S
         while (status := self.status()).state == "RAMP":
             if self._clock.now() > end_s:

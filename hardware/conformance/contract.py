@@ -43,7 +43,7 @@ class Rig:
         self.clock = clock
 
     def surface(self, share: float) -> VirtualSurface:
-        """Return a surface with a given fraction of the largest amplitude."""
+        """Return a surface at a given fraction of the largest amplitude."""
         return VirtualSurface(level=round(share * self.plate.limits.level, 4))
 
 
@@ -203,7 +203,7 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
 
 
 def examine_backend(rig: Rig) -> Iterator[Verdict]:
-    """Test a backend against each rule, and close the plate after each test."""
+    """Check a backend against all rules, closing the plate after each check."""
     for rule, check in RULES:
         try:
             with _closed(rig):

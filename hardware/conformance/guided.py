@@ -117,7 +117,7 @@ def _loaded(bench: Bench, assistant: Assistant) -> None:
 
 
 def _saturates(bench: Bench, assistant: Assistant) -> None:
-    """Check that a loaded plate reports SAT, or holds the largest amplitude and reports HOLD."""
+    """Check that a loaded plate either reports SAT or truly holds the largest amplitude in HOLD."""
     largest_level = bench.limits.level
     assistant.load(on=True)
     try:

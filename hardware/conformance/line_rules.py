@@ -219,5 +219,5 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("! silences the plate", _stop_silences),
     ("a frame that contains ! is not executed", _stop_inside_a_frame),
     ("a frame directly after ! is executed", _frame_after_stop),
-    ("a repeated frame does not undo !", _repetition_after_stop),
+    ("a repeated frame does not undo an earlier !", _repetition_after_stop),
 )

@@ -135,7 +135,7 @@ def _open_loop_is_true(bench: Bench) -> None:
         AGREES * bench.some_level, SILENT_OF_LARGEST * bench.limits.level
     ):
         differs(
-            f"{bench.some_level:g} {bench.unit} with the frequency and voltage of the held plate",
+            f"{bench.some_level:g} {bench.unit} with the frequency and voltage reported in HOLD",
             f"{same_level:.3f}",
         )
     _drive(bench, held.frequency_hz, held.voltage_v / 2)
@@ -143,7 +143,7 @@ def _open_loop_is_true(bench: Bench) -> None:
     if abs(half_level - same_level / 2) > max(
         AGREES * same_level, SILENT_OF_LARGEST * bench.limits.level
     ):
-        differs(f"{same_level / 2:.3f} {bench.unit} with half of the voltage", f"{half_level:.3f}")
+        differs(f"{same_level / 2:.3f} {bench.unit} with half the voltage", f"{half_level:.3f}")
     away_hz = bench.limits.frequency_max_hz
     _drive(bench, away_hz, held.voltage_v / 2)
     away_level = mean_level(bench)

@@ -78,7 +78,7 @@ class FollowedTexture:
     ----------
     texture : Grating or FrictionMap
     lag_s : float
-        Delay from a command to the plate's amplitude.
+        Delay between a command and the plate's response.
     """
 
     def __init__(self, texture: Grating | FrictionMap, lag_s: float) -> None:

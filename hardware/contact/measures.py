@@ -87,15 +87,15 @@ def movement(samples: Sequence[Sample]) -> Movement:
 
 
 def friction(forces: Sequence[Sample], places: Sequence[Sample] = ()) -> Friction:
-    """Compute the friction while the finger slides.
+    """Compute the friction of the sliding finger.
 
     Parameters
     ----------
     forces : sequence of Sample
         Normal and lateral force, N.
     places : sequence of Sample
-        Positions of the finger, if known. With positions, only forces during movement along x are
-        used; without positions, all forces during contact are used.
+        Positions of the finger, if known. If given, only forces during movement along x are used;
+        otherwise, all forces during contact.
     """
     pressed = [each for each in forces if each.values[0] >= PRESSES_N]
     slid = [each for each in pressed if _moves(places, each.time_s)] if places else pressed

@@ -1,4 +1,4 @@
-"""Movements between two positions with limited speed and acceleration."""
+"""Compute movements between two positions with limited speed and acceleration."""
 
 from __future__ import annotations
 

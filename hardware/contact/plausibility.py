@@ -1,4 +1,4 @@
-"""Check whether the samples of an exploration can come from a finger.
+"""Check whether the samples of an exploration could come from a finger.
 
 Each rule describes a pattern that a finger cannot produce. If a rule is violated, the trial is
 flagged, and its samples are kept.
@@ -68,7 +68,7 @@ def _counts(samples: Sequence[Sample]) -> Iterator[str]:
     steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
     mean = sum(steps) / len(steps)
     if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):
-        yield "x increases in equal steps, as a time or a counter does"
+        yield "x increases in equal steps, like a time or a counter"
 
 
 def _too_strong(samples: Sequence[Sample]) -> Iterator[str]:

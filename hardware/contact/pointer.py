@@ -1,4 +1,4 @@
-"""Read the finger's position from the pointer of the participant's window.
+"""Read the finger's position from the pointer in the participant's window.
 
 SPEC: ``mouse:mm_per_pixel=0.25`` with
 

@@ -99,7 +99,7 @@ def read_way(path: Path) -> list[Sample]:
             )
         way.append(Sample(time_s, tuple(values)))
     if not way:
-        raise UserError(f"--position scripted: {path}: expected one row or more")
+        raise UserError(f"--position scripted: {path}: expected at least one row")
     return way
 
 

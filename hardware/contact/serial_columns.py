@@ -13,8 +13,8 @@ contains one reading: numbers separated by commas, semicolons, tabs or spaces.
 ``baud``                           baud rate of the port (115200)
 =================================  ============================================================
 
-Any microcontroller that prints the values of its converters is suitable. Each line must contain all
-numbers of a reading. Numbers may have decimal commas if another character separates them. Lines
+Any microcontroller that prints the readings of its converters is suitable. Each line must contain
+all numbers of a reading. Numbers may have decimal commas if another character separates them. Lines
 that are invalid or have a different number of fields are skipped and counted in the journal. Half a
 second without a reading is a fault.
 """
@@ -79,7 +79,7 @@ class Channel:
 
 
 class SerialColumns(ContactSource):
-    """Sensor on a serial port, which is read in a separate thread.
+    """Sensor on a serial port. A separate thread reads the port.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ class SerialColumns(ContactSource):
             raise self._fault
 
     def _tare(self) -> None:
-        """Set the zero to the mean of readings without a finger on the plate."""
+        """Use the mean of readings without a finger on the plate as zero."""
         self._samples.clear()
         end_s = self._clock.now() + self._tare_s
         taken: list[Sample] = []
@@ -218,7 +218,7 @@ class SerialColumns(ContactSource):
                     self._heard_s = max(now_s, self._heard_s)
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
-        """Return the quantities in a line; count the line and return None if it is invalid."""
+        """Return the quantities in a line. If the line is invalid, count it and return None."""
         text = line.decode("ascii", "replace").strip()
         try:
             numbers = numbers_of(text)

@@ -1,4 +1,4 @@
-"""Simulate sensors of the position and forces of a simulated participant's finger.
+"""Simulate sensors for the position and forces of a simulated participant's finger.
 
 SPEC for positions: ``simulated`` or ``simulated:rate=100,noise=0.02`` (samples per second; standard
 deviation of a reading in mm). SPEC for forces: ``simulated`` or ``simulated:friction=0.8,...`` with
@@ -91,7 +91,7 @@ class _Simulated(ContactSource):
         """Do nothing."""
 
     def begin(self) -> None:
-        """Start a new series of samples at the present time."""
+        """Start a new series of samples at the current time."""
         self._begun_s, self._taken = self._surroundings.clock.now(), 0
 
     def take(self) -> list[Sample]:

@@ -31,7 +31,7 @@ class SensorFault(PlateFault):
 
 
 class Sample(NamedTuple):
-    """One reading of a source: session time, and values in the order of its quantities."""
+    """One reading: its session time, and its values in the order of the source's quantities."""
 
     time_s: float
     values: tuple[float, ...]
@@ -55,10 +55,10 @@ class Finger(Protocol):
     unit: Literal["mm", "px"]
 
     def at(self, time_s: float) -> Touch | None:
-        """Return the finger's state at a session time; None if it does not touch the plate.
+        """Return the finger's state at a session time, or None if it does not touch the plate.
 
         For a window's pointer, only the current position is known. For a simulated finger, all
-        positions since the beginning of the exploration are known.
+        positions since the start of the exploration are known.
         """
 
 
@@ -69,7 +69,7 @@ class Surroundings:
     Parameters
     ----------
     clock : Clock
-        Clock for the times of samples.
+        Clock for the time stamps of samples.
     seed : int
         Random seed for a simulated source.
     participant : str

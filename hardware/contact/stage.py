@@ -48,7 +48,7 @@ ARRIVED_MM = 0.1
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Strokes:
-    """Strokes between 0 and a length, back and forth or once in one direction."""
+    """Strokes between 0 and ``length_mm``, back and forth or once in one direction."""
 
     speed_mm_s: float
     length_mm: float
@@ -99,7 +99,7 @@ class Stage(ContactSource):
             )
 
     def home(self, strokes: Strokes, watch: Callable[[], None]) -> None:
-        """Move to the start of the strokes; call ``watch`` while waiting."""
+        """Move to the start of the strokes, calling ``watch`` while waiting."""
         self.check(strokes)
         self._wait(watch)
         if abs(self._place_mm() - strokes.start_mm) > ARRIVED_MM:
@@ -135,7 +135,7 @@ class Stage(ContactSource):
         self.stop()
 
     def describe(self) -> dict[str, object]:
-        """Return the stage's name and limits."""
+        """Return the stage's name, limits and control of the normal force."""
         limits = {"travel_mm": self.travel_mm, "fastest_mm_s": self.fastest_mm_s}
         return {"name": self.name, **limits, "presses": self.presses}
 
@@ -213,7 +213,7 @@ class EmulatedStage(Stage):
         """Do nothing, because the stage is at 0 from the start."""
 
     def begin(self) -> None:
-        """Start a new series of samples at the present time."""
+        """Start a new series of samples at the current time."""
         self._begun_s, self._taken = self._clock.now(), 0
         self._motions = self._motions[-1:]
 

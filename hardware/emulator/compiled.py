@@ -189,7 +189,7 @@ class CompiledBoard:
         self._code.board_silence(self._board)
 
     def commanded_level(self, now_s: float) -> float:  # noqa: ARG002 - the board's own time
-        """Return the amplitude that is commanded now."""
+        """Return the currently commanded amplitude."""
         return float(self._code.board_due_um_pp(self._board))
 
     def _milliseconds(self) -> int:

@@ -339,7 +339,7 @@ class Board:
         self._periods = periods
 
     def _correct(self, measured_level: float, largest_level: float) -> bool:
-        """Correct the voltage; return whether it is high enough for the largest amplitude."""
+        """Correct the voltage, and return whether it is sufficient for the largest amplitude."""
         if largest_level <= 0:
             return True
         factor = self.target_level / measured_level if measured_level > 0 else math.inf

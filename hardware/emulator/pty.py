@@ -219,7 +219,7 @@ class Emulator:
         return control in ready
 
     def _tick_s(self) -> float:
-        """Return the time during which only a command can change the board's state."""
+        """Return how long to wait for input; a short time if the board is active."""
         return TICK_S if self.board.vibrates or self._outbox else IDLE_TICK_S
 
     def _boot(self) -> None:
@@ -330,7 +330,7 @@ class Emulator:
             self._log.write(line + "\n")
 
     def _post(self, pieces: Iterable[Piece]) -> None:
-        """Queue pieces for sending after the pieces that are already queued."""
+        """Append pieces to the queue for sending."""
         due_s = max(self._now(), self._outbox[-1][0] if self._outbox else 0.0)
         for piece in pieces:
             if isinstance(piece, float):

@@ -108,9 +108,9 @@ class BoardLink:
         Raises
         ------
         PlateTimeout
-            If the board does not answer, although the command was repeated.
+            If the board does not answer even after the command was repeated.
         GarbledReply
-            If the board answers, but no answer can be read.
+            If the board answers, but none of its answers can be read.
         ConnectionLost
             If the device was disconnected, or if it has restarted since `greet`.
         OverLimit, PlateBusy, PlateRefused

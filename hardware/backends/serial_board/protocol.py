@@ -193,7 +193,7 @@ def parse_limits(value: str) -> BoardLimits:
     _require(voltage > 0, f"the largest voltage is {voltage:g} V, but must be above 0")
     _require(
         0 < lowest < highest,
-        f"the band is {lowest:g} to {highest:g} Hz, but must be two rising frequencies above 0",
+        f"the band is {lowest:g} to {highest:g} Hz, but must be two increasing frequencies above 0",
     )
     _require(
         shortest_ms <= watchdog <= longest_ms,

@@ -34,7 +34,7 @@ class Carrier:
         self._phase = 0.0
 
     def samples(self, count: int) -> NDArray[np.float32]:
-        """Return the next samples, and ramp the amplitude towards the target.
+        """Return the next samples, with the amplitude ramping towards the target.
 
         Returns
         -------

@@ -88,7 +88,7 @@ class SoundCard(PlateDriver):
     clock : Clock
         Clock for the times of readbacks.
     limits : PlateLimits
-        Limits at the plate. The sampling rate further limits the frequencies.
+        Limits at the plate. The sampling rate may reduce the highest frequency.
     calibration : Calibration
         Calibration of the plate; required for surfaces, but not for `excite`.
     plate_file : PlateFile
@@ -248,7 +248,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _until_ramped(self) -> None:
-        """Wait until the device has requested all samples of a ramp."""
+        """Wait until the device has fetched all samples of a ramp."""
         begun_s = self._machine.now()
         while self._carrier.level != self._carrier.target:
             if self._machine.now() - begun_s > RAMP_S + ENDS_S:
@@ -305,7 +305,7 @@ class SoundCard(PlateDriver):
             self._abort()
 
     def _abort(self) -> None:
-        """Discard samples that the device has not played yet."""
+        """Stop the stream without playing the remaining samples."""
         import sounddevice  # noqa: PLC0415 - see _connect
 
         try:

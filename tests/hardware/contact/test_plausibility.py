@@ -39,7 +39,7 @@ def test_a_finger_that_strokes_and_presses_is_plausible(rate_hz):
             "65535 mm, which is beyond any plate",
         ),
         (lambda _: (12.5, 3.4), "the same reading for 3.0 s"),
-        (lambda t: (t, 2.0), "x increases in equal steps, as a time"),
+        (lambda t: (t, 2.0), "x increases in equal steps, like a time"),
         (lambda t: (100 * t, stroking(t)[0]), "a time or a counter"),
         (lambda t: (280 * math.sin(25 * t), 2.0), "a median speed of"),
     ],

@@ -86,7 +86,7 @@ def test_a_script_begins_anew_with_each_exploration(tmp_path):
     [
         ("", "line 1: expected the columns"),
         ("t,x,y\n", "line 1: expected the columns"),
-        ("time_s,x_mm,y_mm\n", "expected one row"),
+        ("time_s,x_mm,y_mm\n", "expected at least one row"),
         ("time_s,x_mm,y_mm\n0,1,0\n1,nan,0\n", "line 3"),
         (
             "time_s,x_mm,y_mm\n1,1,0\n0.5,1,0\n",
