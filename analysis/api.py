@@ -242,8 +242,8 @@ class Reconstruction:
         Returns
         -------
         dict
-            Column label -> ratings, shape (number, participants), each row sorted. Columns without
-            a consistent data set are omitted.
+            Arrays of ratings, keyed by column label, with shape (number, participants) and sorted
+            rows. Columns without a consistent data set are omitted.
 
         Raises
         ------

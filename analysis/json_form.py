@@ -27,15 +27,15 @@ JsonObject: TypeAlias = dict[str, Json]
 
 
 class HasJsonForm(Protocol):
-    """A result whose keys differ from its field names."""
+    """A result whose JSON keys differ from its field names."""
 
     def json_form(self) -> object:
-        """Return an object to write instead of the fields; parts of this object may be results."""
+        """Return the object to write instead of the fields. It may contain other results."""
         ...
 
 
 class OurName(str):
-    """A string that is Slipscale's name for a field or unit."""
+    """A string that contains a field name or unit used by Slipscale."""
 
     __slots__ = ()
 
@@ -51,7 +51,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     Parameters
     ----------
     named : callable
-        Converts field names: the ``key`` method of a quantity.
+        Function that converts field names, such as the ``key`` method of a quantity.
 
     Raises
     ------

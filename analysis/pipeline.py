@@ -54,7 +54,7 @@ def analyse(
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. The default is the rule in
         the study file or, if none is set, `default_rule` in that module.
     equivalence_ratio : float, optional
-        Ratio within which two amplitudes count as equal. The default is the ratio in the study
+        Largest ratio of two amplitudes that count as equal. The default is the ratio in the study
         file.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function as well, which requires the extra
@@ -156,7 +156,7 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
 def normalised(
     data: Dataset, asked: str | None
 ) -> tuple[pd.DataFrame, Prepared | None, str, list[str]]:
-    """Return normalised estimates prepared for inference, the rule, and notes about the rule."""
+    """Normalise estimates; return them, their form for inference, the rule, and notes on it."""
     rule, notes = _choose_rule(data, asked)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
     prepared = prepare(estimates, data.choices, data.quantity) if len(estimates) else None
@@ -164,7 +164,7 @@ def normalised(
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
-    """Return the data without excluded participants, and the reasons for each exclusion."""
+    """Return the data without excluded participants, and each exclusion's reasons."""
     rules: list[str] = list(data.choices.exclusions)
     by_hand = excluded_by_hand(data.folder) if data.folder else {}
     why: dict[str, tuple[str, ...]] = {}

@@ -47,7 +47,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity that the plate produces."""
+        """The physical quantity that the plate produces, with its unit."""
         return self._plate.limits.quantity
 
     def present(self, level: float) -> Presentation:
@@ -62,7 +62,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.present(VirtualSurface(level=float(level)))
 
     def read_back(self) -> float | None:
-        """Return the amplitude that the plate reports in µm peak to peak, if any."""
+        """Return the amplitude reported by the plate in µm peak to peak, or None."""
         return self._plate.read_back().level
 
     def check(self) -> None:
@@ -74,7 +74,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         self._plate.silence()
 
     def close(self) -> None:
-        """Stop and release the plate."""
+        """Stop the plate and close its connection."""
         self._plate.close()
         atexit.unregister(self.close)
 

@@ -1,4 +1,4 @@
-"""List all numbers in a report, for the scripts that recompute them."""
+"""List all numbers in a report, so that scripts can recompute them."""
 
 from __future__ import annotations
 

@@ -14,7 +14,10 @@ AMPLITUDES_UM_PP = tuple(biet2007.BY_AMPLITUDE)
 
 @dataclass(frozen=True)
 class Count:
-    """Number of data sets consistent with a column, under one SD convention."""
+    """Number of data sets consistent with a column under one SD convention.
+
+    ``ordered`` distinguishes participants; ``multisets`` does not.
+    """
 
     amplitude_um_pp: float
     sd_convention: str

@@ -1,9 +1,9 @@
 """Provide bounds on test statistics over all data sets consistent with Table III.
 
-The search over all pairs of data sets takes minutes, so a table of ratings that attains each bound
-is recorded. Bounds are computed from the recorded tables, after checking that the tables are
-consistent with Table III. Only the search proves that no value exceeds a bound. To repeat it, run
-``python -m slipscale.analysis.reproduction.attained_bounds``.
+The search over all pairs of data sets takes minutes. Its results, one table of ratings per bound,
+are therefore recorded. Bounds are computed from the recorded tables, after checking that the tables
+are consistent with Table III. Only the search proves that no data set exceeds a bound. To repeat
+it, run ``python -m slipscale.analysis.reproduction.attained_bounds``.
 """
 
 from __future__ import annotations

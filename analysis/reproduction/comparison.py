@@ -1,10 +1,10 @@
 """Compare all published numbers with our results.
 
-A source is a module with ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps the name of an item to a
-function that returns an `Outcome`. ``FIGURES`` maps the name of a figure to a function that returns
-a Matplotlib figure. Recorded values are in a JSON file next to the module. For each item,
-``agrees`` reports whether our value rounds to the published value, ``drift`` whether our value
-differs from the recorded value, and ``reason`` why our value differs from the paper.
+A source is a module that defines ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps each item's name to a
+function that returns an `Outcome`. ``FIGURES`` maps each figure's name to a function that returns a
+Matplotlib figure. The recorded values are stored in a JSON file next to the module. For each item,
+``agrees`` is True if our value rounds to the published value, and ``drift`` is True if our value
+differs from the recorded value. ``reason`` explains why our value differs from the paper.
 """
 
 from __future__ import annotations
@@ -56,10 +56,10 @@ class Outcome:
     must_agree : bool
         Whether a disagreement is an error in Slipscale.
     by_construction : bool
-        Whether our value was derived from the published value or set to it, so that agreement is
-        not evidence.
+        Whether our value was derived from the published value or set to it. Agreement is then not
+        evidence.
     exact : int, optional
-        Our value as an integer of any size, if ``ours`` may be rounded.
+        Our value as an exact integer, if the float ``ours`` may be rounded.
     text : str, optional
         Our value as text, if it must not be rounded to the nearest number, as for bounds.
     """
@@ -124,7 +124,7 @@ class Comparison:
 
     @property
     def failed(self) -> bool:
-        """Whether the command must exit with status 1 because of this item."""
+        """Whether this item makes the command exit with status 1."""
         return self.drifted or (self.outcome.must_agree and self.outcome.agrees is False)
 
     def record(self) -> dict[str, object]:
@@ -168,7 +168,7 @@ def recorded_values() -> dict[str, float]:
 
 
 def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
-    """Record the current values of a source in a JSON file."""
+    """Compute the values of a source and store them in a JSON file."""
     found = {item: compute().ours for item, compute in items.items()}
     values = {item: int(v) if abs(v) < EXACT and v == int(v) else v for item, v in found.items()}
     Path(__file__).with_name("recorded").joinpath(name).write_text(

@@ -1,10 +1,10 @@
-"""Report the number of raw data sets consistent with Table III, and conclusions from them.
+"""Count the raw data sets consistent with Table III, and report conclusions from them.
 
 The paper does not contain these counts and conclusions. They follow from Table III if ratings are
-whole numbers from 0 to 100, for any assignment of ratings to participants. The paper does not state
-its standard-deviation convention, so the lowest and highest values cover both conventions. The
-reason given for an item contains the values for each convention, and the table that attains the
-bound (see `attained_bounds`).
+whole numbers from 0 to 100, regardless of which participant gave which rating. The paper does not
+state which standard deviation (SD) it uses, so the lowest and highest values cover both
+conventions. The reason given for an item contains the values for each convention, and the table
+that attains the bound (see `attained_bounds`).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def _counts() -> dict[tuple[float, str], allowed_datasets.Count]:
 
 @cache
 def _conclusions() -> dict[str, dict[str, Conclusion]]:
-    """Return the conclusions, keyed by name and SD convention."""
+    """Return the conclusions, keyed by name and then by SD convention."""
     found: dict[str, dict[str, Conclusion]] = {}
     for convention in CONVENTIONS:
         for one in known(convention):
@@ -111,7 +111,7 @@ def bound(name: str, end: str) -> Outcome:
 
 
 def _bounded() -> dict[str, tuple[str, str]]:
-    """Return the conclusion, and "lowest" or "highest", for each item that is a bound."""
+    """Map each item that is a bound to its conclusion and "lowest" or "highest"."""
     pairs = [
         f"{test}.{one:g} um.{other:g} um"
         for one, other in combinations(AMPLITUDES_UM_PP, 2)

@@ -32,7 +32,8 @@ def amplitude_axis(
 ) -> None:
     """Place ticks at the presented levels, to scale.
 
-    If the levels need a logarithmic axis, 0 is drawn next to it.
+    If the levels need a logarithmic axis and include 0, the axis is linear below the smallest
+    positive level.
     """
     above = amplitudes[amplitudes > 0]
     if over_decades(amplitudes, quantity):
@@ -53,13 +54,13 @@ def amplitude_axis(
 
 
 def over_decades(levels: NDArray[np.float64], quantity: Quantity) -> bool:
-    """Return whether levels need a logarithmic axis."""
+    """Return whether the levels span so wide a range that they need a logarithmic axis."""
     above = levels[levels > 0]
     return not quantity.of_plate and len(above) > 1 and above.max() > LINEAR_RATIO * above.min()
 
 
 def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
-    """Return levels at which ticks do not overlap, given the axis scale and limits."""
+    """Return levels whose tick labels do not overlap, given the axis scale and limits."""
     transform = axes.get_xaxis_transform()
     places = transform.transform([(level, 0.0) for level in levels])[:, 0]
     size = mpl.rcParams["font.size"] * axes.figure.dpi / 72

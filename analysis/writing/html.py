@@ -49,8 +49,8 @@ class ReportSection:
 class TableColumn:
     """A table column with its heading, unit and alignment.
 
-    Left-aligned columns contain words, which may wrap unless the column is ``whole``. ``paper``
-    marks a column of the paper's values.
+    Left-aligned columns contain text, which may wrap unless ``whole`` is True. ``paper`` marks a
+    column with values from the paper.
     """
 
     title: str
@@ -186,7 +186,7 @@ def table(
     columns : sequence of TableColumn
         Columns with their headings.
     rows : iterable of sequences of str
-        Cells as text; the first cell of a row is its heading.
+        Cell text by row. The first cell of each row is the row heading.
     caption : str
         Caption above the table.
     over : sequence of (str, int)

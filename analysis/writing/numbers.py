@@ -179,7 +179,7 @@ def reliable(p: float, confidence: float) -> bool:
 def page_sentence(
     what: str, found: PageTrend, confidence: float, level: str, quantity: Quantity
 ) -> str:
-    """Return the sentence for Page's test of whether ``what`` changes with ``level``."""
+    """Return a sentence with the result of Page's test for a trend of ``what`` with ``level``."""
     grew = "fell" if quantity.falls else "grew"
     verb = grew if reliable(found.p, confidence) else f"did not {quantity.grow} reliably"
     return (

@@ -18,7 +18,7 @@ class Reference:
     authors : str
         Authors as in BibTeX, joined by " and ".
     title, journal, pages : str
-        Values as in BibTeX, but with hyphens in page ranges.
+        BibTeX fields, but with hyphens in page ranges.
     year : int
     volume : str
     """

@@ -1,4 +1,4 @@
-"""Write the name of a task, with its label and condition, for the report.
+"""Format task names for the report, including the label and the condition.
 
 A task is identified by its label in file names, followed by ``_factor-level`` for each factor of
 the study. The label is omitted if an installed protocol's name begins with the same letters.
@@ -17,7 +17,7 @@ CONDITION = re.compile(r"_([^-]+?)-(.+?)(?=_[^_-][^-]*-|$)")
 
 
 def task_name(title: str, task: str) -> str:
-    """Return a title with the label and the condition of a task.
+    """Format a task's title, label and condition.
 
     >>> task_name("Category scale", "categoryscale_frequency_hz-20_hand-left")
     'Category scale, frequency 20 Hz, hand left'

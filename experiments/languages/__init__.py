@@ -1,1 +1,1 @@
-"""Texts for participants, one file per language."""
+"""Text shown to participants, one file per language."""

@@ -14,7 +14,7 @@ from itertools import chain
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """A place for text on the screen.
+    """Space for a text on the screen.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def room_of(key: str) -> Room:
 
 
 def not_drawn(text: str) -> str:
-    """Return the reason why a text cannot be drawn, or an empty string.
+    """Return the reason if a text cannot be drawn, otherwise an empty string.
 
     >>> not_drawn("Größe?"), not_drawn("שלום")[:23]
     ('', 'it is written from righ')

@@ -1,8 +1,8 @@
 """Load and check the texts that participants read.
 
-Texts are shipped in English and French; a study file can replace them. A study can also add a
-language, with a text for every key. If a later version of Slipscale resumes a run of such a study,
-it shows the English text for new keys.
+Texts are shipped in English and French. A study file can replace them, or add a language with a
+text for every key. If a later version of Slipscale adds keys and resumes a run in such a language,
+it shows the English text for the new keys.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def load_texts(
     brought : Mapping, optional
         Texts added by the protocols of the run.
     words : AttributeWords, optional
-        Words for the judged attribute, which is slipperiness by default.
+        Wording for the judged attribute (default: slipperiness).
 
     Raises
     ------

@@ -45,7 +45,10 @@ class StopRequested(Exception):
 
 
 class Participant(Protocol):
-    """A real, simulated or scripted participant; a context manager that opens the window."""
+    """Common interface for real, simulated and scripted participants.
+
+    A participant is a context manager that opens and closes the window.
+    """
 
     kind: ClassVar[Kind]
     # Before a question: the initial contents of the answer field. If `perform` raises an exception:

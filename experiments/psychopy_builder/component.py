@@ -1,6 +1,6 @@
-"""The Builder component and the code that it generates; PsychoPy finds it by its entry point.
+"""The Builder component and the code that it generates. PsychoPy finds it by its entry point.
 
-The names of methods, parameters and attributes and the form of the code follow PsychoPy.
+The generated code and the names of methods, parameters and attributes follow PsychoPy.
 """
 
 from __future__ import annotations
@@ -92,7 +92,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
     def writeRoutineStartCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the code at the start of each repeat, which sets the amplitude."""
+        """Write the code that sets the amplitude at the start of each repeat."""
         code = "%(name)s.amplitude_um_pp = %(amplitude_um_pp)s\n"
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
@@ -110,7 +110,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
                 buff.setIndentLevel(-indented, relative=True)
 
     def writeRoutineEndCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the code at the end of the routine, which stops the plate in every case."""
+        """Write the code at the end of the routine, which always stops the plate."""
         buff.writeIndentedLines(STOP % self.params)
         super().writeRoutineEndCode(buff)
 

@@ -34,8 +34,8 @@ class Resonator:
         (Section IV-A). The paper does not specify whether 15 V is peak or peak to peak; finite
         elements match the measured amplitude if it is peak.
     quality_factor : float
-        Q of the assembled plate, which was not published. The default of 60 is the value of the
-        ceramic and must be calibrated.
+        Q of the assembled plate, which was not published. The default of 60 is the Q of the ceramic
+        and should be replaced by a calibrated value.
     temperature_coefficient_hz_per_k : float
         Change in resonance with temperature, which was not published. The default is half of the
         modulus coefficient of copper beryllium, about -350 ppm/K, at 30.5 kHz.
@@ -127,7 +127,7 @@ class Conditions:
         envelope_um_pp : complex
             Current envelope, in µm peak to peak, with its phase relative to the drive.
         duration_s : float
-            Duration of the step, 0 or more.
+            Duration of the step; must not be negative.
         voltage_v, frequency_hz : float
             Drive voltage in V peak, and drive frequency.
 

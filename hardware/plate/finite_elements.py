@@ -54,11 +54,11 @@ class Assembly:
     polarity : ndarray, shape (n,)
         Polarity, +1 or -1, of the ceramic to which a node belongs; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
-        Stiffness in N/m and mass in kg, for x, y and z of each node in turn.
+        Stiffness in N/m and mass in kg, ordered by node and then by direction x, y, z.
     ceramic_stiffness : sparse, shape (3n, 3n)
         Part of ``stiffness`` that is due to the ceramics.
     coupling : sparse, shape (3n, n)
-        Nodal forces in N per potential unit.
+        Nodal forces in N per `POTENTIAL_UNIT_V`.
     capacitance : sparse, shape (n, n)
         Charge per potential, in consistent units.
     """
@@ -93,7 +93,7 @@ class Assembly:
 
     @property
     def on_top(self) -> npt.NDArray[np.intp]:
-        """Nodes of the touch surface, without nodes beyond the edge of a disc."""
+        """Indices of nodes on the touch surface, except nodes beyond the edge of a disc."""
         on = self.layout.outline.holds(*self.nodes[:2] / MILLI)
         return np.flatnonzero(self.at(z=self.thickness_m) & on)
 

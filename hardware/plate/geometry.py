@@ -32,7 +32,7 @@ class Region:
     at_mm : tuple of 2 floats
         x and y of the centre, relative to the centre of the plate.
     size_mm : tuple of 2 floats
-        Size along x and y; for a disc, the diameter in both directions.
+        Size along x and y. For a disc, both values are the diameter.
     disc : bool
         Whether the region is a disc.
     """
@@ -51,7 +51,7 @@ class Region:
             )
 
     def span_mm(self, axis: int) -> tuple[float, float]:
-        """Return both ends of the region along an axis (0 for x, 1 for y)."""
+        """Return the region's lower and upper limit along an axis (0 for x, 1 for y)."""
         return (
             self.at_mm[axis] - self.size_mm[axis] / 2,
             self.at_mm[axis] + self.size_mm[axis] / 2,
@@ -65,7 +65,7 @@ class Region:
         return self.at_mm[1] - half, self.at_mm[1] + half
 
     def holds(self, x_mm: Array, y_mm: Array) -> npt.NDArray[np.bool_]:
-        """Return which points are inside the region or on its edge."""
+        """Return a mask of the points inside the region or on its edge."""
         away = [np.abs(at - mid) for at, mid in zip((x_mm, y_mm), self.at_mm, strict=True)]
         if self.disc:
             return np.asarray(np.hypot(*away) <= self.size_mm[0] / 2 + _ON_MM)
@@ -82,7 +82,7 @@ class Region:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Patch:
-    """One ceramic, with region and polarity (+1 or -1)."""
+    """Region and polarity (+1 or -1) of one ceramic."""
 
     region: Region
     polarity: int = 1
@@ -90,7 +90,7 @@ class Patch:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Layout:
-    """Layout of a plate, with x along its length and z from the ceramics up to the touch surface.
+    """Plate layout, with x along the length and z from the ceramics up to the touch surface.
 
     Parameters
     ----------
@@ -109,7 +109,7 @@ class Layout:
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i.
     ends : {"free", "supported"}
-        Whether the faces x = ± length/2 are free or supported (w = 0).
+        Boundary condition at the faces x = ± length/2: free or supported (w = 0).
     ceramic : Piezoceramic
         Material of the active layer.
     resonator : Isotropic

@@ -2,7 +2,7 @@
 
 When the connection breaks, Xlib calls ``exit(1)`` during any call and in any thread, without
 running ``finally`` blocks. This module installs a handler that only records the loss. The next
-frame raises `WindowLost`, which ends the session like any other fault of the rig. X must not be
+frame then raises `WindowLost`, which ends the session like any other rig fault. X must not be
 called after the loss, so the window stays open, and the process ends before libraries can close the
 window.
 """
@@ -59,7 +59,7 @@ class Connection:
             self._xlib.XSetIOErrorHandler(_KEPT[-2])
 
     def watch(self, window: Any) -> None:
-        """Watch the X connection of an open pyglet window, which PsychoPy opens separately."""
+        """Watch the X connection of an open pyglet window."""
         if self._xlib is None:
             return
         display = ctypes.cast(window.context.x_display, ctypes.c_void_p)

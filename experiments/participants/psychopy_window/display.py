@@ -131,7 +131,7 @@ class Pointer:
 
 
 class Display:
-    """A window that draws scenes.
+    """A PsychoPy window on which scenes are drawn.
 
     Parameters
     ----------
@@ -199,7 +199,7 @@ class Display:
         return self._window.winHandle
 
     def show_pointer(self, *, needed: bool) -> None:
-        """Show the mouse if it is needed; otherwise, a full-screen window hides the mouse."""
+        """Show the mouse pointer, or hide it if the window is full-screen and does not need it."""
         visible = needed or not self._full_screen
         if visible != self._window.mouseVisible:
             self._window.mouseVisible = visible
@@ -210,7 +210,7 @@ class Display:
         return (x_px - width / 2) / self._unit, (y_px - height / 2) / self._unit
 
     def draw(self, scene: Scene) -> None:
-        """Draw a scene, which becomes visible at the next flip; unchanged items are reused."""
+        """Draw a scene, which becomes visible at the next `flip`. Unchanged items are reused."""
         with self.connection.used():
             self._shown = {item: self._shown.get(item) or self._build(item) for item in scene}
             for item in scene:

@@ -1,7 +1,7 @@
 """Answer fields, which collect characters and check whether they form a valid answer.
 
-No entry is clipped, guessed or dropped silently. An invalid entry is rejected with the key of the
-text that explains the reason, and the caller records the entry.
+No entry is clipped, guessed or dropped silently. For an invalid entry, a field returns the key of
+the text that explains the error, and the caller records the entry.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class Accepted:
 
 @dataclass(frozen=True, slots=True)
 class Refused:
-    """The result of checking an invalid entry.
+    """The reason why an entry is invalid.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ class TypedEntry:
         )
 
     def press(self, character: str) -> Verdict:
-        """Process one character; on Enter, check the line, and clear a refused line."""
+        """Process one character. Enter submits the line, which is cleared if it is invalid."""
         if character in (ENTER, "\n"):
             verdict = self._judge()
             if isinstance(verdict, Refused):
@@ -193,7 +193,7 @@ class TypedEntry:
 
 
 class KeyEntry:
-    """An answer field in which a single key is the answer.
+    """An answer field for questions that are answered with a single key.
 
     Parameters
     ----------
@@ -206,7 +206,7 @@ class KeyEntry:
         self._answers = answers
 
     def press(self, character: str) -> Verdict:
-        """Process one key, which is accepted as the answer or refused."""
+        """Accept a key as the answer, or refuse it if it is not an answer key."""
         key = character.casefold()
         if key not in self._answers:
             key = AZERTY.get(key, key)
@@ -219,7 +219,7 @@ class KeyEntry:
         """Do nothing, because nothing is typed."""
 
     def turn(self, notches: int) -> None:
-        """Do nothing, because there is no list."""
+        """Do nothing, because this field has no list."""
 
 
 class ListEntry:
@@ -320,7 +320,7 @@ def yes_no_keys(texts: Mapping[str, str]) -> dict[str, Value]:
 
 
 def choice_keys(question: ChoiceQuestion | ComparisonQuestion) -> dict[str, Value]:
-    """Return the number keys of a choice with their values: codes, or the numbers themselves."""
+    """Return a dictionary from number key to value: the option's code or the number itself."""
     count = len(question.options)
     if not 1 <= count <= NUMBER_KEYS:
         raise UserError(

@@ -1,4 +1,4 @@
-"""Check that a scene is readable, by measuring and laying out its texts without a window.
+"""Check that a scene is readable by laying out its texts without opening a window.
 
 Scenes scale with the screen (`display`), so one layout is valid for every window size. Letters are
 measured in the window's font if PsychoPy is installed, otherwise in matplotlib's font, which is
@@ -109,7 +109,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def lay(text: Text) -> Laid:
-    """Lay out a text as the window does: wrapped at spaces, and shrunk if the text is too high."""
+    """Lay out a text as the window does: wrap at spaces, and shrink the text if it is too high."""
     size = text.size
     lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height

@@ -1,4 +1,4 @@
-"""The screen of a pointing task: a start and a target, selected by mouse, touch or key."""
+"""Screen for a pointing task with a start and a target, selected by mouse, touch or key."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class Marking:
         self._put = question.nearest(place + notches * question.key_step)
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Set the mark at the clicked position, or submit the answer on the confirmation area."""
+        """Set the mark at the clicked position, or submit the answer if the button is clicked."""
         if abs(y - LINE_Y) <= NEAR_Y and abs(x) <= LINE_LENGTH / 2 + NEAR_X:
             self._notice = ""
             self._put = self._question.nearest(100 * (x / LINE_LENGTH + 0.5))
@@ -116,7 +116,7 @@ class Marking:
         return ScreenResult(value=self._put)
 
     def _mark(self) -> Scene:
-        """Return the mark, or nothing if the mark is neither set nor shown at its start."""
+        """Return the mark, or nothing if it has not been set and its start is hidden."""
         question = self._question
         if self._put is None and not question.start_shown:
             return ()

@@ -1,9 +1,9 @@
-"""The contents of a screen as plain data: texts, key caps and bars, readable at a distance of 1 m.
+"""Screen contents as plain data (text, key caps and bars), readable at a distance of 1 m.
 
 Lengths are fractions of the screen height, the origin is at the centre, and y points up. The
 smallest text that participants must read has a size of 0.036. The x-height of this text is 5.8 mm
-on a 24 inch monitor. At a distance of 1 m, this is 20 minutes of arc, four times the size that
-normal vision requires to distinguish letters.
+on a 24 inch monitor. At a distance of 1 m, this is a visual angle of 20 minutes of arc, four times
+the smallest letter size that people with normal vision can read.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ WIDTH = 1.3  # line width of a text; the narrowest monitors (5:4) are 1.25 wide,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """A text of ``size`` (em) in lines of ``width``, centred at ``x``, with ``anchor`` at ``y``.
+    """Text with font size ``size``, wrapped to ``width`` and centred at ``x``, ``anchor`` at ``y``.
 
-    ``caret`` draws a caret after the last letter of a one-line text.
+    If ``caret`` is True, a caret follows the last letter; this requires text of one line.
     """
 
     content: str
@@ -75,7 +75,7 @@ class Disc:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Arrow:
-    """An arrow that points up or down, drawn as a shape because the font has no arrows."""
+    """An arrow pointing up or down, drawn as a shape because the font lacks arrows."""
 
     x: float
     y: float
@@ -86,9 +86,9 @@ class Arrow:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Area:
-    """An invisible area over a drawn key; touching or clicking the area sends the key.
+    """An invisible area over a drawn key that responds to touches and clicks.
 
-    ``presses`` contains the characters to send, or `UP` or `DOWN`.
+    A touch or click sends ``presses``: one or more characters, `UP` or `DOWN`.
     """
 
     x: float
@@ -126,7 +126,7 @@ def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018)
 
 
 def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
-    """Return the drawing of a keyboard key; `UP` and `DOWN` are the arrow keys."""
+    """Return a drawing of a keyboard key. The labels `UP` and `DOWN` draw arrow keys."""
     rim = 0.01 * size / 0.14
     arrow = Arrow(x=x, y=y, size=0.45 * size, up=label == UP)
     letter = Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size)

@@ -1,4 +1,4 @@
-"""Functions shared by screens: their outcome, the key to continue, and the countdown."""
+"""Elements shared by screens: the result, the key to continue, and the countdown."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def go_on_key(texts: Texts) -> str:
 
 
 def naming_key(texts: Texts, text: str) -> str:
-    """Return a text that names the key to continue in the participant's language."""
+    """Return a text after inserting the name of the key to continue."""
     key = texts["window.go_on_key"]
     name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
     return texts[text].format(key=name)

@@ -1,7 +1,7 @@
 """Map each step to its screen, independently of any window or clock.
 
-A screen receives keys and the time since it appeared, and returns its contents and, at the end, its
-outcome. The time is always an argument, so tests of screens need not wait.
+A screen receives keys and the time since it appeared. It returns its contents and, when it ends,
+its outcome. The time is always passed as an argument, so tests of screens do not have to wait.
 """
 
 from __future__ import annotations
@@ -39,10 +39,11 @@ if TYPE_CHECKING:
 
 
 class Screen(Protocol):
-    """The interface of all screens.
+    """Common interface for screens.
 
-    If ``single_key`` is True, a single key ends the screen, so keys held since the previous screen
-    must be released first. If ``pointed`` is True, the screen needs the mouse.
+    If ``single_key`` is True, a single key press ends the screen. Keys that are still held from the
+    previous screen must therefore be released first. If ``pointed`` is True, the screen needs the
+    mouse.
     """
 
     single_key: bool
@@ -62,14 +63,14 @@ class Screen(Protocol):
         """Move the mark or the selection right or up by a number of notches."""
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Process a click or touch; return the outcome if that ended the screen."""
+        """Process a click or touch. Return the outcome if the click or touch ended the screen."""
 
     @property
     def typed(self) -> str:
         """The entry that has been typed but not submitted."""
 
     def offer(self, typed: str) -> None:
-        """Restore an entry that was typed before an interruption."""
+        """Restore the entry that the participant typed before an interruption."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
         """Return the outcome if the screen's time limit has passed."""
@@ -86,7 +87,7 @@ SCREENS: dict[type, Callable[..., Screen]] = {
 
 
 def screen_for(step: ParticipantStep | Adjust, texts: Texts) -> Screen:
-    """Return a new screen for a step."""
+    """Create the screen for a step."""
     if isinstance(step, Ask) and step.by == "operator":
         return Listening(step, texts)
     if isinstance(step, Ask) and isinstance(step.question, VisualAnalogueQuestion):

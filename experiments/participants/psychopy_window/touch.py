@@ -1,4 +1,4 @@
-"""Keys drawn on the screen for touch or mouse: a number pad and a scrolling list."""
+"""On-screen keys for touch or mouse: a number pad and a scrolling list."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _cap(label: str, x: float, y: float) -> Scene:
 def scrolled(
     words: tuple[str, ...], place: int | None, content: str, texts: Mapping[str, str]
 ) -> Scene:
-    """Return the visible part of a long list of answers, around the item at ``place``."""
+    """Return the visible rows of a long list of answers, scrolled to the item at ``place``."""
     last = max(len(words) - ROWS_SHOWN, 0)
     first = min(max((place or 0) - ROWS_SHOWN // 2, 0), last)
     seen = range(first, min(first + ROWS_SHOWN, len(words)))
@@ -65,7 +65,7 @@ def scrolled(
 
 
 def _row(number: int, words: str, y: float, *, chosen: bool) -> Scene:
-    """Return one answer of the list; touching the answer selects it."""
+    """Return one row of the list of answers. Touching the row selects its answer."""
     left, width = -0.62, 1.0
     ground = (Box(x=left + width / 2, y=y, width=width, height=ROW, colour="accent"),)
     colour: scene.Colour = "ground" if chosen else "text"

@@ -134,7 +134,7 @@ class Exploring(Waiting):
         return (task, *self._pacer(elapsed_s), *left, *foot)
 
     def _pacer(self, elapsed_s: float) -> Scene:
-        """Return a mark that moves along a line at the requested stroke speed, if there is one."""
+        """Return a mark that moves at the requested stroke speed, or nothing without a guide."""
         guide = self._step.guide
         share = guide.place_share(elapsed_s) if guide else None
         if share is None:
@@ -187,12 +187,12 @@ class Telling(Waiting):
         return None
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End the screen when its time has passed, which does not count as timed out."""
+        """End the screen after its duration. This does not count as a time-out."""
         return ScreenResult() if elapsed_s >= self._step.duration_s else None
 
 
 class Listening(Waiting):
-    """The screen shown while the operator enters the participant's spoken number or decides."""
+    """The screen shown while the operator enters a spoken number or makes a decision."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         super().__init__(texts, maximum_s=step.time_limit_s)
@@ -237,7 +237,7 @@ class Adjusting(Waiting):
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End the screen on the key to continue or on the key that requests the reference."""
+        """End the screen if the key continues or requests the reference."""
         again = self._texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return ScreenResult(value=FEEL_AGAIN)

@@ -1,9 +1,9 @@
-"""Run a protocol with a simulated person only, without session, plate or journal, for planning.
+"""Run a protocol with a simulated person for planning, without session, plate or journal.
 
 The questions and answers are the same as in a session on the mock plate, but a run is many times
-faster. A texture is felt as its mean amplitude; in a session it is felt at several points of the
-stroke. A notch of an adjustment takes only the person's time; on a plate, the amplitude also has to
-settle.
+faster. Two details differ from a session. Textures are felt as their mean amplitude instead of at
+several points of the stroke. In an adjustment, each notch takes only the person's time, without the
+settling time of the plate.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
 
 
 def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
-    """Return whether the planned participant gives up in any of their runs."""
+    """Return whether the planned participant gives up during any run."""
     return respondent_of(plan, population).drops_out
 
 

@@ -1,8 +1,8 @@
-"""The growth of sensation with the levels of a study, with one assumption per quantity.
+"""Growth of sensation with the level, with one assumption per quantity.
 
 Biet 2007 reports sensations for four amplitudes of one plate (`population`). For other quantities,
-we assume that the ends of a study's range feel like the ends of the range in Biet 2007, and that
-people differ as much as in Biet 2007. Between the two ends, sensation follows the table `GROWTH`.
+we assume that the lowest and highest levels of a study feel like those in Biet 2007, and that
+people differ as much as in Biet 2007. Between these levels, sensation follows the table `GROWTH`.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ class Growth:
     Parameters
     ----------
     exponent : float
-        Exponent of a power function of the level, relative to the largest level; unused if
-        ``weber`` is given.
+        Exponent of a power function of the level divided by the largest level. Unused if ``weber``
+        is given.
     weber : float or None
-        Smallest change, as a fraction of the level, that is detected in 75 % of forced choices; if
+        Weber fraction: the smallest relative change that is detected in 75 % of forced choices. If
         given, sensation grows with the logarithm of the level.
     falls : bool
         Whether sensation decreases with the level.

@@ -188,7 +188,7 @@ class Frame:
 
 
 def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> Numbers:
-    """Return sensations (0-100) as changed by the habits, before lapses and rounding.
+    """Return sensations (0-100) after applying the habits, except lapses and rounding.
 
     Parameters
     ----------

@@ -38,14 +38,14 @@ GAVE_UP = "the simulated participant gave up"
 
 
 class SimulatedParticipant:
-    """A member of the simulated population, who takes part in a session.
+    """A simulated person who takes part in a session.
 
     Parameters
     ----------
     respondent : Respondent
         The person who answers.
     feel : callable
-        Returns the plate's current vibration, µm peak to peak, which may differ from the commanded
+        Returns the plate's actual amplitude in µm peak to peak, which may differ from the commanded
         amplitude.
     clock : Clock
         A virtual clock, so that no real time passes.
@@ -189,7 +189,7 @@ class SimulatedParticipant:
 
 
 def _place(step: Present | Explore | Adjust) -> tuple[int | None, int | None]:
-    """Return the position of a stimulus in the run: its trial and interval."""
+    """Return the trial number and interval of a stimulus."""
     return step.trial.number if step.trial else None, step.interval
 
 

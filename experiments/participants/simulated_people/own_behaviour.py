@@ -1,4 +1,4 @@
-"""Custom simulated people: a package's class that modifies Slipscale's simulated person.
+"""Custom simulated people: classes from other packages that modify Slipscale's simulated person.
 
 The package registers its class as an entry point in the group ``slipscale.participants``. The entry
 point's name can then be passed to ``slipscale pilot --population`` or used in a population file.
@@ -23,10 +23,10 @@ T = TypeVar("T")
 
 
 class Behaviour:
-    """Slipscale's simulated person; subclass this class to change parts of the behaviour.
+    """Base class for custom simulated people; override methods to change the behaviour.
 
-    Draw random numbers only from `stream`, so that an interrupted pilot continues with the same
-    answers.
+    Draw random numbers only from `stream`. Otherwise, the answers of an interrupted and resumed
+    pilot may change.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Behaviour:
 
     @property
     def pace(self) -> float:
-        """The time that this person takes for an action, relative to the median person."""
+        """The person's time per action, relative to the median person."""
         return self.person.pace
 
     @property
@@ -67,12 +67,12 @@ class Behaviour:
 
     @property
     def felt_again(self) -> int:
-        """The number of repetitions of the reference in an `Adjust` step."""
+        """How often the reference was repeated in an `Adjust` step."""
         return self.person.felt_again
 
     @property
     def felt_level(self) -> tuple[float, ...]:
-        """The levels felt in this trial, µm peak to peak, in the order of its intervals."""
+        """The levels felt in this trial in µm peak to peak, ordered by interval."""
         return self.person.felt_level
 
     @property
@@ -85,11 +85,11 @@ class Behaviour:
         return self.person.usual(level)
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the strength that the person judges largest."""
+        """Return the index of the surface that the person judges strongest."""
         return self.person.pick(strengths)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference between impressions is large enough for the answer "yes"."""
+        """Return whether the person answers "yes" to a difference between impressions."""
         return self.person.says_yes(strength)
 
     def estimate(self) -> float:
@@ -105,7 +105,7 @@ class Behaviour:
         return self.person.ratio()
 
     def reaches(self, ratio: float) -> bool:
-        """Return whether the last surface is ``ratio`` or more times as strong as the standard."""
+        """Return whether the last surface is at least ``ratio`` times as strong as the standard."""
         return self.person.reaches(ratio)
 
     def lapses(self) -> bool:
@@ -117,7 +117,7 @@ class Behaviour:
         return self.person.notices()
 
     def verbal_report(self) -> str:
-        """Return this person's description of the sensation that has disappeared."""
+        """Return the person's verbal report about a sensation that has disappeared."""
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
@@ -125,12 +125,12 @@ class Behaviour:
         return self.person.stream(*purpose)
 
     def duration_s(self, step: Explore | Ask, usual_s: float) -> float:  # noqa: ARG002
-        """Return the duration of an exploration or answer, before the study's limits apply."""
+        """Return the duration of an exploration or answer before the study limits are applied."""
         return usual_s
 
 
 class InstalledBehaviour(NamedTuple):
-    """An installed class of simulated people, together with its entry point."""
+    """A class from an installed package, together with its entry point."""
 
     kind: type[Behaviour]
     point: EntryPoint

@@ -239,7 +239,7 @@ class Population(BaseModel):
         levels : Mapping
             The level of each factor.
         own : callable
-            Returns the person's standard normal deviate for a purpose.
+            Returns the person's standard normal deviate for a named parameter.
         """
 
         def product(known: tuple[tuple[str, str, float], ...]) -> float:

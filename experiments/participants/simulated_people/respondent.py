@@ -199,7 +199,7 @@ class Respondent:
 
     @property
     def felt_level(self) -> tuple[float, ...]:
-        """The levels felt in this trial, in the order of its intervals."""
+        """The levels felt in this trial, ordered by interval."""
         return tuple(felt for _, felt in sorted(self.memory.of_trial.items()))
 
     @property

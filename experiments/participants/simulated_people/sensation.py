@@ -17,7 +17,7 @@ class Sensation:
     ----------
     people : Population
     own : callable
-        Returns the person's standard normal deviate for a parameter.
+        Returns the person's standard normal deviate for a named parameter.
     misread : bool
         Whether the person rates stickiness instead of slipperiness.
     """
@@ -38,8 +38,8 @@ class Sensation:
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
         """Return the sensation (0 to 100) at an amplitude in µm peak to peak.
 
-        ``noise`` is a normal deviate for the trial, with the attribute `noise` as its standard
-        deviation.
+        ``noise`` is a normal deviate drawn for the trial. Its standard deviation is the attribute
+        `noise`.
         """
         intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise

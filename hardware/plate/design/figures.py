@@ -205,14 +205,14 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
 
 
 def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
-    """Interpolate x, y (in mm) and scaled w of a mode on a fine grid on the touch surface."""
+    """Interpolate a mode on a fine grid; return x and y (mm) and w, scaled to a maximum of 1."""
     top = found.parts.on_top
     x, y, w = _on_a_grid(found, top, found.shape[index, 2, top])
     return x, y, w / np.nanmax(np.abs(w))
 
 
 def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
-    """Interpolate x, y (in mm) and w on a grid from the values at the nodes."""
+    """Interpolate the values at the nodes on a grid; return x and y (mm) and w."""
     from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
 
     parts = found.parts

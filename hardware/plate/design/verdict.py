@@ -37,10 +37,10 @@ class Solution:
     resonance_hz : float
         Resonance of the mode that the ceramics drive most strongly.
     amplitude_um_peak : dict of str to float
-        Amplitude by position, for the voltage in the brief. Positions of a candidate are "middle"
-        and "edge": the antinode nearest to the centre, on the centre line and at the edge.
-        Positions of a drawn plate are "finger" (position of the finger) and "largest" (maximum on
-        the touch surface).
+        Amplitude at the voltage in the brief, keyed by position. The positions for a candidate are
+        "middle" and "edge": the antinode nearest to the centre, on the centre line and at the edge.
+        The positions for a drawn plate are "finger" (position of the finger) and "largest" (maximum
+        on the touch surface).
     unknowns : int
         Number of unknown displacements.
     uncertainty : float or None
@@ -64,7 +64,7 @@ class Judged:
     why_not : tuple of str
         Unmet requirements; empty if the plate meets all requirements.
     needs : tuple of str
-        Requirements that exceed a driver's default limits and need a plate file.
+        Requirements that exceed a driver's default limits, so that a plate file is required.
     """
 
     solution: Solution | None
