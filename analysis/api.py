@@ -112,7 +112,7 @@ class Power:
 
     @property
     def enough(self) -> int | None:
-        """Smallest sample for which every comparison reaches the target power, or None."""
+        """Smallest sample size at which all comparisons reach the target power, or None."""
         from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
 
         return next(iter(fewest(self.rows, self.target).values()))
@@ -143,16 +143,16 @@ def power(
     target: float = 0.8,
     jobs: int = 1,
 ) -> Power:
-    """Simulate studies of several sizes, and count how often the tests detect the effect.
+    """Estimate power by simulating studies of several sample sizes.
 
     Parameters
     ----------
     study : str or Path
         A TOML file, or the name of a shipped study.
     participants : int or sequence of int
-        Numbers of participants to try.
+        Sample sizes to simulate.
     studies : int
-        Number of simulated studies per number of participants.
+        Number of simulated studies per sample size.
     seed : int
         Random seed of the simulation.
     alpha : float
@@ -215,7 +215,7 @@ def power(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Reconstruction:
-    """The sets of raw data that are consistent with a published table.
+    """Raw data sets that are consistent with a published table.
 
     Parameters
     ----------

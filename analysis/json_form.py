@@ -93,7 +93,7 @@ def _has_json_form(value: object) -> TypeGuard[HasJsonForm]:
 
 
 def record(value: object) -> JsonObject:
-    """Return the JSON object for a result that has keys."""
+    """Convert a result to a JSON object. Raises TypeError if the result has no keys."""
     found = form(value)
     if not isinstance(found, dict):
         raise TypeError(f"{type(value).__name__}: has no keys")
@@ -108,5 +108,5 @@ def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
 
 
 def bounds(interval: object | None) -> object:
-    """Return an interval, or a pair of nulls if the interval is not defined."""
+    """Return the interval, or a pair of None if there is no interval."""
     return (None, None) if interval is None else interval

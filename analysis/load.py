@@ -175,7 +175,7 @@ def _files(
     folder: Path,
     problems: Problems,
 ) -> dict[str, Entries]:
-    """Return the table files for each kind of task, sorted by name.
+    """Return the table files of each kind of task, sorted by name.
 
     Raises
     ------

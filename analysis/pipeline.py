@@ -1,8 +1,8 @@
 """Compute all results of `slipscale analyse`, without writing files.
 
-Each stage is a function that can also be used separately in a notebook. This module calls the
-stages in order, with the choices in the study file. Exclusion rules are applied before anything is
-described or tested.
+Each stage is a function that can also be called separately in a notebook. This module calls the
+stages in order, with the options in the study file. Participants are excluded before descriptive
+statistics and tests are computed.
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def analyse(
 
 
 def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]:
-    """Return data with the requested equivalence ratio, and a note if the study sets another."""
+    """Set the requested equivalence ratio; add a note if the study sets a different ratio."""
     frozen = data.choices.equivalence_ratio
     if asked is None or asked == frozen:
         return data, []
@@ -194,7 +194,7 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
-    """Return the normalisation rule from user, study or default, with notes on the choice."""
+    """Return the normalisation rule set by the user, study or default, and notes on the choice."""
     frozen = data.choices.normalisation
     if asked and frozen and asked != frozen:
         return asked, [

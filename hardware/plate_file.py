@@ -57,7 +57,7 @@ class Geometry(FrozenTable):
 
 
 class LimitsTable(FrozenTable):
-    """Limits of the plate, see `PlateLimits`. Voltages are V peak at the plate."""
+    """Plate limits (see `PlateLimits`). Voltages are in V peak at the plate."""
 
     level: Positive = SHIPPED.level
     voltage_v_peak: Positive = SHIPPED.voltage_v
@@ -109,9 +109,9 @@ class Expected(FrozenTable):
 
 
 class Wiring(FrozenTable):
-    """Connection of the plate; ``amplifier_gain`` and ``channel`` are for generators.
+    """Backend and sensors of the plate; ``amplifier_gain`` and ``channel`` are for generators.
 
-    ``position`` and ``force`` are SPECs of the finger sensors.
+    ``position`` and ``force`` are the specifications (SPEC) of the finger sensors.
     """
 
     backend: str
@@ -129,7 +129,7 @@ class CalibrationPlace(FrozenTable):
 
 
 class Acknowledgement(FrozenTable):
-    """Limits beyond the default limits, and the person who takes responsibility for them."""
+    """Limits wider than the default limits, and the person who takes responsibility for them."""
 
     by: Annotated[str, Field(min_length=1)]
     date: date
@@ -173,10 +173,10 @@ class PlateFile(FrozenTable):
         return self
 
     def beyond_shipped(self) -> dict[str, float]:
-        """Return the limits that are wider than the default limits, by their keys.
+        """Return the limits that are wider than the default limits, keyed by name in the file.
 
-        Only the default quantity has a default level; for all other quantities, any level is
-        considered wider.
+        The default level applies only to amplitudes in µm. For other quantities, every level limit
+        counts as wider.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.in_um_pp:
@@ -202,12 +202,12 @@ class PlateFile(FrozenTable):
         }
 
     def acknowledged_by_command(self) -> bool:
-        """Return whether the acknowledgement was written by ``plate sign --by`` and not changed."""
+        """Return whether ``plate sign --by`` wrote the acknowledgement, and it is unchanged."""
         known = self.acknowledgement
         return known is not None and known.sha256 == known.checksum()
 
     def implausible(self, calibration: Calibration) -> list[str]:
-        """Describe the values in a calibration that do not fit this plate."""
+        """Describe the values in a calibration that do not match this plate or are implausible."""
         stated = [
             ("backend", calibration.device.backend, self.wiring.backend),
             ("plate", calibration.device.plate, self.identity.serial),
@@ -266,7 +266,7 @@ def _stated(table: dict[str, object]) -> dict[str, object]:
 
 
 def path_of(text: str, folder: Path) -> Path:
-    """Return the path of a plate file: the given path, or ``plates/NAME.toml`` for a name."""
+    """Return the path to a plate file, given as a path or as NAME for ``plates/NAME.toml``."""
     return folder / text if text.endswith(SUFFIX) else folder / FOLDER / f"{text}{SUFFIX}"
 
 
@@ -314,7 +314,7 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
 
 
 def new_plate(identity: Identity, wiring: Wiring, path: Path) -> None:
-    """Write a signed plate file with the default limits. Raises UserError."""
+    """Create and sign a plate file with the default limits. Raises UserError."""
     import tomlkit  # noqa: PLC0415 - not needed to read
 
     expected = Expected.model_validate(BOUNDS)
@@ -349,7 +349,7 @@ EXAMPLES = {
 
 
 def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
-    """Update the checksum of a plate file, and acknowledge limits beyond the default limits.
+    """Sign a plate file, and acknowledge limits that are wider than the default limits.
 
     Parameters
     ----------

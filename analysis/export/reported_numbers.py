@@ -100,10 +100,10 @@ def settings(analysis: Analysis) -> pd.DataFrame:
 
 
 def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
-    """Return the input for `recompute_tasks.R`, keyed by file name; empty tables are omitted.
+    """Return the non-empty input tables for `recompute_tasks.R`, keyed by file name.
 
-    The input comprises the analysed trials of every kind (except trials in a table of the report),
-    participants' groups and session measures.
+    The tables contain the analysed trials of every task (except trials in a report table), the
+    participants' groups and the session measures.
     """
     data = analysis.dataset
     found = {

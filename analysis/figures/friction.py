@@ -25,8 +25,8 @@ def perception_figure(
 ) -> Figure:
     """Return a figure of slipperiness estimates against predicted relative friction.
 
-    The figure shows both film models, and a band for the model in which asperities and film share
-    the load.
+    The figure shows both film models. A band shows the model in which asperities and film share the
+    load.
 
     Parameters
     ----------

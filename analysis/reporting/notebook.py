@@ -40,7 +40,7 @@ def text(analysis: Analysis) -> str:
 
 
 def html(analysis: Analysis) -> str:
-    """Return an HTML summary with the first conclusions, Table III and the first figure."""
+    """Return an HTML summary with each section's first sentence, Table III and the first figure."""
     sentences = (
         SENTENCE.format(title, sentences[0]) for title, sentences in conclusions(analysis).items()
     )

@@ -41,7 +41,7 @@ def render(analysis: Analysis, svgs: Mapping[str, str], software: Mapping[str, s
 
 
 def facts(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return the names and values of the facts at the top of the page."""
+    """Return the key facts shown at the top of the report, as pairs of name and value."""
     data = analysis.dataset
     excluded = f" ({len(analysis.excluded)} excluded)" if analysis.excluded else ""
     people = len(analysis.flags) - len(analysis.excluded)
@@ -124,14 +124,14 @@ def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
 
 
 def _unsaid(text: str, stated: Sequence[str]) -> str:
-    """Remove leading sentences that another section states."""
+    """Remove leading sentences that already appear in another section."""
     for each in stated:
         text = "" if text in each else text.removeprefix(each).strip()
     return text
 
 
 def _unbroken(text: str) -> str:
-    """Insert no-break spaces, so that a statistic and its value stay on one line."""
+    """Insert no-break spaces to keep a statistic and its value on one line."""
     for sign in ("=", "<", ">"):
         text = text.replace(f" {sign} ", f"\N{NO-BREAK SPACE}{sign}\N{NO-BREAK SPACE}")
     return text

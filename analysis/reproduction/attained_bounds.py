@@ -1,4 +1,4 @@
-"""Provide bounds on test statistics over all data sets consistent with Table III.
+"""Bounds on test statistics over all data sets consistent with Table III.
 
 The search over all pairs of data sets takes minutes. Its results, one table of ratings per bound,
 are therefore recorded. Bounds are computed from the recorded tables, after checking that the tables

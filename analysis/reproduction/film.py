@@ -69,7 +69,7 @@ def reynolds(amplitude_um_pp: float) -> Outcome:
 
 
 def _above_the_finger(closed_form: bool) -> float:
-    """Return the proportion of the contact in which film pressure exceeds finger pressure."""
+    """Return the proportion of the contact where film pressure exceeds finger pressure."""
     import numpy as np  # noqa: PLC0415 - see ITEMS
 
     from slipscale.stimuli.film.reynolds import WorkingPoint, solve  # noqa: PLC0415
@@ -90,7 +90,7 @@ def _above_the_finger(closed_form: bool) -> float:
 
 
 def some(_published: str, ours: float) -> bool:
-    """Return whether our value is above zero, for effects that the paper reports to exist."""
+    """Return whether our value is above zero, for effects that the paper reports without a size."""
     return ours > 0
 
 

@@ -1,4 +1,4 @@
-"""Compare results on the paper's plate: beam model, finite-element model, measurements.
+"""Compare results for the paper's plate: beam model, finite-element model, measurements.
 
 To record our values in ``plate.json``, run ``python -m slipscale.analysis.reproduction.plate``. Do
 this only after an intended change to a model, and explain in the commit message why the numbers
@@ -111,7 +111,7 @@ def draw_fig8() -> Figure:
 
 
 def draw_fig9() -> Figure:
-    """Plot Fig. 9, including its cross, and add a Timoshenko beam and the measured plate."""
+    """Plot Fig. 9 with its cross, together with a Timoshenko beam and the measured plate."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415

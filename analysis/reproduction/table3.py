@@ -25,7 +25,7 @@ def allowed() -> Analysis:
 
 
 def cell(row: biet2007.TableRow, statistic: str, *, figure: bool = False) -> Outcome:
-    """Return one cell of Table III, or the corresponding point of Fig. 15."""
+    """Compare one cell of Table III, or the corresponding point in Fig. 15."""
     table = allowed().table3
     here = table["amplitude_um_pp"] == float(row.amplitude_um_pp)
     return Outcome(

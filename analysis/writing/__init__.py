@@ -1,1 +1,1 @@
-"""Task-independent building blocks of reports: pages, numbers, references and axes."""
+"""Task-independent building blocks for reports: HTML, numbers, references and axes."""

@@ -1,7 +1,7 @@
 """Write tables as CSV files, including tables with millions of rows.
 
-pandas converts each cell to text separately. Experimental data contain few distinct values
-(participants, amplitudes, ratings), so this module converts each distinct value once.
+pandas converts every cell to text. Because columns of experimental data contain few distinct values
+(participants, amplitudes, ratings), this module converts each distinct value only once.
 """
 
 from __future__ import annotations

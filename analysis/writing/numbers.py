@@ -86,7 +86,7 @@ def grouped(value: float | None, decimals: int = 2) -> str:
 
 
 def joined(words: Sequence[str]) -> str:
-    """Join words for a sentence.
+    """Join words with commas and a final "and".
 
     >>> joined(["a", "b", "c"]), joined(["a"])
     ('a, b and c', 'a')
@@ -139,12 +139,12 @@ def unit_number(value: float, decimals: int = 2) -> str:
 
 
 def cell(result: T | NotComputed, write: Callable[[T], str]) -> str:
-    """Format a result with ``write``, or return a dash if it was not computed."""
+    """Format a result with ``write``. Return a dash if the result was not computed."""
     return fold(result, write, lambda _: DASH)
 
 
 def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] = number) -> str:
-    """Format an interval as "[low, high]", or return a dash for None."""
+    """Format an interval as "[low, high]", or None as a dash."""
     if bounds is None:
         return DASH
     low, high = bounds
@@ -152,7 +152,7 @@ def bracketed(bounds: ConfidenceInterval | None, write: Callable[[float], str] =
 
 
 def interval(low: float | None, high: float | None, decimals: int = 2) -> str:
-    """Format an interval for a table cell, or return a dash.
+    """Format an interval for a table cell; missing or infinite limits give a dash.
 
     >>> interval(0.4, 0.62)
     '[0.40, 0.62]'

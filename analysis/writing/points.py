@@ -23,7 +23,7 @@ SIZE = (5.6, 3.9)  # inches
 
 
 def draw_people(axes: Axes, places: Array, values: Array) -> None:
-    """Draw a pale line for each participant."""
+    """Draw one pale line per participant, for at most `LINES_AT_MOST` participants."""
     for row in values[:LINES_AT_MOST]:
         axes.plot(places, row, "o-", color=PALE, linewidth=0.8, markersize=2.5, alpha=0.6, zorder=1)
 

@@ -159,14 +159,14 @@ def not_drawn(text: str) -> str:
 
 
 def _fonts(text: str) -> str:
-    """Return a remark that names fonts for letters that the window's font lacks."""
+    """Return a note that names fonts containing letters that the window's font lacks."""
     scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
     names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
     return f" (fonts that contain these letters: {', '.join(names)})" if names else ""
 
 
 def too_long(key: str, text: str) -> str:
-    """Return an error message if a text is too long for its place, or an empty string."""
+    """Return an error message if a text is too long for its place, otherwise an empty string."""
     room = room_of(key)
     lines = [
         line

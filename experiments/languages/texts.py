@@ -70,7 +70,7 @@ def load_texts(
     brought: Texts | None = None,
     words: AttributeWords | None = None,
 ) -> Texts:
-    """Return all texts of a language; a study's own texts replace shipped texts.
+    """Return all texts in a language, after replacing shipped texts with the study's texts.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ def unshown(own: Texts) -> Iterator[tuple[str, str]]:
 
 
 def missing(own: Texts, brought: Texts) -> list[str]:
-    """Return the keys for which a language added by a study has no text, in the English order.
+    """Return the keys that have no text in a language added by a study, in the English order.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def missing(own: Texts, brought: Texts) -> list[str]:
 
 
 def to_translate(brought: Texts) -> dict[str, str]:
-    """Return the English texts that a language added by a study must translate."""
+    """Return the English texts that must be translated for a language added by a study."""
     english = {**shipped_texts(ENGLISH), **brought}
     return {key: text for key, text in english.items() if key not in SET_BY_KEYS}
 
@@ -158,7 +158,7 @@ def to_translate(brought: Texts) -> dict[str, str]:
 def unlike(own: Texts, brought: Texts) -> Iterator[tuple[str, str]]:
     """Yield the key and an error message for each translation that lacks placeholders or answers.
 
-    Only translations are checked; a text that replaces a shipped text may omit placeholders.
+    Only translations are checked: a text that replaces a shipped text may omit placeholders.
     """
     for key, english in to_translate(brought).items():
         if not (text := own.get(key, "")):
@@ -218,7 +218,7 @@ def _blank_faults(own: Texts, shipped: Texts) -> Iterator[tuple[str, str]]:
 
 
 def _key_faults(texts: Texts) -> Iterator[tuple[str, str]]:
-    """Yield text keys and errors for invalid yes/no letters, decimal signs and lists of answers."""
+    """Check yes/no letters, decimal signs and answer lists; yield keys and error messages."""
     yes, no = texts["window.yes_key"].casefold(), texts["window.no_key"].casefold()
     if len(yes) != 1 or len(no) != 1 or yes == no or not (yes + no).isalpha():
         yield "window", f"yes_key '{yes}' and no_key '{no}': expected two different letters"

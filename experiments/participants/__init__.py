@@ -1,1 +1,1 @@
-"""Participants: a person at a PsychoPy window, a simulated or a scripted participant."""
+"""Participants: people at a PsychoPy window, simulated participants and scripted participants."""

@@ -26,14 +26,14 @@ Kind = Literal["person", "simulated", "scripted"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Unfinished:
-    """The partial entry of an interrupted answer.
+    """An entry that was interrupted before it was submitted.
 
     Parameters
     ----------
     entry : str
         The contents of the answer field.
     rejected : tuple of str
-        The entries that were rejected earlier.
+        Entries for the same question that were rejected before the interruption.
     """
 
     entry: str = ""
@@ -67,9 +67,9 @@ class Participant(Protocol):
         Parameters
         ----------
         step : Instruct, Explore, Ask, Rest or Feedback
-            The step to carry out, which never contains an amplitude.
+            The step to carry out. It never contains an amplitude.
         watch : callable
-            A function to call on every frame. Its exceptions must propagate.
+            Function to call on every frame. Its exceptions must be propagated.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class Participant(Protocol):
         """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` until ``until()`` is true (during a pause or a repair of the rig)."""
+        """Show ``text`` during a pause or a rig repair, until ``until()`` returns True."""
 
     def __enter__(self) -> Self: ...
 

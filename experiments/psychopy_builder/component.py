@@ -23,7 +23,7 @@ STOP = "%(name)s.stop()\n"
 
 
 class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # PsychoPy has no types
-    """A component that makes the plate vibrate for as long as the component runs."""
+    """Builder component that makes the plate vibrate while the component is active."""
 
     categories: ClassVar = ["Stimuli"]
     targets: ClassVar = ["PsychoPy"]
@@ -124,7 +124,7 @@ class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has
     plugin = "slipscale"
 
     def getParams(self) -> tuple[dict[str, Any], list[str]]:  # noqa: N802
-        """Return the dialog's parameters in addition to PsychoPy's parameters: the SPEC."""
+        """Return the only parameter that the dialog adds to PsychoPy's parameters: the SPEC."""
         spec = Param(
             "",
             valType="str",

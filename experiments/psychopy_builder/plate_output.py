@@ -7,7 +7,7 @@ from psychopy.hardware import DeviceManager
 
 
 class PlateOutput:
-    """One component's use of a plate; several components may share the plate.
+    """Controls a plate for one Builder component. Several components can share a plate.
 
     Parameters
     ----------
@@ -17,9 +17,9 @@ class PlateOutput:
     Attributes
     ----------
     amplitude_um_pp : float
-        Level for the next start, in µm peak to peak or in the unit of the plate file.
+        Level to present at the next start, in µm peak to peak or in the unit of the plate file.
     readback_level : float or None
-        Level that the plate reported after the last start.
+        Level reported by the plate after the most recent start.
 
     Raises
     ------

@@ -151,7 +151,7 @@ class BeamSection:
 
     @property
     def rotary_inertia_kg(self) -> float:
-        """Mass moment of inertia per length and unit width about the neutral line, in kg."""
+        """Rotary inertia about the neutral line per unit length and unit width, in kg."""
         f0, b = self.neutral_ratio, self.beta
         hp = self.ceramic_thickness_mm * MILLI
         layer = self.ceramic.density_kg_m3 * _cube_span(0, 1, f0)
@@ -196,7 +196,7 @@ class BeamSection:
     def dynamic_deflection_um_peak(
         self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike
     ) -> Array:
-        """Return |w_dyn| at resonance in µm peak, equation (37), for V peak (Fig. 8)."""
+        """Return |w_dyn| at resonance in µm peak for a voltage in V peak, equation (37), Fig. 8."""
         return np.abs(self.static_deflection_um(half_wave_mm, voltage_v)) * self.quality_factor
 
     def half_wave_for_amplitude_mm(self, amplitude_um_peak: float, voltage_v: float) -> float:
@@ -248,9 +248,9 @@ class BeamSection:
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
         """Return the resonance in Hz for a half-wave length, with shear and rotary inertia.
 
-        The paper does not contain this beam model. The resonance is the lower root of Timoshenko's
-        dispersion relation at q = π/(λ/2), which approaches `frequency_hz` for long waves. The
-        small coupling between stretching and rotation is neglected.
+        The paper does not use this beam model. The resonance is the lower root of Timoshenko's
+        dispersion relation at q = π/(λ/2). For long waves, it approaches `frequency_hz`. The small
+        coupling between stretching and rotation is neglected.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m

@@ -109,7 +109,7 @@ class Conditions:
 
     @property
     def time_constant_s(self) -> float:
-        """Time constant τ, in which 63 % of a change in amplitude takes place."""
+        """Time constant τ, after which 63 % of a change in amplitude is complete."""
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     def response_um_pp_per_v(self, frequency_hz: float) -> complex:

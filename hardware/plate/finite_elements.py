@@ -2,8 +2,8 @@
 
 The matrices of a layer are contractions of the nine integrals ∫ ∂_k N_i ∂_l N_j of each element
 with the constants of the layer: c^E for stiffness, e for coupling, ε^S for capacitance. scikit-fem
-provides the shape functions and numbers the nodes. Displacement and potential have the same scalar
-basis.
+provides the shape functions and numbers the nodes. Displacement and potential use the same scalar
+basis functions.
 
 All bricks are rectangular. If the edge of a disc cuts a brick, only the part inside the disc is
 integrated, and bricks with less than a thousandth inside are omitted (finite cell method,
@@ -52,7 +52,7 @@ class Assembly:
     nodes : ndarray, shape (3, n)
         Positions in m.
     polarity : ndarray, shape (n,)
-        Polarity, +1 or -1, of the ceramic to which a node belongs; 0 in the resonator.
+        Polarity (+1 or -1) of the ceramic that contains the node; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
         Stiffness in N/m and mass in kg, ordered by node and then by direction x, y, z.
     ceramic_stiffness : sparse, shape (3n, 3n)
@@ -75,7 +75,7 @@ class Assembly:
     capacitance: Any
 
     def at(self, **planes: float) -> npt.NDArray[np.bool_]:
-        """Return which nodes are on the given planes, such as ``at(x=0.0, z=0.003)`` in m."""
+        """Return a mask of the nodes on the given planes, such as ``at(x=0.0, z=0.003)`` in m."""
         chosen = np.ones(self.nodes.shape[1], dtype=bool)
         for axis, value in planes.items():
             chosen &= np.abs(self.nodes["xyz".index(axis)] - value) < 1e-9  # noqa: PLR2004 - 1 nm
@@ -153,7 +153,7 @@ class _Bricks:
     size_m : ndarray, shape (3, bricks)
         Edge lengths.
     polarity : ndarray of int, shape (bricks,)
-        Polarity of the ceramic; 0 in the resonator.
+        Polarity of the ceramic that contains the brick; 0 in the resonator.
     rule : ndarray of int, shape (bricks,)
         Index into ``points`` and ``weights``; index 0 is the integration rule for full bricks.
     points : ndarray, shape (rules, 3, points)
@@ -245,9 +245,9 @@ def _cut(
 
 
 def _integrals(bricks: _Bricks, chosen: npt.NDArray[np.intp]) -> tuple[Array, Array]:
-    """Return ∫ ∂_k N_i ∂_l N_j and ∫ N_i N_j of the chosen bricks.
+    """Return the integrals ∫ ∂_k N_i ∂_l N_j (m) and ∫ N_i N_j (m³) for the chosen bricks.
 
-    The shapes are (bricks, nodes, nodes, 9) and (bricks, nodes, nodes, 1), and the units m and m³.
+    The shapes are (bricks, nodes, nodes, 9) and (bricks, nodes, nodes, 1).
     """
     used, which = np.unique(bricks.rule[chosen], return_inverse=True)
     points, weights = bricks.points[used], bricks.weights[used]

@@ -58,7 +58,7 @@ class Region:
         )
 
     def chord_mm(self, x_mm: Array) -> tuple[Array, Array]:
-        """Return the lowest and highest y at each x; both are equal outside the region."""
+        """Return the lowest and highest y at each x, which are equal outside the region."""
         away = np.abs(x_mm - self.at_mm[0]) / (self.size_mm[0] / 2)
         half = np.sqrt(np.maximum(1 - away**2, 0)) if self.disc else np.where(away < 1, 1.0, 0.0)
         half = half * self.size_mm[1] / 2
@@ -73,7 +73,7 @@ class Region:
         return np.asarray(within[0] & within[1])
 
     def rim_mm(self) -> Array:
-        """Return points on the edge, to test whether another region contains this region."""
+        """Return points on the edge, for testing whether another region contains this one."""
         angle = np.arange(360) * np.pi / 180 if self.disc else np.pi / 4 * np.array([1, 3, 5, 7])
         reach = 0.5 if self.disc else math.sqrt(0.5)
         turned = np.stack([np.cos(angle), np.sin(angle)]) * reach
@@ -165,14 +165,14 @@ class Layout:
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length of a ceramic along x; the shortest length if the ceramics are drawn."""
+        """Length of a ceramic along x, or the smallest length if the ceramics are drawn."""
         if self.drawn:
             return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width of a ceramic along y; the smallest width if the ceramics are drawn."""
+        """Width of a ceramic along y, or the smallest width if the ceramics are drawn."""
         if self.drawn:
             return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
@@ -194,7 +194,7 @@ class Layout:
 
     @property
     def antinode_x_mm(self) -> float:
-        """Position along x of the antinode nearest to the centre, above the middle of a ceramic."""
+        """Coordinate x of the antinode nearest to the centre, above the middle of a ceramic."""
         even = not self.drawn and self.columns % 2 == 0
         return (self.ceramic_length_mm + self.gap_mm) / 2 if even else 0.0
 
@@ -206,9 +206,9 @@ class Density:
     Parameters
     ----------
     along_ceramic, across_ceramic : int
-        Bricks along x and y per ceramic; there is one brick across a gap.
+        Number of bricks per ceramic along x and y. Gaps are one brick wide.
     ceramic_layers, resonator_layers : int
-        Number of bricks through the thickness of each layer.
+        Number of bricks through the thickness of the ceramics and of the resonator.
     """
 
     along_ceramic: int = 6
@@ -246,9 +246,9 @@ def density_of(layout: Layout, brick_mm: float) -> Density:
 def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Array:
     """Return the mesh lines along one direction, in m.
 
-    There is a mesh line at each edge of the plate and of the ceramics' bounding boxes. Between
-    edges, bricks are equal and no longer than ``brick_mm``. If ``half`` is True, the lines begin at
-    0, the plane of symmetry.
+    There is a mesh line at each edge of the plate and of the ceramics' bounding boxes. The bricks
+    between two edges have equal lengths of at most ``brick_mm``. If ``half`` is True, the lines
+    begin at 0, the plane of symmetry.
     """
     regions = [layout.outline, *(each.region for each in layout.patches)]
     edges = np.array([region.span_mm(axis) for region in regions]).ravel()
@@ -263,7 +263,7 @@ def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Arr
 
 
 def _piece(length_mm: float, pieces: int, gap_mm: float, border_mm: float) -> float:
-    """Return the size of one ceramic in mm."""
+    """Return the length or width of one ceramic in mm."""
     return (length_mm - 2 * border_mm - (pieces - 1) * gap_mm) / pieces
 
 

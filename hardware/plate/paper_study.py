@@ -38,9 +38,9 @@ def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
 def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
     """Compute the bending resonance of a half-wave section in Hz (squares in Fig. 9).
 
-    The mode is identified by its shape, cos(πx/l), which is uniform across the width. At 9 and 10
-    mm, a width-stretching mode (36.7 kHz for 49 mm) has a lower frequency. Near 11 mm, these modes
-    mix.
+    The mode is identified by its shape, cos(πx/l), which is uniform across the width. For half
+    waves of 9 and 10 mm, a width-stretching mode (36.7 kHz for 49 mm) has a lower frequency than
+    the bending mode. Near 11 mm, the two modes mix.
     """
     found = half_wave_modes(layout, density)
     top = found.parts.at(z=found.parts.thickness_m)
@@ -51,12 +51,12 @@ def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> floa
 def half_wave_for_frequency_mm(
     frequency_hz: float, width_mm: float = 49.0, density: Density = HALF_WAVE
 ) -> float:
-    """Find the half wave in mm of a section with a given resonance, by the secant method.
+    """Find the half wave in mm at which a section has a given resonance, by the secant method.
 
     Raises
     ------
     UserError
-        If no half wave near the one from the beam model resonates at this frequency.
+        If no half wave near the beam model's solution resonates at this frequency.
     """
     wanted = float(positive("frequency_hz", frequency_hz, "Hz"))
 
@@ -153,7 +153,7 @@ def harmonic(
         odd number of ceramics, y = width/2), at which the amplitude of the paper's plate is 1.5
         times that in the middle.
     half_band : float
-        Half-width of the frequency band, relative to the frequency of the driven mode.
+        Half-width of the frequency band, as a fraction of the driven mode's frequency.
     """
     layout = found.parts.layout
     centre = found.frequency_hz[found.driven]

@@ -29,7 +29,7 @@ FIRST_READ_PERIODS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """Temperature of the plate's surroundings.
+    """Temperature and warm-up of the plate's surroundings.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ class Twin:
     seed : int
         Random seed for room temperature and vibrometer noise.
     resonator : Resonator
-        Resonance of the plate at the reference temperature.
+        Resonance properties of the plate at the reference temperature.
     finger : FingerLoad
         Effect of the finger on the plate.
     surroundings : Surroundings
@@ -116,7 +116,7 @@ class Twin:
         self.drive = OFF
 
     def temperature_c(self, now_s: float) -> float:
-        """Return the temperature in °C, which depends only on seed and time."""
+        """Return the temperature in °C, which depends only on the seed and the time."""
         waves = [
             math.sin(2 * math.pi * now_s / period_s + phase)
             for period_s, phase in zip(TEMPERATURE_PERIODS_S, self._phases, strict=True)
@@ -162,7 +162,7 @@ class Twin:
         return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
-        """Advance the envelope to ``now_s``, assuming slowly changing conditions."""
+        """Advance the envelope to ``now_s``, assuming that conditions change slowly."""
         now = self.conditions(now_s)
         if self.drive.played:
             self._envelope_um_pp = self._play(now, self.drive.played, now_s)
@@ -178,9 +178,10 @@ class Twin:
         return self._envelope_um_pp
 
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
-        """Return the envelope while a loop is played.
+        """Return the envelope during a played loop.
 
-        Only the last few time constants are computed, because earlier states have no effect.
+        The computation starts a fixed number of time constants ago, because earlier states have no
+        effect.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s
@@ -221,7 +222,7 @@ class Twin:
         )
 
     def _applied(self, now: Conditions, target_um_pp: float | None) -> tuple[float, float]:
-        """Return the frequency in Hz and the voltage in V that are applied to the plate."""
+        """Return the drive frequency in Hz and the drive voltage in V."""
         drive = self.drive
         frequency_hz = now.resonance_hz if drive.frequency_hz is None else drive.frequency_hz
         if target_um_pp is None:

@@ -60,9 +60,9 @@ class Supported:
 def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     """Apply symmetry, supports and electrodes to an assembly.
 
-    The upper faces of the ceramics are grounded. The outer faces have the same voltage, with the
-    sign of each ceramic's polarity. If the electrodes are shorted, the voltage is prescribed; if
-    they are open, there is no charge and the voltage floats.
+    The upper faces of the ceramics are grounded. All outer faces have the same voltage, multiplied
+    by the ceramic's polarity. If the electrodes are shorted, the voltage is prescribed. If they are
+    open, the charge is zero and the voltage is unknown.
     """
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)
@@ -143,7 +143,7 @@ class Modes:
         return int(np.argmax(np.abs(self.force) / np.where(inside, self.frequency_hz, np.inf)))
 
     def loss_from_ceramic(self) -> Array:
-        """Return the modes' loss factors if only the ceramics lose energy, share/Q_m."""
+        """Return the modes' loss factors if energy is lost only in the ceramics (share/Q_m)."""
         return self.ceramic_share / self.parts.layout.ceramic.quality_factor
 
 
@@ -267,7 +267,7 @@ def _superposed_um(
     loss_factor: npt.ArrayLike,
     here: Array,
 ) -> Array:
-    """Return the response in µm peak at a position with the given modal amplitudes."""
+    """Return the response in µm peak at a point, given the amplitude of each mode at the point."""
     square = (2 * np.pi * found.frequency_hz) ** 2
     drive = (2 * np.pi * positive("frequency_hz", frequency_hz, "Hz")) ** 2
     loss = not_negative("loss_factor", loss_factor, "(no unit)")

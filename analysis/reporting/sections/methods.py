@@ -51,7 +51,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
 
 
 def _invariance(analysis: Analysis) -> str:
-    """Return a sentence about the results that do not depend on the rule."""
+    """Return a sentence on which results depend on the normalisation rule."""
     scales = analysis.dataset.estimates.groupby(PARTICIPANT, observed=True)[
         ["scale_top", "modulus"]
     ]

@@ -7,7 +7,7 @@ from slipscale.analysis.writing import html
 
 
 def plan(analysis: Analysis) -> html.ReportSection:
-    """Return the section that lists all deviations; it is empty without a plan."""
+    """Return the section on deviations from the plan, which is empty if there is no plan."""
     section = html.ReportSection("Deviations from the plan", shown="always")
     check = analysis.plan
     if check is None:
@@ -24,7 +24,7 @@ def plan(analysis: Analysis) -> html.ReportSection:
 
 
 def summary(analysis: Analysis) -> str:
-    """Return the number of deviations, the plan's name, and the limits of the comparison."""
+    """Summarise the deviations from the plan, and state what the comparison cannot detect."""
     check = analysis.plan
     if check is None:
         return ""

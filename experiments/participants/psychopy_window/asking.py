@@ -1,4 +1,4 @@
-"""The screen for a question, with an answer field and the reason for a rejected entry."""
+"""Question screen with an answer field, which explains why an entry was rejected."""
 
 from __future__ import annotations
 
@@ -70,13 +70,13 @@ class Asking(Unmoved):
                 assert_never(question)
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question, the entry, and the reason for a rejected entry."""
+        """Return the question, the entry and, after a rejected entry, the reason."""
         prompt = Text(content=self._prompt, y=0.28, size=0.06, width=1.2, height=0.17)
         left = remaining(self._limit_s, elapsed_s, self._texts, y=0.43)
         return (prompt, *self._body(), *self._foot(), *self._way_back(), *left)
 
     def _foot(self) -> Scene:
-        """Return the hint and the reason for a rejected entry."""
+        """Return the hint and, after a rejected entry, the reason for the rejection."""
         hint = () if self._touch else (scene.hint(self._hint),)
         if not self._notice:
             return hint
@@ -85,7 +85,7 @@ class Asking(Unmoved):
         return (replace(notice, y=scene.HINT_Y),) if self._touch else (notice, *hint)
 
     def _way_back(self) -> Scene:
-        """Return the line or touch key that leads to the previous question, if there is one."""
+        """Return the line or touch key for going back, or nothing if this is not possible."""
         if not self._back:
             return ()
         if self._touch:

@@ -43,7 +43,7 @@ class WindowLost(RigError):
 
 
 class Connection:
-    """A detector of the loss of the X server, which does nothing on platforms without X11."""
+    """Detects the loss of the X server; does nothing on platforms without X11."""
 
     def __init__(self) -> None:
         self.lost = False
@@ -51,7 +51,7 @@ class Connection:
         self._poll: Any = None
 
     def guard(self) -> None:
-        """Install handlers that Xlib calls instead of ending the process."""
+        """Install error handlers, so that Xlib does not end the process."""
         if sys.platform == "linux":
             self._xlib = ctypes.CDLL(LIBRARY)
             self._poll = select.poll()
@@ -90,7 +90,7 @@ class Connection:
             atexit.register(_end)  # runs before the handlers that libraries registered earlier
 
     def _broken(self, _display: int) -> int:
-        """Record a broken connection; Xlib calls this in the thread that made the failing call."""
+        """Record a broken connection. Xlib calls this handler in the thread of the failed call."""
         self._lose()
         if threading.current_thread() is not threading.main_thread():
             threading.Event().wait()  # a library's thread can end here
@@ -102,7 +102,7 @@ _KEPT: list[Any] = []
 
 
 def _stay(_display: int, _data: int) -> None:
-    """Return to the failing call; the next frame ends the session."""
+    """Return instead of exiting, so that the next frame can end the session."""
 
 
 def _end() -> NoReturn:

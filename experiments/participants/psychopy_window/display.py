@@ -38,7 +38,7 @@ FRAME_S = 0.010  # minimum frame duration; without vertical sync the loop would 
 
 @contextmanager
 def bare_argv() -> Iterator[None]:
-    """Hide the command line, because PsychoPy parses it on import and responds to --help."""
+    """Temporarily remove the command-line arguments, which PsychoPy would parse on import."""
     whole = sys.argv
     sys.argv = whole[:1]
     try:
@@ -120,7 +120,7 @@ class Pointer:
         self._mouse = event.Mouse(visible=window.mouseVisible, win=window)
 
     def at(self, time_s: float) -> Touch | None:  # noqa: ARG002 - only the current position is known
-        """Return the position in pixels right of and above the centre; None outside the window."""
+        """Return the pointer position in pixels from the centre, or None outside the window."""
         if self._mouse is None:
             return None
         x, y = (float(each) for each in self._mouse.getPos())
@@ -218,7 +218,7 @@ class Display:
                     stimulus.draw()
 
     def flip(self) -> float:
-        """Show the drawn scene; return the time of its appearance on the session's clock."""
+        """Show the drawn scene; return the session time at which it appeared."""
         with self.connection.used():
             self._window.flip()
         shown_s = self._clock.now()
@@ -227,7 +227,7 @@ class Display:
         return shown_s
 
     def save(self, path: Path) -> None:
-        """Write the drawn scene, which is not yet visible, to an image file."""
+        """Save the drawn scene to an image file before it becomes visible."""
         self._window.getMovieFrame(buffer="back")
         self._window.saveMovieFrames(str(path))
 

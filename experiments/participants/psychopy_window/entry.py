@@ -41,7 +41,7 @@ AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """The result of checking a valid entry."""
+    """The value of a valid entry."""
 
     value: Value
 
@@ -129,7 +129,7 @@ def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | 
 
 
 class Entry(Protocol):
-    """An answer field, which receives characters until they form an answer."""
+    """Common interface for answer fields, which collect characters until they form an answer."""
 
     content: str
 
@@ -144,7 +144,7 @@ class Entry(Protocol):
 
 
 class TypedEntry:
-    """A line of text that the Enter key submits; characters beyond the maximum length are refused.
+    """A line of text, submitted with the Enter key and limited to a maximum length.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ class KeyEntry:
 
 
 class ListEntry:
-    """A choice from a list, by number or by moving the selection; the Enter key submits the choice.
+    """A list from which an item is chosen by number or arrow keys and submitted with Enter.
 
     Parameters
     ----------
@@ -288,7 +288,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     question : Question
         The question to answer.
     texts : Mapping
-        The texts in the participant's language; they define the keys for yes and no.
+        The texts in the participant's language, which define the keys for yes and no.
 
     Raises
     ------

@@ -62,8 +62,8 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
     Returns
     -------
     list of float
-        One timestamp per press. The list is empty if there are too few timestamps, because a wrong
-        timestamp is worse than the window's time.
+        One timestamp per press. If there are too few timestamps, the list is empty, because the
+        window's time is better than a wrong timestamp.
 
     Examples
     --------
@@ -77,7 +77,7 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
 
 
 class Stamps:
-    """The press times from Psychtoolbox's key queues, on the session's clock."""
+    """Key press times from Psychtoolbox, converted to the session clock."""
 
     def __init__(self, clock: Clock) -> None:
         # PsychoPy's Keyboard class is not used, because it reports a press only when the key is
@@ -92,7 +92,7 @@ class Stamps:
             keyboard.queue_start()
 
     def read(self) -> list[float]:
-        """Return the sorted press times since the last call, in s on the session's clock."""
+        """Return the press times since the last call in ascending order, in s (session clock)."""
         presses = []
         for keyboard in self._keyboards:
             while keyboard.flush():
@@ -110,7 +110,7 @@ class Stamps:
             keyboard.queue_stop()
 
     def _offset_s(self) -> float:
-        """Return the offset of Psychtoolbox's clock, using the most precise of five readings."""
+        """Return the offset between the clocks, from the most precise of five readings."""
         readings: list[tuple[float, float]] = []
         for _ in range(5):
             before_s = self._clock.now()

@@ -26,10 +26,11 @@ BAR_HEIGHT, CURSOR = 0.4, 0.012
 
 
 class Pointing(Waiting):
-    """A movement that begins with the selection of the start and ends with the next selection.
+    """Screen for a pointing movement from a start to a target.
 
-    A click or touch selects the position where it occurs. If a sensor measures the finger, the
-    screen shows the finger's position, and the key to continue selects this position.
+    The movement begins when the start is selected, and ends with the next selection. A click or
+    touch selects its own position. If a sensor measures the finger, the screen shows the finger's
+    position, and the key to continue selects this position.
     """
 
     pointed = True
@@ -43,7 +44,7 @@ class Pointing(Waiting):
         self._cursor_mm: tuple[float, float] | None = None
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the instruction, start, target and cursor; the next item to select is coloured."""
+        """Return the instruction, start, target and cursor, with the next target highlighted."""
         question, moving = self._question, self._began_s is not None
         start = self._mark(question.start_mm, "quiet" if moving else "accent")
         target = self._mark(question.target_mm, "accent" if moving else "quiet")
@@ -62,7 +63,7 @@ class Pointing(Waiting):
         self._cursor_mm = x_mm, y_mm
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Select the cursor's position if the character is the key to continue."""
+        """Select the cursor's position if the pressed key is the key to continue."""
         if self._cursor_mm is None or super().press(character, elapsed_s) is None:
             return None
         return self._select(*self._cursor_mm, elapsed_s)
@@ -78,7 +79,7 @@ class Pointing(Waiting):
         return ScreenResult(timed_out=True) if over else None
 
     def _select(self, x_mm: float, y_mm: float, elapsed_s: float) -> ScreenResult | None:
-        """Begin the movement at the start, or end the movement at any position."""
+        """Begin the movement if the start is selected. Any later selection ends the movement."""
         if self.expire(elapsed_s):
             return None
         if self._began_s is not None:

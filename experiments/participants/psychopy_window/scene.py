@@ -107,7 +107,7 @@ Scene = tuple[Item, ...]
 
 
 def unbroken(text: str) -> str:
-    """Keep French punctuation on the same line as the adjacent word, using no-break spaces.
+    """Insert no-break spaces to keep French punctuation on the same line as the adjacent word.
 
     >>> unbroken("Est-ce glissant ?") == "Est-ce glissant\N{NO-BREAK SPACE}?"
     True
@@ -138,7 +138,7 @@ def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
 
 
 def pressed_at(scene: Scene, x: float, y: float) -> str:
-    """Return the characters sent by a touch or click at a point, or "" if there is no key."""
+    """Return the characters of the drawn key at a point, or an empty string if there is none."""
     areas = (item for item in scene if isinstance(item, Area))
     return next((area.presses for area in areas if area.holds(x, y)), "")
 

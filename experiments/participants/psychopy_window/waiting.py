@@ -75,7 +75,7 @@ class Waiting(Unmoved):
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the time until the key becomes active, in whole seconds."""
+        """Return the time in s, rounded up, until the key to continue becomes active."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
@@ -115,7 +115,7 @@ class Reading(Waiting):
 
 
 class Exploring(Waiting):
-    """The screen shown while the participant explores the plate."""
+    """Screen shown while the participant explores the plate."""
 
     def __init__(self, step: Explore, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s, step.maximum_s)

@@ -1,4 +1,4 @@
-"""Show each step's screen in the window, pass keys to it, and time the answer."""
+"""Show the screen for each step, pass keys to the screen, and time the answer."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ RELEASE_PATIENCE_S = 0.5  # time allowed for releasing a key that was just press
 
 
 class PsychoPyWindow:
-    """A person who reads on a screen and answers on a keyboard.
+    """A participant who reads text in a PsychoPy window and answers with keys or the mouse.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class PsychoPyWindow:
     clock : Clock
         The session's clock, for onsets and response times.
     pilot : bool
-        Whether every screen shows that this is a pilot run.
+        Whether every screen shows a banner that marks the run as a pilot.
     full_screen : bool
         Whether the window fills the screen and hides the mouse.
     screen : int
@@ -46,7 +46,7 @@ class PsychoPyWindow:
     size : tuple of int
         Width and height in pixels, if the window does not fill the screen.
     precise_times : bool
-        Whether to take response times from the device's key timestamps, if available.
+        Whether to compute response times from the device's key timestamps, if available.
 
     Raises
     ------
@@ -152,7 +152,7 @@ class PsychoPyWindow:
         return self._perform(screen_for(step, self._texts), watch, turn)
 
     def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
-        """Show a screen until it ends."""
+        """Show a screen until it ends, and return the reply."""
         onset_s = self._show_first(screen, watch)
         away_s = 0.0
         while True:
@@ -213,7 +213,7 @@ class PsychoPyWindow:
         return self.display.flip()
 
     def _touched(self, keys: list[Key]) -> Iterator[Key]:
-        """Yield the keys; a touch or click on a drawn key is replaced by the key's characters."""
+        """Yield the inputs, replacing a touch or click on a drawn key by the key's characters."""
         for key in keys:
             place = self.display.place(key.x, key.y)
             pressed = scene.pressed_at(self._shown, *place) if key.kind == "point" else ""
@@ -227,7 +227,7 @@ class PsychoPyWindow:
                 yield from (replace(key, kind="character", character=each) for each in pressed)
 
     def _await_release(self, watch: Watch) -> None:
-        """Wait until all keys are released, because a held key would answer the next screen."""
+        """Wait until all keys are released. A held key would otherwise answer the next screen."""
         began_s = self._clock.now()
         while self._keyboard.held:
             watch()
@@ -236,7 +236,7 @@ class PsychoPyWindow:
             self._show(() if patient else scene.message(self._texts["window.release_keys"]))
 
     def _ask_to_stop(self, watch: Watch) -> float:
-        """Ask whether to stop; if the answer is no, return the duration of the question in s.
+        """Ask whether to stop. If the participant continues, return the time spent on it in s.
 
         Raises
         ------
@@ -276,7 +276,7 @@ def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None
 def reply(
     screen: Screen, outcome: ScreenResult, onset_s: float, elapsed_s: float | None, source: str
 ) -> Reply:
-    """Return the reply for a screen's outcome."""
+    """Convert a screen's outcome to a reply."""
     return Reply(
         value=outcome.value,
         onset_s=onset_s,

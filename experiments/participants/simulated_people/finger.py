@@ -1,4 +1,4 @@
-"""The finger of a simulated participant, with an individual speed and force.
+"""Finger of a simulated participant, with individual speed and force.
 
 =================  ========================  ==================================================
 what               value                     source
@@ -65,10 +65,11 @@ class SimulatedFinger:
         self._begun_s = None
 
     def at(self, time_s: float) -> Touch | None:
-        """Return the position and the force; the finger moves sinusoidally.
+        """Return the position and the force of a finger that moves sinusoidally.
 
         If the guide requires strokes in one direction, the finger moves at a constant speed and is
-        lifted for `LIFTED_S` before the next stroke. The finger rests if a stage moves the plate.
+        lifted for `LIFTED_S` before the next stroke. If a stage moves the plate, the finger stays
+        in place.
         """
         if self._begun_s is None or time_s < self._begun_s:
             return None

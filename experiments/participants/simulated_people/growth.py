@@ -73,7 +73,7 @@ OTHER = Growth()
 
 
 def growth_of(quantity: Quantity) -> Growth:
-    """Return the growth of sensation with the levels of a quantity."""
+    """Return the assumed growth of sensation for a quantity."""
     keys = [
         (judged, of) for judged in (quantity.judged, "") for of in (quantity.name, quantity.unit)
     ]

@@ -155,7 +155,7 @@ class History:
     contact_s: Numbers = 0.0
 
     def with_trial(self, log_sensation: Numbers, before_level: Numbers) -> History:
-        """Return the history with one more trial."""
+        """Return a copy of the history with one more trial."""
         return History(
             trials=self.trials + 1,
             log_sum=self.log_sum + log_sensation,

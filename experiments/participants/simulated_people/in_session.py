@@ -50,8 +50,8 @@ class SimulatedParticipant:
     clock : Clock
         A virtual clock, so that no real time passes.
     frame_s : float, optional
-        The interval between calls to ``watch`` during an exploration; required if the finger is
-        measured.
+        Interval between calls to ``watch`` during an exploration. Required if sensors measure the
+        finger.
     """
 
     kind: ClassVar[Kind] = "simulated"
@@ -91,13 +91,13 @@ class SimulatedParticipant:
             return
 
     def _see(self, step: Step) -> None:
-        """Store the varied stimuli of a step, which the plate's vibration does not identify."""
+        """Store a step's varied stimuli, because the plate's amplitude does not identify them."""
         if isinstance(step, Present):
             for part in (*(step.lead_in or ())[:1], step):
                 self._shown[_place(part)] = part.surface
 
     def _felt(self, step: Explore | Adjust) -> float | None:
-        """Return the level of the varied stimulus in a step; None for other stimuli."""
+        """Return the level of a step's stimulus if it is a varied stimulus, otherwise None."""
         shown = self._shown.get(_place(step))
         return shown.level if isinstance(shown, Varied) else None
 
@@ -175,7 +175,7 @@ class SimulatedParticipant:
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
-        """Advance the clock; call ``watch`` on every frame if the finger is measured."""
+        """Advance the clock; if the finger is measured, call ``watch`` once per frame."""
         while self._frame_s and self._clock.now() + self._frame_s < time_s:
             self._clock.sleep(self._frame_s)
             watch()
@@ -209,7 +209,8 @@ def turned_until_content(
     feel : callable
         Returns the level that is currently felt, in the study's quantity.
     again : int
-        Number of repetitions of the reference; above 0, this call continues an adjustment.
+        Number of times that the reference was repeated. If above 0, this call continues an
+        adjustment.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s

@@ -1,7 +1,7 @@
 """The memory of a simulated person: the current trial and the finished steps.
 
-A step counts only when its answer is on disk, so a resumed pilot has the same memory as an
-uninterrupted one.
+A step is remembered only after its answer has been written to disk. The memory of a resumed pilot
+is therefore the same as in an uninterrupted pilot.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class Memory:
-    """One person's memory of a run.
+    """Memory of one person during a run.
 
     Parameters
     ----------
@@ -64,18 +64,18 @@ class Memory:
 
     @property
     def past(self) -> History:
-        """The sensations in the current task, and the contact time since the last rest."""
+        """The past sensations in the current task, and the contact time since the last rest."""
         past = self._histories.get(self.trial.task, History()) if self.trial else History()
         return past.after_contact(self._contact_s)
 
     @property
     def last_level(self) -> float:
-        """The level of the trial's last surface; outside a trial, the level of the last surface."""
+        """The level of the most recent surface in the trial or, outside a trial, in the run."""
         return self.of_trial[max(self.of_trial)] if self.of_trial else self.felt[1]
 
     @property
     def reference_level(self) -> float:
-        """The level of the standard, which was felt first in this trial or before this trial."""
+        """The level of the standard, felt at the start of this trial or before this trial."""
         several = len(self.of_trial) > 1
         return self.of_trial[min(self.of_trial)] if several else self.standard_level
 
@@ -98,13 +98,13 @@ class Memory:
         )
 
     def feels(self, step: Explore | Adjust, felt_level: float) -> None:
-        """Store the level that was felt, in µm peak to peak."""
+        """Store the level that the person felt in µm peak to peak."""
         if isinstance(step, Explore):
             self.felt = (self.felt[1], felt_level)
         self.of_trial[step.interval or 1] = felt_level
 
     def over(self, step: Step, answer: Answer) -> None:
-        """Process a finished step after its answer was written to disk."""
+        """Update the memory after the answer to a step was written to disk."""
         trial = step.trial
         if isinstance(step, Ask | Adjust | Explore):
             self._asked[_place(step)] += 1

@@ -77,11 +77,11 @@ class Behaviour:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of the sensations in this trial, 0 to 100."""
+        """Strengths of the sensations in this trial (0 to 100), with noise."""
         return self.person.impressions
 
     def usual(self, level: float) -> float:
-        """Return the usual strength of a level."""
+        """Return the expected strength at a level, which the person has learned."""
         return self.person.usual(level)
 
     def pick(self, strengths: Sequence[float]) -> int:
@@ -146,7 +146,7 @@ class InstalledBehaviour(NamedTuple):
         return self.ask(lambda: self.kind(person))
 
     def ask(self, action: Callable[[], T]) -> T:
-        """Call the package's code; report exceptions as error messages."""
+        """Call code from the package, and convert its exceptions to error messages."""
         return watched(self.point, action, self.named)
 
 

@@ -8,10 +8,10 @@ is
     sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
 
 The intercept and the exponent are constant for each person; the noise differs in each trial. People
-with a high intercept find everything slippery; for people with a high exponent, the sensation grows
-faster. The angle grows with log(1 + A / 0.5 µm) from the lowest to the highest amplitude, so each
-person's curve is smooth. The distribution of sensations at an amplitude does not depend on the
-number of amplitudes in a study.
+with a high intercept rate all surfaces as more slippery. People with a high exponent show a steeper
+growth of sensation. The angle increases with log(1 + A / 0.5 µm) from the lowest to the highest
+amplitude, so each person's curve is smooth. The distribution of sensations at an amplitude does not
+depend on the number of amplitudes in a study.
 
 `POPULATIONS` contains the shipped populations. A laboratory can define its own population in a TOML
 file with the same keys.
@@ -254,10 +254,10 @@ class Population(BaseModel):
         return percent * product(self.effects)
 
     def angle(self, level: float) -> float:
-        """Return the angle of a person's curve between intercept and exponent, in radians.
+        """Return the angle in radians that mixes intercept and exponent at a level.
 
-        At both ends of the range, the squared sine of the angle is the exponent's proportion of the
-        person's variance.
+        At the lowest and highest level, the squared sine of the angle is the proportion of the
+        person's variance that is due to the exponent.
         """
         turn = TURN_UM_PP * (self.levels[-1] / AMPLITUDE_UM_PP[-1] if self.unit else 1.0)
         low, high = (math.log1p(a / turn) for a in self._ends)
@@ -266,7 +266,7 @@ class Population(BaseModel):
         return largest * (2 * (at - low) / (high - low) - 1)
 
     def within(self, level: float) -> float:
-        """Clip an amplitude (such as a noisy plate readback) to the population's range."""
+        """Clip a level, such as a noisy plate readback, to the population's range."""
         low, high = self._ends
         return min(max(level, low), high)
 
@@ -288,11 +288,11 @@ class Curves:
         self._known: dict[float, tuple[float, float, float, float, float]] = {}
 
     def mean(self, level: float) -> float:
-        """Return the mean sensation (0-100) at an amplitude; it is constant outside the range."""
+        """Return the mean sensation (0-100) at a level, which is constant outside the range."""
         return self._at(level)[0]
 
     def turns(self, level: float) -> tuple[float, float]:
-        """Return the weights of the intercept and the exponent at an amplitude."""
+        """Return the weights of the intercept and the exponent at a level."""
         return self._at(level)[3:]
 
     def sensation(self, level: float, deviate: float) -> float:
@@ -301,7 +301,7 @@ class Curves:
         Parameters
         ----------
         level : float
-            The level that the finger feels.
+            The level under the finger.
         deviate : float
             The person's position in the population, as a standard normal deviate.
         """
@@ -342,7 +342,7 @@ PLACE = NormalDist()
 
 @lru_cache(maxsize=64)
 def curves(population: Population) -> Curves:
-    """Return a population's curves from a cache."""
+    """Return a population's curves, which are cached."""
     return Curves(population)
 
 
@@ -386,7 +386,7 @@ def read_population(name: str) -> Population:
 
 
 def _of_package(name: str) -> Population:
-    """Return the population that a package's behaviour defines."""
+    """Return the population defined by a behaviour from an installed package."""
     behaviour = load_behaviour(name)
     try:
         own = dict(behaviour.kind.population)

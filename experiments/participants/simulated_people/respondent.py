@@ -1,9 +1,9 @@
 """Generate the answers of one simulated person, independently of plate, clock and files.
 
 Every answer depends only on the sensations and on the seed, participant, run, trial, question and
-number of earlier answers to the question in that trial. Only answers on disk count as earlier
-answers. A resumed pilot therefore gives the same data as an uninterrupted one, and a repeated
-question gets a new answer.
+number of previous answers to the question in that trial. Only answers on disk count as previous
+answers. Therefore, a resumed pilot gives the same data as an uninterrupted pilot, but a question
+that is asked again gets a new answer.
 """
 
 from __future__ import annotations
@@ -78,10 +78,10 @@ class Respondent:
         Language of the verbal reports; English if the language is not available.
     population : Population, optional
     answers : Mapping
-        Functions that answer the questions of the run's tasks, by task and question name
+        Functions that answer questions, keyed by task name and question name
         (`RunPlan.simulated_answers`).
     words : AttributeWords, optional
-        Words for the judged attribute in verbal reports, which is slipperiness by default.
+        Wording for the judged attribute in verbal reports (default: slipperiness).
     """
 
     def __init__(
@@ -133,7 +133,7 @@ class Respondent:
         return self._last_trial is not None and self.memory.trials > self._last_trial
 
     def read(self, step: Instruct | Rest | Feedback) -> Reply:
-        """Return the reply to a text, including the reading time."""
+        """Return the reply to a page, break or feedback, with its reading time."""
         if isinstance(step, Feedback):
             return Reply(response_time_s=step.duration_s)
         people = self._people
@@ -215,11 +215,11 @@ class Respondent:
         )
 
     def usual(self, level: float) -> float:
-        """Return the usual strength (0 to 100) of a level, which the person has learned."""
+        """Return the expected strength (0 to 100) at a level, which the person has learned."""
         return float(self._curves.mean(level))
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the largest strength, with lapses and a bias to the last interval."""
+        """Return the index of the largest strength, with lapses and a last-interval bias."""
         if self.lapses():
             return self.stream(self.memory.question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
@@ -227,7 +227,7 @@ class Respondent:
         return max(range(len(liked)), key=liked.__getitem__)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference between impressions exceeds the criterion."""
+        """Return whether a difference between impressions exceeds the criterion, with lapses."""
         if self.lapses():
             return self._any_yes()
         return strength / self._threshold > self._criterion
@@ -350,12 +350,12 @@ class Respondent:
         return self.constant_stream(what).normal()
 
     def constant_stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random number stream for a given purpose, the same in every run."""
+        """Return the person's random number stream for a purpose, the same stream in every run."""
         return Stream(*self._key, "simulated", *purpose)
 
 
 def respondent_of(plan: RunPlan, population: Population | None = None) -> Respondent:
-    """Return the simulated person of a planned run, from the given or the default population."""
+    """Create the simulated person for a planned run, from a population (default: `Population`)."""
     return Respondent(
         seed=plan.seed,
         participant=plan.participant,

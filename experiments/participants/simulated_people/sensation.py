@@ -1,4 +1,4 @@
-"""The strength of a simulated person's sensations, and the person's use of a rating line."""
+"""Strength of a simulated person's sensations, and use of the rating line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LEAST_SHARE = 0.001  # ratings never quite reach the ends of a line
 
 
 class Sensation:
-    """A person's sensation curve, noise and use of a rating line.
+    """Sensation curve, noise and rating-line use of one person.
 
     Parameters
     ----------

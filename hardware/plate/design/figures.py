@@ -60,13 +60,13 @@ def frequency_figure(
     Parameters
     ----------
     printed, wide : BeamSection
-        Section of the paper, and section in plane strain.
+        Beam section of the paper, and beam section in plane strain.
     numerical_khz : mapping of float to float, optional
-        Finite-element frequencies in kHz by half wave in mm.
+        Finite-element frequencies in kHz, keyed by half wave in mm.
     floor_hz : float
         Lowest frequency allowed by the squeeze number.
     least_mm : float, optional
-        Shortest half wave allowed by the amplitude; if given, the admissible range is shaded.
+        Shortest half wave allowed by the amplitude. If given, the admissible range is shaded.
     measured : tuple of 2 floats, optional
         Half wave in mm and frequency in kHz of a measured plate.
     harmonic_peak : tuple of 2 floats, optional
@@ -176,7 +176,7 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
     Parameters
     ----------
     found : Modes
-        Modes of a plate, whose responses are added.
+        Modes of a plate, which are superposed.
     voltage_v : float
         Drive voltage in V peak.
     """
@@ -233,7 +233,7 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
 
 
 def _colours(w: Any) -> Any:
-    """Return the face colours of a surface, for w from -1 to 1."""
+    """Map w from -1 to 1 to face colours."""
     from matplotlib import colormaps  # noqa: PLC0415 - only needed for figures, see figure_style
 
     return colormaps["PuOr"]((w + 1) / 2)

@@ -132,7 +132,7 @@ class DrawnPlate(_Outline):
 
 
 class Brief(FrozenTable):
-    """Complete design brief. An empty brief describes the paper's plate."""
+    """Complete design brief. The defaults describe the paper's plate."""
 
     title: str = "Biet 2007"
     requirements: Requirements = Requirements()

@@ -1,9 +1,9 @@
 """Compute half waves and plate sizes from requirements, following Section III of the paper.
 
-The required amplitude determines a shortest half wave (equation 37). The required squeeze number
-determines a lowest frequency, and thus a longest half wave. Plates in between are candidates, and
-finite elements decide whether they are admissible (`verdict`). A plate with n ceramics in a row is
-driven in its free-free mode with n + 1 nodal lines.
+The required amplitude determines the shortest half wave (equation 37). The required squeeze number
+determines the lowest frequency and thus the longest half wave. Plates between these limits are
+candidates; the finite-element model checks whether they are admissible (`verdict`). A plate with n
+ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ class Candidate:
     length_mm, width_mm : float
         Size of the plate.
     half_wave_mm : float
-        Distance between nodal lines under the ceramics: length of the row of n ceramics with gaps,
-        without borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal lines; the
-        paper divides by n + 1.
+        Distance between nodal lines under the ceramics. It is the length of the row of n ceramics,
+        including gaps but not borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal
+        lines. The paper divides by n + 1.
     frequency_hz : float
         Resonance of Timoshenko's beam in plane strain at this half wave.
     amplitude_um_peak : float
-        Deflection at resonance from equation (37). The finite-element model gives two thirds of
-        this deflection at the edge and less than half in the middle of the plate, see `verdict`.
+        Deflection at resonance from equation (37). In the finite-element model, the amplitude is
+        two thirds of this deflection at the edge and less than half in the middle (see `verdict`).
     squeeze_number : float
         Squeeze number at `frequency_hz`, in the worst case that the brief allows.
     beam_admissible : bool
@@ -67,7 +67,7 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """Designs that a brief allows.
+    """Design limits and candidate plates for a brief.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class Design:
     closed_form_holds : bool
         Whether the squeeze number is at least 10, the paper's criterion.
     candidates : tuple of Candidate
-        Plates that cover the workspace, admissible or not.
+        Plates that cover the workspace, including inadmissible ones.
     """
 
     frequency_min_hz: float
@@ -261,7 +261,7 @@ def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
 
 
 def _layers(brief: Brief) -> dict[str, Any]:
-    """Return the properties that are common to all layouts for a brief."""
+    """Return layer thicknesses and materials, which are the same in all layouts for a brief."""
     return {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
         "resonator_thickness_mm": brief.resonator.thickness_mm,
@@ -271,5 +271,5 @@ def _layers(brief: Brief) -> dict[str, Any]:
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:
-    """Return the number of pieces, separated by gaps, that cover a span."""
+    """Return the number of pieces with gaps between them that are needed to cover a span."""
     return max(1, math.ceil((span_mm + gap_mm) / (piece_mm + gap_mm) - 1e-9))
