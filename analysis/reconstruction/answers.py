@@ -56,34 +56,35 @@ class ColumnAnswer:
     Parameters
     ----------
     label, sd_convention, rounding : str
-        Label of the column, with its SD convention and rounding rule.
+        Label, SD convention and rounding rule of the column.
     printed : str
         All numbers printed for the column, as text.
     reason : str
-        Reason why no data set is consistent with the column; otherwise empty.
+        Reason why no data set is consistent with the column, or an empty string.
     multisets : int or None
-        Number of data sets, ignoring the order of participants; None if they are not counted.
+        Number of data sets, ignoring the order of participants, or None if they are not counted.
     ordered : int or None
-        Number of data sets, counting different orders of participants separately; None if counting
-        takes too long.
+        Number of data sets, counting different orders of participants separately, or None if
+        counting takes too long.
     grim, grimmer : bool
         Whether the mean passes GRIM and the SD passes GRIMMER.
     sums : tuple of (Fraction, Fraction)
-        Permitted sums and sums of squares, in the unit of the scale.
+        Sums and sums of squares that match the printed numbers, in the unit of the scale.
     order_statistics : tuple of OrderStatistic
-        Order statistics; empty if no data set exists or if the computation takes too long.
+        Order statistics of the ratings. Empty if no data set exists or if the computation takes too
+        long.
     variants : tuple of Variant
-        Counts under other SD conventions and rounding rules; empty unless requested.
+        Counts under all SD conventions and rounding rules, if these were requested.
     scale_is_printed : bool
         Whether the table states at least one end of the scale.
     assumptions : tuple of str
         Descriptions of the assumptions about the column.
     refused : str
-        Reason why the data sets are not counted; empty if they are counted.
+        Reason why the data sets are not counted. Empty if they are counted.
     not_drawn : str
-        Reason why data sets can be counted but not sampled; empty if they can be sampled.
+        Reason why data sets can be counted but not sampled. Empty if they can be sampled.
     witness : tuple of float
-        One verified data set if data sets are not counted; empty if none was found.
+        A verified data set. Empty if the data sets are counted or if none was found.
     log10_estimate : float or None
         Approximate log10 of the number of data sets (saddle-point method), if these are not
         counted.
@@ -110,7 +111,7 @@ class ColumnAnswer:
 
     @property
     def consistent(self) -> bool | None:
-        """Whether any data set is consistent with the column; None if this is unknown."""
+        """Whether any data set is consistent with the column, or None if this is unknown."""
         if self.multisets is None:
             return True if self.witness else None
         return self.multisets > 0
@@ -123,8 +124,8 @@ class Across:
     Parameters
     ----------
     bounds : tuple of Conclusion
-        Conclusions over all data sets and pairings. If there are too many data sets to list, their
-        bounds are derived from sums and sums of squares alone.
+        Conclusions over all data sets and pairings. If there are too many data sets to list, only
+        sums and sums of squares are used for the bounds.
     not_listed : tuple of str
         Labels of the columns with too many data sets to list.
     distributions : tuple of Distribution
@@ -206,7 +207,7 @@ def worth_ordering(solutions: Solutions, measure: str) -> bool:
 
 
 def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
-    """Return the permitted sums and sums of squares in the unit of the scale."""
+    """Return the sums and sums of squares that match the printed numbers, in the scale's unit."""
     low, step = solutions.column.scale.minimum, solutions.column.scale.step
     return tuple(
         (

@@ -31,7 +31,7 @@ class Bands:
     mean, low, high, least, most : ndarray, shape (places,)
         Mean, 2.5 % and 97.5 % quantiles, smallest value and largest value.
     exact : bool
-        Whether the summary covers all data sets; otherwise, it is based on samples.
+        Whether the summary covers all data sets. If False, it is based on samples.
     """
 
     edges: Array

@@ -48,13 +48,13 @@ class Source:
     title : str
         Title of the table.
     columns : sequence of (Solutions, ColumnAnswer)
-        Columns, each with its answer.
+        Columns, each with its results.
     tests : sequence of PrintedTestAnswer
-        Answers to the printed tests.
+        Verdicts on the printed tests.
     across : Across or None
-        Answers across columns, if they were requested.
+        Results across columns, if they were requested.
     measure, seed : str, int
-        Settings for reproducing the samples.
+        Settings with which the samples are drawn.
     """
 
     title: str
@@ -307,7 +307,7 @@ def _samples(text: str) -> html.ReportSection:
 
 
 def long_samples(source: Source) -> str:
-    """Return samples as CSV text with one rating per row; empty without samples."""
+    """Return samples as CSV text with one rating per row, or "" without samples."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["column", "sample", "place", "rating"])

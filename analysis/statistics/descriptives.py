@@ -18,7 +18,7 @@ SD_CONVENTIONS = {"sample": 1, "population": 0}
 
 
 def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return the three statistics of Table III in the paper for each amplitude.
+    """Return the statistics of the paper's Table III, with one row per amplitude.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def within_intervals(
 def student_intervals(
     table: pd.DataFrame, confidence: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return t-based intervals for the column means; NaN for fewer than `FEWEST` values.
+    """Return t-based intervals for the column means, or NaN with fewer than `FEWEST` values.
 
     For small, skewed samples, these intervals have better coverage than percentile or BCa bootstrap
     intervals (docs/validation/measured/statistics.md).

@@ -149,7 +149,7 @@ def eta_squared(values: Array) -> float:
 
 
 def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
-    """Return the interval for generalised eta squared; None if it is not defined.
+    """Return the interval for generalised eta squared, or None if it is not defined.
 
     Tukey's jackknife across participants is applied to artanh η (Fisher's z of the correlation
     ratio), with a t quantile. The coverage is nominal with six or more participants

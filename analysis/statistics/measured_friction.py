@@ -86,7 +86,7 @@ class MeasuredFriction:
     trials : int
         Number of trials used.
     participants : tuple of ParticipantLine
-        Participants for whom a regression line was fitted.
+        Regression lines, one per participant.
     left_out : tuple of str
         Participants who were excluded because they had too few trials, or because friction or
         estimates did not vary.
@@ -112,7 +112,7 @@ def used_trials(prepared: Prepared) -> pd.DataFrame:
 
 
 def measured_friction(prepared: Prepared | None) -> MeasuredFriction | None:
-    """Return the relation between ratings and friction; None if friction was not measured."""
+    """Return the relation between ratings and friction, or None if friction was not measured."""
     if prepared is None or COEFFICIENT not in prepared.trials:
         return None
     if not prepared.trials[COEFFICIENT].notna().any():

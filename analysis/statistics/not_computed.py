@@ -38,12 +38,12 @@ def computed(result: T | NotComputed) -> T | None:
 
 
 def all_computed(results: Iterable[T | NotComputed]) -> list[T]:
-    """Return only the results that were computed."""
+    """Return the results that were computed, without the missing results."""
     return [each for each in results if not isinstance(each, NotComputed)]
 
 
 def missing(results: Iterable[object]) -> list[NotComputed]:
-    """Return only the missing results, with their reasons."""
+    """Return the missing results, which contain the reasons."""
     return [each for each in results if isinstance(each, NotComputed)]
 
 

@@ -57,7 +57,7 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
     ----------
     logs : DataFrame, shape (participants, stimuli)
         Mean natural logarithms of estimates. The column labels are stimulus values (µm peak to
-        peak, or a friction reduction); columns that are not above 0 are omitted. Cells may be
+        peak, or a friction reduction). Columns whose value is not above 0 are omitted. Cells may be
         missing.
 
     Returns

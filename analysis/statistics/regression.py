@@ -17,7 +17,8 @@ class Lines:
     Parameters
     ----------
     slope, intercept : array, shape (...)
-        Slope and intercept of each line; NaN with fewer than two points, or if all x are equal.
+        Slope and intercept of each line. Both are NaN with fewer than two points, or if all x are
+        equal.
     points : int array, shape (...)
         Number of points used for each line.
     """

@@ -62,7 +62,7 @@ class Reliability:
     n, amplitudes, trials : int
         Number of participants, number of amplitudes and number of trials.
     repetitions : float
-        Number of repetitions per participant and amplitude; the harmonic mean if the numbers
+        Number of repetitions per participant and amplitude, or its harmonic mean if the numbers
         differ.
     method : {"mean squares", "REML"}
         Estimation method. REML is used if participants or amplitudes differ in their number of

@@ -88,7 +88,7 @@ class Family(Generic[T_co]):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Sentence(Generic[T_co]):
-    """A sentence of the report about a result.
+    """A report sentence about a result.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class Statistic(Generic[T_co]):
     key : str
         Key in ``inference.json``, which is also used in the ``tests`` of a study file.
     meaning : str
-        Description of the computation for a pre-registration.
+        Description of the computation, for use in a pre-registration.
     compute : callable
         Function that returns the result, or the reason why the result is missing.
     test : bool
@@ -133,9 +133,9 @@ class Statistic(Generic[T_co]):
         Sentence for the methods section. It can contain placeholders such as ``{q.levels}``, and
         references as ``[[key]]``.
     conclusions, headlines : Mapping
-        Conclusions of simulated pilots, and numbers to plot from them. Each mapping goes from a
-        regular expression for names below ``key`` to a description, in which ``{0}`` is the first
-        group of the expression.
+        Conclusions of simulated pilots, and numbers to plot from them. The keys are regular
+        expressions for names below ``key``. The values are descriptions, in which ``{0}`` is the
+        first group of the expression.
     """
 
     key: str
@@ -185,14 +185,14 @@ class Inference:
         return computed(result)
 
     def __getattr__(self, key: str) -> object:
-        """Return a result by its key, as is convenient in notebooks."""
+        """Return a result by its key, for convenience in notebooks."""
         try:
             return self.results[key]
         except KeyError:
             raise AttributeError(f"no statistic has the key '{key}'") from None
 
     def __dir__(self) -> Iterator[str]:
-        """List the keys of all results, for completion in notebooks."""
+        """List the keys of all results, for tab completion in notebooks."""
         return iter([*object.__dir__(self), *self.results])
 
     def json_form(self) -> Mapping[str, object]:

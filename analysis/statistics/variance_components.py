@@ -80,7 +80,7 @@ def _deviance(  # noqa: PLR0917
 
     ``ratios`` are the participant and interaction components divided by the repetition variance,
     for which there is a closed formula. Each row of ``counts`` describes a group of ``people`` with
-    the same counts; ``sums`` and ``products`` refer to the cell means of the group.
+    the same counts. ``sums`` and ``products`` refer to the cell means of the group.
     """
     person, cell = ratios
     present = counts > 0

@@ -42,7 +42,7 @@ class Estimate:
     Parameters
     ----------
     value : float
-        Estimated count; infinite if it exceeds the range of floating point.
+        Estimated count, which is infinite if it exceeds the floating-point range.
     error : float
         Bound on the relative error. All terms of a count are positive, and each rounding has a
         relative error of at most 2^-53.
@@ -61,13 +61,13 @@ class Estimate:
         return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
 
     def nearest(self, residue: int, modulus: int) -> int:
-        """Return the nearest integer that is congruent to `residue` modulo `modulus`."""
+        """Return the integer nearest to the estimate that is `residue` modulo `modulus`."""
         half = modulus // 2
         return int(self.value) + (residue - int(self.value) + half) % modulus - half
 
 
 def estimate(tasks: list[Problem], measure: str) -> Estimate:
-    """Estimate the number of solutions in floating point."""
+    """Estimate the number of solutions in floating-point arithmetic."""
     value, roundings = 0.0, 0
     with np.errstate(over="ignore", invalid="ignore"):
         for task in tasks:
@@ -102,7 +102,7 @@ def count(
     tasks : list of Problem
         The counting problems of a column.
     measure : {"multisets", "ordered"}
-        Whether multisets or ordered samples are counted.
+        Whether to count multisets or ordered samples.
     memory_gib : float
         Available memory in GiB.
     minutes : float
@@ -111,7 +111,7 @@ def count(
     Returns
     -------
     int
-        The number of data sets, as an integer of arbitrary size.
+        Number of data sets.
     """
     if measure == "ordered":
         require_memory(tasks, memory_gib)
@@ -131,7 +131,7 @@ def count(
 
 
 def _exact(bound: int, estimated: Callable[[], Estimate], residue: Callable[[int], int]) -> int:
-    """Return the exact count from the smallest sufficient number of residues."""
+    """Return the exact count, using as few residues as possible."""
     if bound < WORD:
         return residue(WORD) if bound else 0
     close = estimated()

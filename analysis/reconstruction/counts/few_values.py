@@ -35,8 +35,8 @@ Runs = dict[int, list[tuple[int, int]]]
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
     """Return the number of multisets of `values` that reach one of the goals.
 
-    `values` are in ascending order. Returns None if other methods are faster, or if there are no
-    three neighbouring values.
+    `values` must be in ascending order. Returns None if other methods are faster, or if there are
+    no three neighbouring values.
     """
     groups: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
     for goal in goals:
@@ -101,7 +101,7 @@ def without_median(goal: Goal) -> bool:
 
 
 def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last element of every run of sums that increase in steps of two."""
+    """Yield the first and last element of each run of numbers that increase in steps of two."""
     breaks = [i + 1 for i, (a, b) in enumerate(pairwise(square_sums)) if b != a + 2]
     for first, end in pairwise([0, *breaks, len(square_sums)]):
         yield square_sums[first], square_sums[end - 1]

@@ -18,7 +18,7 @@ CHUNK = 2**18
 
 
 def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Ranking]:
-    """Return a ranking of the solutions of each problem.
+    """Return a ranking of solutions for each problem.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Combine state tables for values below and above the centre into complete solutions.
 
-Let c be the centre. The signed distances of n free values with sum S and sum of squares Q add up
-to D = S - nc; their squared distances add up to V = Q - 2cS + nc².
+Let c be the centre. For n free values with sum S and sum of squares Q, the signed distances from c
+add up to D = S - nc, and the squared distances add up to V = Q - 2cS + nc².
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 @dataclass(frozen=True)
 class Goal:
-    """Required totals of distances from the centre, for one part of the solutions.
+    """The totals of distances from the centre that one part of the solutions must have.
 
     Parameters
     ----------
     part : Part
-        The part of the solutions that requires these totals.
+        Part of the solutions that has these totals.
     n : int
         Number of free values.
     signed_sum : int

@@ -1,7 +1,7 @@
 """Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
 A printed minimum, maximum or median requires certain values to be present. The solutions are
-partitioned by how often each of these values occurs. In each part, all other values are free within
+partitioned by the frequency of each of these values. In each part, all other values are free within
 one interval, or within two intervals below and above the median. Every consistent multiset or
 ordered sample belongs to exactly one part.
 """
@@ -23,7 +23,7 @@ class Moments:
     squares: int
 
     def without(self, value: int, times: int) -> Moments:
-        """Return the remaining moments after removing `times` copies of `value`."""
+        """Return the moments that remain after removing `times` copies of `value`."""
         return Moments(
             self.n - times, self.total - times * value, self.squares - times * value * value
         )

@@ -67,7 +67,7 @@ def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
 
 
 def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
-    """Return the maximum number of floating-point roundings of any term in a count."""
+    """Return the maximum number of floating-point roundings that affect a term of a count."""
     distances = sum(len(half.distances) for half in (below, above))
     return (len(above.reach) + len(below.reach)) * (len(goals) + 2) + 2 * distances + 8
 

@@ -46,11 +46,11 @@ class Shape:
     nearest, farthest : int
         Range of distances from the centre, in steps; empty if ``farthest < nearest``.
     sign : int
-        +1 below the centre, -1 above.
+        +1 below the centre, -1 above it.
     reach : tuple of (int, int)
         Largest a and largest w in any solution, for k = 0, 1, 2, ...
     holes : frozenset of int
-        Excluded distances in this range.
+        Distances in this range that are excluded.
     """
 
     nearest: int
@@ -85,9 +85,9 @@ class StateTable:
     Parameters
     ----------
     shape : Shape
-        Distances and size.
+        Distances from the centre, and size of the table.
     measure : {"multisets", "ordered"}
-        Whether multisets or ordered samples are counted.
+        Whether to count multisets or ordered samples.
     modulus : int or None
         Modulus of all counts: 2**64 or a prime below 2**31. If None, counts are estimated in
         floating point.
@@ -223,7 +223,7 @@ class StateTable:
         return rest
 
     def _settle(self, cells: Array) -> None:
-        """Reduce sums of two residues modulo a prime."""
+        """Reduce `cells`, which are sums of two residues, if the modulus is a prime."""
         if self.modulus not in (None, WORD):
             cells[...] = self._remainder(cells)
             self._ceiling = (self.modulus or 0) - 1

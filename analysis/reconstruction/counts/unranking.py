@@ -31,7 +31,7 @@ class Ranking:
     task : Problem
         Parts of the solutions that share state tables.
     measure : {"multisets", "ordered"}
-        Whether multisets or ordered samples are ranked. If ordered samples are ranked, a solution
+        Whether to rank multisets or ordered samples. If ordered samples are ranked, a solution
         represents all arrangements of its values.
     moduli : tuple of int
         Moduli whose product exceeds every count.
@@ -163,7 +163,7 @@ class Ranking:
         return place
 
     def _gather(self, tables: list[StateTable], k: Array, a: Array, w: Array) -> Array:
-        """Return the exact number of solutions for each state; 0 for states outside the table."""
+        """Return the exact number of solutions per state, or 0 for states outside the table."""
         reach = np.array(tables[0].shape.reach, dtype=np.int64)
         inside = (k >= 0) & (a >= 0) & (w >= 0)
         k = np.maximum(k, 0)
@@ -172,7 +172,7 @@ class Ranking:
         return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
-        """Return the counts with these residues, as machine words or as Python integers."""
+        """Combine residues into counts, which are machine words or Python integers."""
         if self.moduli == (WORD,):
             return residues[0]
         factors, whole = weights(self.moduli)

@@ -34,20 +34,21 @@ class Verdict:
     Parameters
     ----------
     line : int
-        Line of the file on which the row ends.
+        Number of the line on which the row ends.
     digest : str
         Hash of the row's cells, which identifies the row when a batch is resumed.
     label : str
         Label of the column.
     verdict : {"consistent", "inconsistent", "not counted", "not understood"}
-        The result. "Not counted" means that the row passes GRIM and GRIMMER.
+        The result. "Not counted" means that the row passes GRIM and GRIMMER, but that counting is
+        not possible.
     failed : {"", "impossible", "GRIM", "GRIMMER", "extremes", "count"}
         Name of the first test that an inconsistent row fails.
     multisets : str
-        Exact number of data sets; empty if they are not counted.
+        Exact number of data sets, or empty if they are not counted.
     log10_estimate : str
-        Approximate decimal logarithm of the number of data sets, if they are not counted; empty if
-        unknown.
+        Approximate decimal logarithm of the number of data sets. Empty if they are counted or if no
+        approximation is available.
     reason : str
         Reason why there are no data sets, or why the row is not counted or not understood.
     """
@@ -110,7 +111,7 @@ def verdicts(
     rows : sequence of Row
         Rows of the file.
     memory_gib, minutes : float
-        Limits for each row.
+        Limits on memory and time for each row.
     workers : int
         Number of processes. With 1, the current process does all the work.
     """

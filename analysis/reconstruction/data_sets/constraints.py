@@ -3,8 +3,8 @@
 Ratings are counted in steps above the scale minimum, so all quantities in this module are whole
 numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean.
 GRIMMER (Anaya, 2016; Allard, 2018) checks whether any sum of squares that is a whole number of the
-right parity gives the printed standard deviation. Both conditions are necessary but not sufficient;
-only the count of data sets is decisive.
+right parity gives the printed standard deviation. Both conditions are necessary but not sufficient.
+Only the count of data sets is decisive.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class Targets:
     grim : bool
         Whether any sum of whole ratings gives the printed mean.
     grimmer : bool
-        Whether any permitted sum and sum of squares give the printed standard deviation.
+        Whether any possible sum and sum of squares give the printed standard deviation.
     reason : str
-        Reason why no ratings can meet the requirements; empty if no contradiction was found.
+        Reason why no ratings can meet the requirements. Empty if no contradiction was found.
     refused : str
         Error message if there are too many requirements to list in `wanted`, otherwise empty.
     looked_at : tuple of Wanted
@@ -64,7 +64,7 @@ class Targets:
 
     @property
     def moments(self) -> tuple[Moments, ...]:
-        """The permitted sums and sums of squares, in steps above the minimum."""
+        """Sums and sums of squares that match the printed numbers, in steps above the minimum."""
         return tuple(wish.moments for wish in self.wanted)
 
 
@@ -230,7 +230,7 @@ def _steps(column: Column, values: Interval) -> Interval:
 
 
 class _TooManyValues(Exception):
-    """Raised if too many ratings could be the printed extremes or middle ratings."""
+    """Raised if too many ratings match the printed extremes or median."""
 
 
 class _Extremes:

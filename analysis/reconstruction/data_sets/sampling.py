@@ -95,7 +95,7 @@ class Sampler:
         return generator.permuted(rows, axis=1) if self.measure == "ordered" else rows
 
     def stream(self, number: int, generator: np.random.Generator) -> Iterator[Array]:
-        """Yield `number` data sets in blocks, as `draw` returns them."""
+        """Draw `number` data sets as in `draw`, and yield them in blocks."""
         while number > 0:
             block = min(number, CHUNK)
             yield self.draw(block, generator)

@@ -50,12 +50,12 @@ class Solutions:
 
     @cached_property
     def targets(self) -> Targets:
-        """Permitted sums and sums of squares, or the reason why there are none."""
+        """Requirements on the ratings, or the reason why no ratings can meet them."""
         return targets(self.column)
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """Counting problems: parts of the solutions, grouped by shared state tables."""
+        """Counting problems, which are parts of the solutions grouped by state table."""
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
@@ -77,7 +77,7 @@ class Solutions:
 
     @cached_property
     def _of_few_values(self) -> int | None:
-        """Number of data sets for short scales without other constraints; None in other cases.
+        """Number of data sets if the scale is short and there are no other constraints, else None.
 
         The result equals the total over all counting problems, but does not require listing them.
         """
@@ -90,7 +90,7 @@ class Solutions:
 
     @cached_property
     def refused(self) -> str:
-        """Reason why the data sets are not counted; empty if they can be counted."""
+        """Reason why the data sets are not counted, or "" if they can be counted."""
         if self._of_few_values is None:
             if self.targets.refused:
                 return self.targets.refused
@@ -128,7 +128,7 @@ class Solutions:
 
     @cached_property
     def not_drawn(self) -> str:
-        """Reason why data sets can neither be drawn nor listed; empty if both are possible."""
+        """Reason why data sets can neither be drawn nor listed, or "" if both are possible."""
         if self.refused:
             return self.refused
         try:
@@ -139,12 +139,12 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps above the minimum; empty if all are counted or none was found."""
+        """One data set, in steps above the minimum, or () if all are counted or none was found."""
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
-        """Pairs of sum and sum of squares, in steps, and whether each pair is known to occur."""
+        """Pairs of sum and sum of squares, in steps, and whether all of them are known to occur."""
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
         if self.listed_apart:
@@ -167,7 +167,7 @@ class Solutions:
 
     @property
     def reason(self) -> str:
-        """Reason why no data set is consistent with the column; otherwise empty."""
+        """Reason why no data set is consistent with the column, or an empty string."""
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (

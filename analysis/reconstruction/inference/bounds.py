@@ -3,7 +3,7 @@
 A published table does not state which ratings in different columns are from the same participant,
 so bounds must hold for every pairing of ratings. A sharp bound is attained by data sets and a
 pairing that are returned with the bound. Other bounds are valid but may not be attained. For the
-paired t, see `extreme_t`; for the repeated-measures F, see `repeated_measures_f`.
+paired t, see `extreme_t`. For the repeated-measures F, see `repeated_measures_f`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Range:
     low, high : float
         Bounds on the value.
     at_low, at_high : tuple of tuple of int
-        Tables that attain the bounds, with one row of steps per column; empty if none is known.
+        Tables that attain the bounds, with one row of steps per column. Empty if no table is known.
     """
 
     low: float
@@ -48,7 +48,7 @@ class Range:
 
 
 def as_table(*rows: Array) -> Table:
-    """Return a table of plain integers from rows of ratings."""
+    """Convert rows of ratings to a table of Python integers."""
     return tuple(tuple(int(v) for v in row) for row in rows)
 
 
@@ -134,7 +134,7 @@ def _largest_sums(rows: Array) -> Array:
 
 
 def log_mean(x: Array) -> Array:
-    """Return the mean natural logarithm of each row; all ratings must be above 0."""
+    """Return the mean natural logarithm of each row. All ratings must be above 0."""
     found: Array = np.log(x).mean(axis=1)
     return found
 

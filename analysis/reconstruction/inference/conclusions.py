@@ -55,16 +55,16 @@ class Conclusion:
     low, high : float
         Range of the statistic over all data sets and all pairings.
     p_low, p_high : float or None
-        Range of the p-value; None without a test.
+        Range of the p-value, or None without a test.
     decided : bool
         Whether all data sets and pairings give the same answer.
     sharp : bool
         Whether data sets attain both ends of the range.
     labels : tuple of str
-        The columns concerned.
+        Labels of the columns in the question.
     at_low, at_high : tuple of tuple of float
         Tables that attain the ends of the range, with one row of ratings per column and the same
-        order of participants in all rows; empty if no table is known.
+        order of participants in all rows. Empty if no table is known.
     """
 
     name: str
@@ -85,7 +85,7 @@ SECONDS_A_PAIR = 0.6e-9
 
 
 def seconds_to_conclude(sizes: Sequence[int]) -> float:
-    """Estimate the time in seconds, given the number of data sets of each column."""
+    """Estimate the computing time in seconds from the number of data sets of each column."""
     compared = sum(min(a * b, COMPARED) for a, b in combinations(sizes, 2))
     return 4.0 + SECONDS_A_PAIR * compared
 
@@ -93,7 +93,7 @@ def seconds_to_conclude(sizes: Sequence[int]) -> float:
 def conclusions(
     columns: list[Sampler], tell: Callable[[str], None] = lambda _: None
 ) -> list[Conclusion]:
-    """Return all conclusions that can be computed over all data sets and pairings.
+    """Return all conclusions about the columns, over all data sets and pairings.
 
     Parameters
     ----------

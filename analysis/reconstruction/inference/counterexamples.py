@@ -54,7 +54,7 @@ def why_not(extent: tuple[float, float]) -> str:
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Search for ratings that reproduce a printed test; return () if the search finds none."""
+    """Search for ratings that reproduce a printed test. Return () if none are found."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:
@@ -82,7 +82,7 @@ def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Arra
 def _prints_by_definition(
     test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
 ) -> Array:
-    """Return which values match the printed test; undefined values (NaN) never match."""
+    """Return a mask of values that match the printed test. Undefined values (NaN) never match."""
     defined = ~np.isnan(values)
     if test.kind in PAIRED:
         size = values if test.kind == "correlation" else np.abs(values)

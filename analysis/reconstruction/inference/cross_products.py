@@ -52,7 +52,7 @@ class Choices:
     least, most : ndarray of int, shape (choices,)
         Bounds on the sum of cross products C over all pairings.
     complete : bool
-        Whether all choices are included; otherwise, the choices are a random selection.
+        Whether all choices are included. If False, the choices are a random selection.
     n : int
         Number of participants.
     """
@@ -89,7 +89,7 @@ def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
 
 
 def choices(columns: Sequence[ColumnRows]) -> Choices:
-    """Return all choices with bounds on C, or a random selection if there are too many choices."""
+    """Return all choices with bounds on C, or a random selection if there are too many."""
     n, k = columns[0].n, len(columns)
     places, complete = every_place([len(column.moments) for column in columns])
     moments = [np.array(column.moments, dtype=np.int64).reshape(-1, 2) for column in columns]
@@ -141,7 +141,7 @@ def example(
     wanted: tuple[Array, Array],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Search for a pairing with C in an interval; return () if the search finds none.
+    """Search for a pairing with C in an interval. Return () if none is found.
 
     Parameters
     ----------
@@ -182,7 +182,7 @@ def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Arra
 
 
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
-    """Rearrange a table so that C lies in an interval; return None if the search fails.
+    """Rearrange a table so that C lies in an interval. Return None if the search fails.
 
     Each step exchanges two ratings of a column, chosen so that C comes closest to the interval.
     """
@@ -212,7 +212,7 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
 def every(
     columns: Sequence[ColumnRows], found: Choices, wanted: tuple[Array, Array]
 ) -> tuple[Array, ...] | None:
-    """Try all pairings of all data sets for C in an interval; return () if there are none.
+    """Try all pairings of all data sets to find C in an interval. Return () if none has it.
 
     Returns None if there are too many pairings to try.
     """

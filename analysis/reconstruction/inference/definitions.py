@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def paired_t(columns: Groups) -> Array:
-    """Return t for the second minus the first column; NaN if all differences are equal."""
+    """Return t for the second minus the first column, or NaN if all differences are equal."""
     differences = columns[1] - columns[0]
     return _ratio(
         differences.mean(axis=1), differences.std(axis=1, ddof=1) / np.sqrt(differences.shape[1])
@@ -26,7 +26,7 @@ def paired_t(columns: Groups) -> Array:
 
 
 def independent_t(columns: Groups) -> Array:
-    """Return Student's t for the second minus the first group; NaN if no group varies."""
+    """Return Student's t for the second minus the first group, or NaN if no group varies."""
     a, b = columns
     n = a.shape[1], b.shape[1]
     pooled = ((n[0] - 1) * a.var(axis=1, ddof=1) + (n[1] - 1) * b.var(axis=1, ddof=1)) / (
@@ -36,14 +36,14 @@ def independent_t(columns: Groups) -> Array:
 
 
 def welch_t(columns: Groups) -> Array:
-    """Return Welch's t for the second minus the first group; NaN if no group varies."""
+    """Return Welch's t for the second minus the first group, or NaN if no group varies."""
     a, b = columns
     squared = sum(x.var(axis=1, ddof=1) / x.shape[1] for x in (a, b))
     return _ratio(b.mean(axis=1) - a.mean(axis=1), np.sqrt(squared))
 
 
 def one_way_f(columns: Groups) -> Array:
-    """Return the one-way F; NaN without variation within groups."""
+    """Return the one-way F, or NaN without variation within groups."""
     n = [x.shape[1] for x in columns]
     grand = np.concatenate(list(columns), axis=1).mean(axis=1)
     between = sum(m * (x.mean(axis=1) - grand) ** 2 for m, x in zip(n, columns, strict=True))
@@ -52,7 +52,7 @@ def one_way_f(columns: Groups) -> Array:
 
 
 def rm_f(columns: Groups) -> Array:
-    """Return the repeated-measures F; NaN if the error sum of squares is 0."""
+    """Return the repeated-measures F, or NaN if the error sum of squares is 0."""
     x = np.stack(list(columns), axis=2).astype(float)
     n, k = x.shape[1:]
     means = x.mean(axis=1, keepdims=True)
@@ -64,7 +64,7 @@ def rm_f(columns: Groups) -> Array:
 
 
 def correlation(columns: Groups) -> Array:
-    """Return Pearson's r; NaN if a column is constant."""
+    """Return Pearson's r, or NaN if a column is constant."""
     a, b = (x - x.mean(axis=1, keepdims=True) for x in columns)
     return _ratio((a * b).sum(axis=1), np.sqrt((a**2).sum(axis=1) * (b**2).sum(axis=1)))
 

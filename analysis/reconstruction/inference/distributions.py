@@ -60,7 +60,7 @@ class Distribution:
         Pairs of a probability and its quantile. The quantiles for probabilities 0 and 1 are the
         smallest and largest value drawn.
     significant : float or None
-        Proportion of samples with p < 0.05; None if the statistic has no test.
+        Proportion of samples with p < 0.05, or None if the statistic has no test.
     samples, seed, measure : int, int, str
         Number of samples, random seed and measure, which are needed to reproduce the result.
     """

@@ -137,7 +137,7 @@ def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
 
 
 def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
-    """Return the row of `x` and the row of `y` with the extreme sum of products.
+    """Return the row of `x` and the row of `y` whose sum of products is extreme.
 
     This sum is largest if `same` is True, otherwise smallest. All rows of `x` must have the same
     sum and the same sum of squares, and this also applies to `y`.

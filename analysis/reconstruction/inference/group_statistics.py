@@ -44,7 +44,7 @@ def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tu
 
 
 def prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
-    """Return which statistics and p-values match the printed test."""
+    """Return a mask of the statistics and p-values that match the printed test."""
     low, high = p_between(test)
     left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
     if test.p_below is not None:

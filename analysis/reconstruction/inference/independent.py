@@ -223,7 +223,7 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
 
 
 def _ratio(top: Array, bottom: Array) -> Array:
-    """Divide `top` by `bottom`; if `bottom` is 0, return infinity, or 0 if `top` is also 0."""
+    """Divide `top` by `bottom`. If `bottom` is 0, return infinity, or 0 if `top` is also 0."""
     top, bottom = np.broadcast_arrays(top, bottom)
     out = np.where(top == 0, 0.0, np.copysign(inf, top))
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)

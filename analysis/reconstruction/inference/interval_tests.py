@@ -3,8 +3,8 @@
 Each statistic is a continuous function of means, SDs and, for paired columns, correlations. A
 statistic takes every value between its extremes over the printed intervals, and no other value. A
 printed test outside these extremes is impossible. For all other tests, a search follows a path from
-values with the smallest statistic to values with the largest statistic. Every example found is
-checked against the definition of the statistic; without an example, the test remains undecided.
+values with the smallest statistic to values with the largest statistic. Every example that is found
+is checked against the definition of the statistic. Without an example, the test remains undecided.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a point on the path; infinity if the statistic is undefined."""
+        """Return |t|, F or r at a point on the path, or infinity if the statistic is undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf

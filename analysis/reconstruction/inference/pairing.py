@@ -1,6 +1,6 @@
 """Arrange columns of ratings into tables of participants, in random or extreme pairings.
 
-The function `most_alike` returns the most favourable pairing for a test between columns; this
+The function `most_alike` returns the most favourable pairing for a test between columns. This
 pairing is exact. If all columns have the same order, participants' totals vary most (rearrangement
 inequality for each pair), so most variation is removed from the error. The function `least_alike`
 returns the least favourable pairing. For two columns, pairing ascending ratings with descending
@@ -41,7 +41,7 @@ def most_alike(tables: Array) -> Array:
 
 
 def least_alike(tables: Array) -> Array:
-    """Make participants' totals as equal as possible; approximate for more than two columns."""
+    """Make participants' totals as equal as possible (approximate for more than two columns)."""
     found = np.sort(tables, axis=1)
     ascending = found.copy()
     totals = found.sum(axis=2)

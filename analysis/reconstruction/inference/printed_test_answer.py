@@ -51,12 +51,12 @@ class PrintedTestAnswer:
         always undefined.
     pairs, pairs_left : int or None
         Number of choices of a sum and a sum of squares per column, and number of these choices that
-        can give the printed test; None if choices are not examined individually.
+        can give the printed test. None if choices are not examined individually.
     correlation_low, correlation_high : float or None
-        Range of correlations that are compatible with the printed test; None for independent
+        Range of correlations that are compatible with the printed test, or None for independent
         groups.
     example : tuple of tuple of float
-        Ratings that reproduce the printed test, one row per column; empty if none are known.
+        Ratings that reproduce the printed test, one row per column. Empty if none are known.
     """
 
     kind: str

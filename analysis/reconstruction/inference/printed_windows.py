@@ -25,7 +25,7 @@ Window = tuple[float, float]
 
 
 def between(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of values that round to a printed number; all values if it is None."""
+    """Return the interval of values that round to `printed`, or all values if it is None."""
     if printed is None:
         return -inf, inf
     values = printed.values(rule)
@@ -88,7 +88,7 @@ def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
 
 
 def r_windows(test: PrintedTest, n: int) -> list[Window]:
-    """Return the intervals of r that match a printed test; the sign of a printed r matters."""
+    """Return the intervals of r that match a printed test, including the sign of a printed r."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees = n - 2

@@ -46,7 +46,7 @@ class _Case:
 
 
 def least_f(moments: Sequence[Moments], n: int) -> float | None:
-    """Return a lower bound on F, using sums and sums of squares; None for too many combinations.
+    """Return a lower bound on F from the moments, or None if there are too many combinations.
 
     Parameters
     ----------

@@ -63,7 +63,7 @@ def impossible(column: Column) -> str:
 
 
 def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
-    """Yield the ratings that must occur, each with the minimum number of occurrences."""
+    """Yield the ratings that must occur, each with its minimum frequency."""
     yield from ((value, 1) for value in column.present)
     yield from column.frequencies
     yield from ((v, _occurrences(column, share).start) for v, share in column.percentages)
@@ -86,7 +86,7 @@ def _occurrences(column: Column, printed: Printed) -> range:
 
 
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
-    """Return the ratings with stated frequencies, each with its minimum and maximum count.
+    """Return the ratings with stated frequencies, each with its minimum and maximum frequency.
 
     Ratings outside the scale are omitted.
     """

@@ -45,7 +45,7 @@ class IntervalColumn:
     printed : str
         All numbers printed for the column, as text.
     reason : str
-        Reason why no values have this mean and SD; empty if such values are possible.
+        Reason why no values have this mean and SD. Empty if such values are possible.
     """
 
     label: str
@@ -106,7 +106,7 @@ def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
 
 
 def _to_sample(summary: Summary) -> float:
-    """Return the factor that converts the column's SD to an SD that divides by n - 1."""
+    """Return the factor that converts the printed SD to a sample SD, which divides by n - 1."""
     return sqrt(summary.n / (summary.n - 1)) if summary.sd_convention == "population" else 1.0
 
 

@@ -21,7 +21,7 @@ class PrintedTest(FrozenTable):
     kind : str
         Kind of test. The kind "correlation" is Pearson's r.
     columns : tuple of str
-        Labels of the columns that the test compares; if empty, all columns.
+        Labels of the columns that the test compares. If empty, it compares all columns.
     statistic : Printed, optional
         Printed value of t, F or r. The sign of t is ignored, but the sign of r is used.
     p : Printed, optional

@@ -103,7 +103,7 @@ class Scale(OpenScale):
         return self.minimum + steps * self.step
 
     def steps_to(self, value: Fraction) -> int | None:
-        """Convert a rating to steps above the minimum; return None for ratings not on the scale."""
+        """Convert a rating to steps above the minimum, or return None if it is not on the scale."""
         steps = (value - self.minimum) / self.step
         inside = steps.denominator == 1 and 0 <= steps <= self.steps
         return int(steps) if inside else None
@@ -316,7 +316,7 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
 
 
 def _farthest(summary: Summary) -> Fraction | None:
-    """Return a bound on the distance of a rating from the mean; None without an SD or SE."""
+    """Return a bound on the distance of a rating from the mean, or None without an SD or SE."""
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:

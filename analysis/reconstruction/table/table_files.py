@@ -55,11 +55,11 @@ class Row:
     Parameters
     ----------
     line : int
-        Line of the file on which the row ends.
+        Number of the line on which the row ends.
     cells : tuple of str
         Text of the cells, as in the file.
     column : Column or None
-        The parsed column; None if the row has errors.
+        The parsed column, or None if the row has errors.
     told : tuple of (int, str)
         Errors, each with its line number and message.
     """
@@ -121,7 +121,7 @@ class _File(FrozenTable):
         )
 
     def columns(self) -> tuple[Column, ...]:
-        """Return the columns of whole ratings on their scale."""
+        """Return the columns of whole ratings, each with its scale."""
         if self.intervals():
             return ()
         closed = tuple(
@@ -199,7 +199,7 @@ def from_csv(text: str, source: str = "the table", title: str = "") -> Published
     """Parse a published table from CSV text with one row per column of the table.
 
     The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum`` and
-    any other key of a TOML column; empty cells are ignored. The separator in the header (comma,
+    any other key of a TOML column. Empty cells are ignored. The separator in the header (comma,
     semicolon or tab) applies to all rows.
     """
     rows = _csv_rows(text, source)

@@ -215,7 +215,7 @@ class HierarchicalFit:
         return self._centre + self._scale * np.asarray(coefficient, float)
 
     def interval(self, place: int, df: int, confidence: float) -> Interval:
-        """Return a parameter and its profile-likelihood interval, in the fit's internal units.
+        """Return a parameter's estimate and profile-likelihood interval, in internal units.
 
         Parameters
         ----------
@@ -236,7 +236,7 @@ class HierarchicalFit:
         return float(2 * stats.t.sf(t, df))
 
     def fallen(self, held: dict[int, float]) -> float:
-        """Return the drop in log likelihood if some parameters are fixed."""
+        """Return the drop in log likelihood if the parameters `held` are fixed."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
 
     @property

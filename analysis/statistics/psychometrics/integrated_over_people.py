@@ -72,7 +72,7 @@ class Counted:
     cells : int array, shape (kinds,)
         Index of the cell that contains each kind, counted from 0.
     times : array, shape (people,)
-        Number of people who have each row of counts.
+        Number of people with the counts in each row.
     """
 
     yes: Array

@@ -46,7 +46,7 @@ class Counts:
     u : array, shape (sets, levels)
         Coordinates of the levels, as computed by `coordinates`.
     correct, trials : array, shape (sets, levels)
-        Number of correct answers and number of all answers; levels without answers are ignored.
+        Number of correct answers and number of all answers. Levels without answers are ignored.
     """
 
     u: Array
@@ -112,7 +112,7 @@ class Model:
         return float(high - low)
 
     def proportion(self, theta: Array, u: Array) -> Array:
-        """Return the proportion correct, shape (sets, levels); for ``theta``, see `Fits`."""
+        """Return the proportion correct, shape (sets, levels). For ``theta``, see `Fits`."""
         return self._with_share(theta, u)[0]
 
     def _with_share(self, theta: Array, u: Array) -> tuple[Array, Array, Array]:
@@ -166,7 +166,7 @@ class Fits:
 
 
 def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
-    """Return finite coordinates of the levels; on a logarithmic axis, 0 becomes `FAR_BELOW`."""
+    """Return finite coordinates of the levels. On a logarithmic axis, 0 becomes `FAR_BELOW`."""
     return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
 
 
@@ -239,7 +239,7 @@ def profile(
     Returns
     -------
     tuple of arrays, each of shape (sets,)
-        Lower and upper ends; infinite if the drop is not reached within the bounds.
+        Lower and upper ends, which are infinite if the drop is not reached within the bounds.
     """
     # Each set occurs twice: once for the lower end, once for the upper end.
     sets = np.tile(np.arange(len(fits.theta)), 2)

@@ -177,7 +177,7 @@ def fit_threshold_by_posterior(
 
 
 def model_of(method: str, curve: str, share: float, largest_lapse: float) -> Model:
-    """Return the model to fit; raise `UserError` if an argument is invalid."""
+    """Return the model to fit, or raise `UserError` if an argument is invalid."""
     if method not in METHODS:
         raise UserError(f"method is {method!r}, expected one of {', '.join(METHODS)}")
     if curve not in CURVES:

@@ -19,7 +19,7 @@ from slipscale.analysis.statistics.repeated_measures.pairwise import EXACT_AT_MO
 
 
 def repeated_measures_f(tables: Array) -> Array:
-    """Return the one-way repeated-measures F; infinite if the error sum of squares is zero."""
+    """Return the one-way repeated-measures F, which is infinite if only the error is zero."""
     _, n, k = tables.shape
     x = tables - tables.mean(axis=(1, 2), keepdims=True)
     between = n * (x.mean(axis=1) ** 2).sum(axis=1)
@@ -52,7 +52,7 @@ def interactions(tables: Array) -> Array:
 def greenhouse_geisser(tables: Array, df: int | None = None) -> Array:
     """Return Greenhouse and Geisser's epsilon (1959), which measures departure from sphericity.
 
-    ``df`` is the effect's degrees of freedom; the default is the number of columns minus 1.
+    ``df`` is the effect's degrees of freedom. The default is the number of columns minus 1.
     """
     _, n, k = tables.shape
     x = tables - tables.mean(axis=1, keepdims=True)
@@ -65,7 +65,7 @@ def greenhouse_geisser(tables: Array, df: int | None = None) -> Array:
 
 
 def friedman(tables: Array) -> Array:
-    """Return Friedman's chi-square with the correction for ties; 0 if all ratings are tied."""
+    """Return Friedman's chi-square with the correction for ties, or 0 if all ratings are tied."""
     _, n, k = tables.shape
     here, there = tables[:, :, :, None], tables[:, :, None, :]
     equal = (here == there).sum(axis=3)
@@ -77,14 +77,14 @@ def friedman(tables: Array) -> Array:
 
 
 def friedman_p(tables: Array) -> Array:
-    """Return the p-value of Friedman's test; 1 if all ratings are tied."""
+    """Return the p-value of Friedman's test, or 1 if all ratings are tied."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     return np.asarray(stats.chi2.sf(friedman(tables), tables.shape[2] - 1))
 
 
 def signed_rank_p(differences: Array) -> Array:
-    """Return Wilcoxon's two-sided p-value for each row of differences; 1 if a row is all zero.
+    """Return Wilcoxon's two-sided p-value for each row, or 1 if all its differences are zero.
 
     Differences of zero are omitted, and tied absolute differences share their mean rank. Without
     ties, the p-value is exact up to the same sample size as in the report.

@@ -116,7 +116,7 @@ class PageTrend:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LinearTrend:
-    """A linear contrast of mean log estimates on amplitude.
+    """The linear trend of mean log estimates with amplitude.
 
     Parameters
     ----------
@@ -187,8 +187,8 @@ def _incomplete(data: Prepared, table: pd.DataFrame) -> int:
 def rm_anova(data: Prepared) -> RmAnova | NotComputed:
     """Perform a repeated-measures analysis of variance on participants' mean logarithms.
 
-    Sphericity is tested with Mauchly's test; degrees of freedom have Greenhouse-Geisser and
-    Huynh-Feldt corrections. The effect size is generalised eta squared (see
+    Sphericity is tested with Mauchly's test. P-values are also given with the Greenhouse-Geisser
+    and Huynh-Feldt corrections. The effect size is generalised eta squared (see
     `slipscale.analysis.statistics.effect_sizes`). pingouin is not used, because its import takes
     longer than the whole computation.
     """
@@ -277,7 +277,7 @@ def page_trend_of(
 ) -> PageTrend | NotComputed:
     """Return Page's test for a complete table of participants by conditions in ascending order.
 
-    If the rated property decreases with the level, the test expects descending values.
+    If the rated property decreases with the level, the expected trend is downwards.
     """
     from scipy import stats  # noqa: PLC0415
 
