@@ -8,11 +8,11 @@ from __future__ import annotations
 
 
 class UserError(Exception):
-    """Raised if the user's input is wrong. The message contains the expected input."""
+    """Exception raised for invalid user input. The message states which input is expected."""
 
 
 class RigError(Exception):
-    """Raised if the rig fails. The message contains the fault and a remedy."""
+    """Exception raised for failures of the rig. The message states the fault and a remedy."""
 
 
 def harmless(text: str) -> str:

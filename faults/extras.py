@@ -1,4 +1,4 @@
-"""Find the extras that install packages missing from a light installation."""
+"""Find the extras that provide packages missing from a minimal installation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Define the base class of tables in files, forms and messages."""
+"""Define the base class for tables that are read from files, forms and messages."""
 
 from typing import Any
 

@@ -48,7 +48,7 @@ class Parser(ArgumentParser):
                 action.choices[words[0]].load(words[1:])
 
     def parse_known_args(self, args: Any = None, namespace: Any = None, **options: Any) -> Any:
-        """Parse arguments after loading the command, and reject misspelt options."""
+        """Load the command, parse its arguments, and reject unknown options."""
         self.load()
         self._words = list(args or ())
         found = super().parse_known_args(args, namespace, **options)
@@ -57,7 +57,7 @@ class Parser(ArgumentParser):
         return found
 
     def error(self, message: str) -> NoReturn:
-        """Raise `UserError` with argparse's message, converted to one sentence."""
+        """Raise `UserError` with argparse's message, rewritten as one sentence."""
         if message.startswith(REQUIRED):
             # If an option is missing, another option is probably misspelt.
             message = self._misspelt() or self._missing(message.removeprefix(REQUIRED).split(", "))

@@ -79,7 +79,7 @@ def parse_toml(
     parse_float: Callable[[str], object] = float,
     names: Callable[[dict[str, object]], Names] | None = None,
 ) -> Model:
-    """Parse a TOML text as `read_toml` does; error messages name the text ``source``."""
+    """Parse TOML as `read_toml` does, with ``source`` as the file name in error messages."""
     from pydantic import ValidationError  # noqa: PLC0415 - already loaded with the model
 
     table = toml_table(text, source, parse_float=parse_float)
@@ -125,7 +125,7 @@ def _table(text: str, source: str, parse_float: Callable[[str], object]) -> dict
 
 
 def not_toml(text: str, said: str) -> str:
-    """Return the error message for a text that is not TOML, with the line number.
+    """Return the error message for invalid TOML, including the line number.
 
     >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
     'line 1 is not TOML: a quotation mark is not closed; expected words in two quotation marks'
@@ -150,7 +150,7 @@ def not_toml(text: str, said: str) -> str:
 
 
 def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
-    """Merge errors in a list that probably contains decimal commas."""
+    """Merge the errors in each list that probably contains decimal commas into one error."""
     lines = text.split("\n")
     found: dict[int, str] = {}
     rest = []
@@ -167,7 +167,7 @@ def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int,
 
 
 def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:
-    """Yield errors for values that are nested too deeply or are too large."""
+    """Yield a fault for each value that is nested too deeply or is too large."""
     todo: list[tuple[Place, object]] = [((), table)]
     while todo:
         place, value = todo.pop()

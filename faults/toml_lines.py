@@ -42,7 +42,7 @@ class Lines:
                 self._below.setdefault(place[:length], line)
 
     def of(self, place: Place) -> int:
-        """Return the line of a position, of the table around it or of its content; 0 if unknown."""
+        """Return the line of an entry, or else of its table or its content; 0 if unknown."""
         for length in range(len(place), 0, -1):
             if place[:length] in self._exact:
                 return self._exact[place[:length]]
@@ -59,7 +59,7 @@ class _Value:
 
 @dataclass(slots=True)
 class _Reader:
-    """Reader that processes tokens and tracks the current table, open brackets, keys and values."""
+    """Reader that processes tokens and keeps track of the current table, key and open brackets."""
 
     table: Place = ()
     last_item: dict[Place, int] = field(default_factory=dict)  # for each array of tables
@@ -107,7 +107,7 @@ class _Reader:
         return ()
 
     def _value(self, kind: str, text: str) -> Place:
-        """Process a token of a value; return the position of a list item that begins here."""
+        """Process one token of a value; return the position of a list item that begins with it."""
         begins = kind in ("word", "long") or text in ("[", "{")
         place: Place = ()
         if begins and self.opened and self.opened[-1].item is not None:
@@ -126,7 +126,7 @@ class _Reader:
         return place
 
     def _next(self) -> None:
-        """After a comma, continue with the next list item or the next key of an inline table."""
+        """Move to the next list item, or to the next key of an inline table, after a comma."""
         top = self.opened[-1]
         if top.item is None:
             self.in_value = False
@@ -138,7 +138,7 @@ class _Reader:
         self.in_value = True
 
     def _taken(self) -> list[str]:
-        """Return the parts of the current key, and begin a new key."""
+        """Return the parts of the current key, and start a new key."""
         words, self.key = self.key, []
         return words
 

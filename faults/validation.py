@@ -1,4 +1,4 @@
-"""Describe errors in the content of a file, and where they occur.
+"""Describe errors in the content of a file, with the line and key of each.
 
 This module handles pydantic's errors without importing pydantic, which is slow.
 """
@@ -65,11 +65,11 @@ class Names(Protocol):
         """Replace the field names in the position of an error by the keys of the file."""
 
     def to_code(self, table: dict[str, object]) -> dict[str, object]:
-        """Replace the keys in the content of a file by field names."""
+        """Replace the keys of a file by the field names of the model."""
 
 
 class Faults(ValueError):
-    """Several errors in different positions, which a pydantic validator raises at once."""
+    """Several faults at different positions, raised together by a pydantic validator."""
 
     def __init__(self, faults: list[Fault], *, within: bool = False) -> None:
         super().__init__("; ".join(fault["msg"] for _, fault in faults))
@@ -83,7 +83,7 @@ def in_words(error: ValidationError) -> str:
 
 
 def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
-    """Raise all errors at once; if ``within``, positions are relative to the validated table."""
+    """Raise all faults together; if ``within``, positions are relative to the validated table."""
     if found := list(faults):
         raise Faults(found, within=within)
 
@@ -95,8 +95,8 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
     ----------
     error : ValidationError
     model : type, optional
-        Pydantic model of the data; its keys are suggested for misspelt keys. A key is not reported
-        as missing if a misspelling of this key is reported.
+        Pydantic model of the data, whose keys are suggested as corrections for misspelt keys. A key
+        is not reported as missing if a misspelling of this key is reported.
     names : Names, optional
         Names of keys in the file, if they differ from the model's fields.
     """
@@ -126,7 +126,7 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
 
 
 def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
-    """Return whether a fault is only a consequence of another fault."""
+    """Return whether a fault is only a consequence of a different fault in ``found``."""
     place, kind = fault[0], fault[1].get("type")
     if kind == "too_short":
         return any(other != place and other[: len(place)] == place for other, _ in found)
@@ -137,7 +137,7 @@ def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
 
 
 def _keys(model: Any, place: Place) -> list[str]:
-    """Return the keys of the table at a position in a model; empty if the keys are not defined."""
+    """Return the keys defined for the table at a position in a model, or an empty list."""
     for key in place:
         if model is not None and isinstance(key, str):
             field = getattr(model, "model_fields", {}).get(key)
@@ -146,7 +146,7 @@ def _keys(model: Any, place: Place) -> list[str]:
 
 
 def _model_in(annotation: object) -> object:
-    """Return the model in an annotation such as ``tuple[Model, ...] | None``, if any."""
+    """Return the model contained in an annotation such as ``tuple[Model, ...] | None``, if any."""
     if hasattr(annotation, "model_fields"):
         return annotation
     return next(filter(None, map(_model_in, get_args(annotation))), None)

@@ -62,7 +62,7 @@ FORMATS: dict[str, dict[str, str | None]] = {
 
 
 def styled(draw: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a plotting function so that it uses Slipscale's style, not the user's settings.
+    """Decorate a plotting function so that Slipscale's style replaces the user's settings.
 
     Notebooks display the returned figure as SVG.
     """
@@ -166,7 +166,7 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
     Parameters
     ----------
     figure : Figure
-        Figure to write. Its layout is computed once for all formats.
+        Figure to write. Its layout is computed only once, so that it is the same in all formats.
     path : Path
         Path of the file. Its suffix defines the format, unless ``suffixes`` are given.
     suffixes : tuple of str

@@ -44,7 +44,7 @@ class AttributeWords(NamedTuple):
         return self._replace(more=self.less, less=self.more)
 
     def fill(self, text: str) -> str:
-        """Replace the placeholders in a text by the words.
+        """Replace the placeholders in a text by this attribute's wording.
 
         >>> ATTRIBUTES["roughness"]["en"].fill("How <adjective> is this surface?")
         'How rough is this surface?'

@@ -23,7 +23,7 @@ def renamed(data: Any, name: Callable[[str], str]) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class FileNames:
-    """Converter between the keys of files in one quantity and field names.
+    """Converter between field names and the keys used in files with levels in ``quantity``.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class FileNames:
         )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Replace the keys of the file by field names."""
+        """Replace the keys of a file by the field names of the model."""
 
         def naming(quantity: Quantity) -> Callable[[str], str]:
             # In files, only names with a unit are valid keys, not names of fields.

@@ -1,10 +1,10 @@
 """Define friction maps: surfaces whose amplitude depends on the grey value of an image.
 
 An image with one row is a profile along the stroke. Without a sensor, the profile is played from
-the left for a finger with the assumed speed. An image with several rows requires the position of
-the finger in both directions. The middle of the image is at the sensor's zero, and the top of the
-image is at positive y. The amplitude is interpolated between pixels; beyond the image, the nearest
-pixel is used.
+its left end, at the speed assumed for the finger. An image with several rows requires the position
+of the finger in both directions. The middle of the image is at the sensor's zero, and the top of
+the image is at positive y. The amplitude is interpolated between pixels; beyond the image, the
+nearest pixel is used.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ class FrictionMap(Parametric):
 
     @property
     def sensor(self) -> Sensor | None:
-        """Sensor that the map follows; None if all amplitudes are the same."""
+        """Sensor that controls the amplitude; None if the amplitude is the same everywhere."""
         return "position" if self._changes else None
 
     @property
@@ -133,7 +133,7 @@ class FrictionMap(Parametric):
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles: the mean level of the map."""
+        """Level at which the plate settles, which is the mean level of the map."""
         greys = b"".join(self._rows)
         return self._level(sum(greys) / len(greys))
 
@@ -175,7 +175,7 @@ class FrictionMap(Parametric):
         self,
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - on any plate
     ) -> Loop | None:
-        """Return None, because nothing is triggered."""
+        """Return None, because the map does not depend on a trigger."""
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
@@ -236,5 +236,5 @@ class FrictionMap(Parametric):
 
 
 def _between(place: float, count: int) -> float:
-    """Convert a position in pixels from the middle to a fractional pixel index."""
+    """Convert a position relative to the middle (in pixels) to a fractional pixel index."""
     return min(max(place + (count - 1) / 2, 0.0), float(count - 1))

@@ -44,7 +44,7 @@ def pink_noise(
     Returns
     -------
     ndarray of float32, shape (round(duration_s * sample_rate_hz),)
-        Samples with a full scale of -1 to 1.
+        Samples; full scale is -1 to 1.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray
     Parameters
     ----------
     gain, target : float
-        Gains from 0 (silent) to 1 (full level of the noise).
+        First and last gain of the ramp, each from 0 (silence) to 1 (full level of the noise).
     samples : int
         Number of gains.
     fade_samples : int

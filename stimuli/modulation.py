@@ -73,7 +73,7 @@ class Loop:
     step_s : float
         Duration of each step.
     edge_s : float
-        Duration of the half cosine along which the drive changes at the beginning of each step.
+        Duration of the half-cosine edge at the beginning of each step.
     mean_level : float
         Amplitude at which the plate settles before the loop is played.
 
@@ -106,7 +106,7 @@ class Loop:
         return len(self.levels) * self.step_s
 
     def step_at(self, time_s: float) -> int:
-        """Return the number of the step at a given time, counted over all periods."""
+        """Return the index of the step at a given time, counted continuously over all periods."""
         return math.floor(time_s / self.step_s)
 
     def level(self, step: int) -> float:
@@ -114,7 +114,7 @@ class Loop:
         return self.levels[step % len(self.levels)]
 
     def before_level(self, step: int) -> float:
-        """Return the amplitude before a step; before step 0, this is the settled mean."""
+        """Return the amplitude from which a step begins (for step 0, the mean level)."""
         return self.level(step - 1) if step else self.mean_level
 
     def at_level(self, time_s: float) -> float:
@@ -134,14 +134,14 @@ class Modulator:
     resonance_hz : float
         Resonance f0 of the plate.
     quality_factor : float
-        Quality factor Q of the plate, preferably with a finger on it. The default is the value of
-        the ceramic.
+        Quality factor Q of the plate, preferably with a finger on it. The default is the quality
+        factor of the ceramic.
     command_interval_s : float
         Shortest interval between two commands on the serial line.
     shortest_edge_s : float
         Shortest edge between two amplitudes that the drive supports.
     film_time_constant_s : float
-        Time in which the film under the finger completes 63 % of a step.
+        Time constant of the film under the finger (time to reach 63 % of a step).
     """
 
     resonance_hz: float = 30_500.0
@@ -158,7 +158,7 @@ class Modulator:
 
     @property
     def time_constant_s(self) -> float:
-        """Time in which the amplitude completes 63 % of a step."""
+        """Time constant of the plate (time in which the amplitude reaches 63 % of a step)."""
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     @property
@@ -207,9 +207,10 @@ class Modulator:
         return 1 - left / (film - plate)
 
     def friction_rise_s(self, transition_s: float) -> float:
-        """Return the approximate time that friction needs from 10 to 90 % of a change.
+        """Return the approximate 10-90 % rise time of friction for a change in amplitude.
 
-        The result is the root sum of squares of the rise times of the transition, plate and film.
+        The rise times of the transition, the plate and the film are combined as a root sum of
+        squares.
         """
         return math.hypot(
             STEEP_PART * transition_s,

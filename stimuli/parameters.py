@@ -30,7 +30,8 @@ class Parameter:
     unit : str or None
         Unit; None for the plate's unit.
     above, least, most : float
-        Range of values: greater than ``above``, at least ``least``, and at most ``most``.
+        Limits of the value, which must be greater than ``above``, at least ``least`` and at most
+        ``most``.
     stated : bool
         Whether every study must set the value, even if the field has a default.
     """
@@ -64,7 +65,7 @@ class Parameter:
             raise UserError(f"{where}: {key} is {value}, expected {self.range}{unit}")
 
     def quantity(self, plate: Quantity) -> Quantity:
-        """Return the quantity of levels that are values of the parameter."""
+        """Return the quantity whose levels are values of this parameter."""
         unit, convention = plate.unit, plate.convention
         if self.unit is not None:
             unit, convention = self.unit, ""
@@ -119,12 +120,12 @@ class Parametric:
 
     @property
     def where(self) -> str:
-        """Description of the texture for messages."""
+        """Name by which messages refer to the texture."""
         return f"texture '{self.name or self.label}'"
 
     @property
     def made(self) -> Self:
-        """Surface that a plate presents, which is the texture itself."""
+        """Surface that a plate presents for this stimulus, which is the texture itself."""
         return self
 
     def turned(self, level: float) -> Self:

@@ -18,8 +18,8 @@ def positive(name: str, value: npt.ArrayLike, unit: str, *, maximum: float = np.
     Raises
     ------
     UserError
-        If a value is not finite, not above 0 or above ``maximum``. The message contains the
-        quantity, the first invalid value and the range.
+        If a value is not finite, is not greater than 0, or is greater than ``maximum``. The message
+        contains the quantity, the first invalid value and the range.
     """
     return _within(name, value, unit, (0.0, maximum), open_below=True)
 

@@ -30,7 +30,8 @@ IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 class Quantity:
     """Physical quantity that varies between stimuli, with its wording in reports.
 
-    The analysis always uses the column name ``amplitude_um_pp`` internally; files use ``column``.
+    In the analysis, the column is always called ``amplitude_um_pp``, whereas files contain
+    ``column``.
 
     Parameters
     ----------
@@ -47,13 +48,13 @@ class Quantity:
     decimals : int or None
         Number of decimals of a level; if None, levels have `DIGITS` significant digits.
     stimulus, stimuli : str
-        Word for an object with this quantity, in the singular and the plural.
+        Noun for a stimulus with this quantity, in the singular and the plural.
     noun, nouns : str
         Nouns that replace ``amplitude`` and ``amplitudes`` in column names and keys of files.
     suffix : str
-        Suffix that replaces ``um_pp`` in names in files; by default, the whole column name.
+        Suffix that replaces ``um_pp`` in column names and keys of files (default: ``column``).
     yes : str
-        Word that means "yes" in the data, such as "faster".
+        Answer that corresponds to "yes" in the data, such as "faster".
     falls : bool
         Whether the judged property decreases with the level.
     """
@@ -89,12 +90,12 @@ class Quantity:
 
     @property
     def in_um_pp(self) -> bool:
-        """Whether levels are amplitudes of the plate in µm, for any judged property."""
+        """Whether levels are plate amplitudes in µm, regardless of the judged property."""
         return self.makes == PLATE_AMPLITUDE.makes
 
     @property
     def stepped(self) -> bool:
-        """Whether a plate produces the quantity; a descending difference then has steps."""
+        """Whether a plate produces the quantity, so that descending differences have steps."""
         return bool(self.suffix)
 
     @property
@@ -109,7 +110,7 @@ class Quantity:
 
     @property
     def in_full(self) -> str:
-        """Full name of the quantity, for its first use in a text."""
+        """Full name of the quantity, to be used at its first mention."""
         return "vibration amplitude" if self.of_plate else self.name
 
     @property
@@ -131,7 +132,7 @@ class Quantity:
     def more(self) -> str:
         """Answer that selects the stimulus with the higher level, such as "more slippery".
 
-        If ``yes`` is not "yes", or no property is judged, ``yes`` is returned.
+        Equal to ``yes`` if this is a word other than "yes", or if no property is judged.
         """
         if self.yes != "yes" or self.judged == UNNAMED:
             return self.yes
@@ -149,7 +150,7 @@ class Quantity:
 
     @property
     def title(self) -> str:
-        """Name for the heading of a column or an axis."""
+        """Capitalised name, for a column heading or an axis label."""
         return capitalised(self.name)
 
     @property
@@ -159,7 +160,7 @@ class Quantity:
 
     @property
     def short_unit(self) -> str:
-        """Unit and short convention for a column heading."""
+        """Unit and abbreviated convention for a column heading."""
         return ", ".join(part for part in (self.unit, self.short_convention) if part)
 
     @property
@@ -175,7 +176,7 @@ class Quantity:
 
     @property
     def behind(self) -> str:
-        """Convention as the end of a description, such as ", peak to peak"."""
+        """Convention, formatted as the end of a description, such as ", peak to peak"."""
         return f", {self.convention}" if self.convention else ""
 
     @property
@@ -184,7 +185,7 @@ class Quantity:
         return self.unit.translate(BIDS)
 
     def short(self, level: float) -> str:
-        """Format a level with its short unit, such as "0.5 µm p-p"."""
+        """Format a level with an abbreviated unit, such as "0.5 µm p-p"."""
         return f"{level:g} {self.unit_in_short}".strip()
 
     @property
@@ -213,7 +214,7 @@ class Quantity:
         return f"per {unit} ({self.convention})" if self.convention else f"per {unit}"
 
     def key(self, name: str) -> str:
-        """Return the name that a field or column has in files in this quantity.
+        """Return the name of a field or column in files with levels in this quantity.
 
         >>> loudness = Quantity(name="pressure", unit="Pa", column="pressure_Pa", judged="loudness")
         >>> loudness.key("from_um_pp"), loudness.key("amplitude"), PLATE_AMPLITUDE.key("amplitude")
@@ -229,7 +230,7 @@ class Quantity:
         return IN_NAME.sub(lambda found: words.get(found[0], self.suffix or self.column), name)
 
     def in_um(self, column: str) -> str:
-        """Convert the name of a column in this quantity to its name in files in µm.
+        """Convert the name of a column in this quantity to its name in a file with levels in µm.
 
         >>> voltage = made_by_plate("voltage", "V", "peak")
         >>> [voltage.in_um(name) for name in ("voltage_v_peak", "standard_v_peak", "trial")]

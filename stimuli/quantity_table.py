@@ -34,7 +34,7 @@ class QuantityTable(FrozenTable):
 
     @property
     def quantity(self) -> Quantity:
-        """Quantity with its names and words."""
+        """Quantity described by the table."""
         return made_by_plate(self.name, self.unit, self.convention, self.judged, falls=self.falls)
 
 

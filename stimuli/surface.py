@@ -65,11 +65,11 @@ class Stimulus(Protocol):
         """Surface that a plate presents."""
 
     def turned(self, level: float) -> Stimulus:
-        """Return the stimulus at another level, with a label that does not reveal the level."""
+        """Return the stimulus at a different level, with a label that does not reveal the level."""
 
 
 class Surface(Stimulus, Protocol):
-    """Interface of surfaces that a plate presents: a single amplitude or a texture."""
+    """Common interface for surfaces that a plate can present (a single amplitude or a texture)."""
 
     @property
     def level(self) -> float:
@@ -84,13 +84,13 @@ class Surface(Stimulus, Protocol):
         """Whether the surface can be presented only with its sensor."""
 
     def shown(self, share: float) -> float:
-        """Return the height at a point (0 to 1) in a picture of the surface."""
+        """Return the height of the curve at a fraction (0 to 1) of the width of a picture."""
 
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return the loop that a trigger starts; None without a trigger."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the loop to play if the finger is not measured; None if no loop is played."""
+        """Return the loop that is played if the finger is not measured; None without a loop."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
         """Predict how well plate and friction follow the surface; None for a constant amplitude."""
@@ -98,7 +98,7 @@ class Surface(Stimulus, Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VirtualSurface:
-    """Surface that the plate presents by vibrating with one amplitude.
+    """Surface that the plate presents by vibrating at a constant amplitude.
 
     Parameters
     ----------
@@ -125,12 +125,12 @@ class VirtualSurface:
 
     @property
     def name(self) -> str:
-        """Empty, because only textures have names."""
+        """Always empty, because only textures have names."""
         return ""
 
     @property
     def sensor(self) -> Sensor | None:
-        """None, because the amplitude does not depend on the finger."""
+        """Always None, because the amplitude does not depend on the finger."""
         return None
 
     @property
@@ -145,11 +145,11 @@ class VirtualSurface:
 
     @property
     def made(self) -> VirtualSurface:
-        """The surface itself, which is what a plate presents."""
+        """Surface that a plate presents for this stimulus, which is the surface itself."""
         return self
 
     def turned(self, level: float) -> VirtualSurface:
-        """Return a surface with another amplitude, which the label does not reveal."""
+        """Return a surface with a different amplitude and a label that does not reveal it."""
         return VirtualSurface(level=level, label=UNLISTED)
 
     @property

@@ -1,8 +1,8 @@
 """Define gratings: surfaces with ridges and grooves of friction.
 
-The paper's introduction and conclusion mention that slipperiness that varies in space is perceived
-as relief. The amplitude of a grating is a function of position. For a known finger speed, the
-grating is converted to a sequence of commands that the plate and its serial line can follow.
+Spatial variation in slipperiness is perceived as relief (see the introduction and conclusion of the
+paper). The amplitude of a grating is a function of position. For a known finger speed, the grating
+is converted to a sequence of commands that the plate and its serial line can follow.
 """
 
 from __future__ import annotations
@@ -222,12 +222,12 @@ class Grating(Parametric):
 
     @property
     def settled_level(self) -> float:
-        """Level at which the plate settles before the wave is played: the wave's mean."""
+        """Level at which the plate settles before the wave is played (mean of the wave)."""
         return self.mean_level + self.depth_level * (2 * self.duty_share - 1)
 
     @property
     def needs_sensor(self) -> bool:
-        """False, because a finger speed is assumed if there is no sensor."""
+        """Always False, because a finger speed is assumed if there is no sensor."""
         return False
 
     @property
@@ -264,7 +264,7 @@ class Grating(Parametric):
 
     @property
     def caption(self) -> str:
-        """Period with its unit; for a wave in time, frequency with its unit."""
+        """Period with its unit or, for a wave in time, frequency with its unit."""
         if self.spatial_period_mm is None:
             return f"{self.modulation_hz:g} Hz"
         return f"{self.spatial_period_mm:g} mm"
@@ -290,7 +290,7 @@ class Grating(Parametric):
 
     @property
     def _fewest_steps(self) -> int:
-        """Smallest number of equal steps per period that can represent the wave."""
+        """Smallest number of equal steps per period with which the wave can be represented."""
         edges = (self.phase_deg / 360, self.duty_share)
         fewest = WAVES[self.waveform].steps_min * self._highest_order
         if self.waveform != "square":
@@ -321,8 +321,8 @@ class Grating(Parametric):
         Returns
         -------
         tuple of AmplitudeStep
-            Commands in order of time, from 0. Each amplitude is the value of the wave in the middle
-            of the step.
+            Commands in order of time, from 0. The amplitude of each step is the value of the wave
+            in the middle of the step.
 
         Raises
         ------
@@ -356,7 +356,7 @@ class Grating(Parametric):
         )
 
     def _refuse_rate(self, speed_mm_s: float, rate_hz: float, fastest_hz: float) -> NoReturn:
-        """Raise the error for a wave that is too fast for the plate and the line."""
+        """Raise the error for a wave that is too fast for the plate or the serial line."""
         if self.spatial_period_mm is None:
             raise UserError(
                 f"{self.where}: modulation_hz is {rate_hz:.3g}, but the plate and its connection "
@@ -377,7 +377,7 @@ class Grating(Parametric):
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return one period for a finger with the assumed speed; None for zero depth.
+        """Return one period of the grating at the assumed finger speed; None if the depth is zero.
 
         Raises
         ------
@@ -421,7 +421,7 @@ def bar(
     on_level, off_level : float
         Level on the bar and level elsewhere.
     period_mm : float
-        Distance to the next bar, which the finger must not reach.
+        Distance between successive bars, long enough for the finger not to reach the next bar.
     """
     share = width_mm / period_mm
     high_mm = centre_mm + (-width_mm if on_level > off_level else width_mm) / 2

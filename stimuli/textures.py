@@ -1,4 +1,4 @@
-"""List the kinds of textures that studies support.
+"""List the types of textures that a study can contain.
 
 Each kind is a dataclass with `Parameter` annotations (see `slipscale.stimuli.parameters`) that
 implements the interface `slipscale.stimuli.surface.Surface`.

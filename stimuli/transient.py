@@ -3,8 +3,8 @@
 At first, the amplitude of a transient is constant. When the finger reaches a given position or
 force, or when a given time has passed since contact, the amplitude changes to another value within
 a transition time. The amplitude returns to its first value after a given duration. Without a
-duration, it returns when the trigger condition is no longer met. A transient that a position
-triggers feels like an edge on the plate.
+duration, it returns when the trigger condition is no longer met. A transient that is triggered by
+position feels like an edge on the plate.
 
 The plate times the list of amplitudes with its own clock. The duration of the transition is
 therefore exact even if the computer rarely samples the finger; only its beginning depends on the
@@ -43,7 +43,7 @@ TRIGGERS: dict[str, Sensor] = {"position_mm": "position", "force_n": "force", "d
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Transient(Parametric):
-    """Surface whose amplitude changes when a trigger is reached.
+    """Surface whose amplitude changes when a trigger condition is met.
 
     Exactly one of ``position_mm``, ``force_n`` and ``delay_s`` must be given.
 
@@ -192,7 +192,7 @@ class Transient(Parametric):
 
     @property
     def summary(self) -> str:
-        """Description of the amplitudes, the trigger and the times."""
+        """Description of the transient: amplitudes, trigger and durations."""
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
         return (
             f"{self.from_level:g} to {self.to_level:g} in {1000 * self.transition_s:g} ms{lasts}, "
@@ -259,7 +259,7 @@ class Transient(Parametric):
         )
 
     def _level_of(self, step: int, pieces: int, turns: int) -> float:
-        """Return the amplitude at the end of the edge of a step."""
+        """Return the amplitude at the end of a step's edge."""
         part = min((step + 1) / pieces, 1.0)
         if self.duration_s is not None and step >= turns:
             part = 1.0 - min((step + 1 - turns) / pieces, 1.0)

@@ -1,4 +1,4 @@
-"""Define stimuli whose level is a parameter's value, for ``vary`` in study files."""
+"""Define stimuli whose level is the value of a parameter, selected by ``vary`` in a study file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Varied:
     vary : str
         Name of the field that contains the varied parameter.
     texture : Texture
-        Stimulus. The value of its field ``vary`` is the level.
+        The stimulus, whose field ``vary`` contains the level.
     """
 
     vary: str
@@ -37,7 +37,7 @@ class Varied:
 
     @property
     def name(self) -> str:
-        """Empty, because the level identifies the stimulus."""
+        """Always empty, because stimuli are identified by their level."""
         return ""
 
     @property
@@ -56,5 +56,5 @@ class Varied:
         return replace(self, texture=replace(self.texture, **fields))
 
     def turned(self, level: float) -> Varied:
-        """Return the stimulus with another value and a label that does not reveal the value."""
+        """Return a copy with a different value, and with a label that does not reveal the value."""
         return self.at(level, UNLISTED)

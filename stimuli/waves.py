@@ -1,4 +1,4 @@
-"""Compute periodic waves, and the harmonics that can be added to a sine."""
+"""Define periodic waveforms, and the harmonics that can be added to a sine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Define the words in reports on yes/no tasks, with a plate or with other stimuli."""
+"""Define the wording of reports on yes/no tasks, for plates and for other stimuli."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoWords:
-    """Words for a yes/no task, whose trials are steps down (of a plate) or single stimuli.
+    """Wording for a yes/no task, in which a trial is a step down (of a plate) or a single stimulus.
 
     ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) each contain
     the singular and the plural. ``size`` is the variable on which the probability of "yes" depends,

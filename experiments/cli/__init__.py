@@ -1,1 +1,1 @@
-"""The commands that run sessions and handle study files; each is loaded when it is called."""
+"""Commands for running sessions and for study files, each imported only when it is called."""

@@ -173,7 +173,7 @@ def _agreed() -> bool:
 
 
 def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
-    """Return the next participant's label and run; the run is None for a new participant.
+    """Return the next participant's label and run (None if the participant is new).
 
     Raises
     ------
@@ -262,7 +262,7 @@ def _row(person: Person) -> list[str]:
 
 
 def _exclusions(roster: Roster) -> list[str]:
-    """Return sentences about the excluded participants and the rules that excluded them."""
+    """Describe which participants the analysis excludes, and by which rules."""
     if not roster.exclusions and not roster.excluded:
         return []
     rules = f"the study's rules: {', '.join(roster.exclusions) or 'none'}"
@@ -333,7 +333,7 @@ def run_note(args: Namespace) -> int:
 
 
 def _folder(*, pilot: bool = False) -> tuple[Defaults, Roster]:
-    """Return the defaults and the participants of the laboratory folder, or of its rehearsals.
+    """Return the defaults and the participants of the laboratory folder or its rehearsals.
 
     Raises
     ------

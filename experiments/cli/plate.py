@@ -13,7 +13,7 @@ from slipscale.hardware.cli.plate import run as run_on
 
 
 def run(arguments: Namespace) -> int:
-    """Run a parsed subcommand; if the command line names no plate, use the folder's plate."""
+    """Run a parsed subcommand; the default plate is the one set in the laboratory folder."""
     if hasattr(arguments, "of_folder") and arguments.plate is None:
         defaults = here()
         say(defaults)

@@ -1,4 +1,4 @@
-"""The commands that run sessions: run, resume and check.
+"""Commands for sessions: run, resume and check.
 
 The required modules are imported when a command runs, because PsychoPy, pydantic and rich load
 slowly.
@@ -89,14 +89,14 @@ def contact_specs(args: Namespace) -> ContactSpecs:
 
 
 def named_contact(args: Namespace) -> ContactSpecs:
-    """Return the finger sensors from the command line only."""
+    """Return the finger sensors given on the command line, without defaults."""
     from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
 
     return ContactSpecs(position=args.position, force=args.force)
 
 
 def simulated_contact(args: Namespace) -> ContactSpecs:
-    """Return a pilot's finger sensors; the laboratory folder's sensors are simulated."""
+    """Return the finger sensors for a pilot; those set in the laboratory folder are simulated."""
     from slipscale.experiments.running.contact_sources import simulated  # noqa: PLC0415
 
     return named_contact(args).otherwise(simulated(_folders_contact()))
@@ -220,7 +220,7 @@ def begins_as_before(dataset: Path, study: str, plate: str, *, ask: bool = True)
 def run_session(
     defaults: Defaults, *, participant: str, session: str, run: str, pilot: bool
 ) -> int:
-    """Run a participant's session with a laboratory folder's settings."""
+    """Run a participant's session with the settings of a laboratory folder."""
     from slipscale.experiments.running.contact_sources import ContactSpecs  # noqa: PLC0415
     from slipscale.experiments.running.lab_session import Setting, make_plan  # noqa: PLC0415
 
@@ -251,7 +251,7 @@ def _begin(out: Path, plan: RunPlan, setting: Setting, *, add_study: bool = Fals
 
 
 def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Setting:
-    """Return a session's equipment and options from the command line."""
+    """Return the equipment and options for a session, as given on the command line."""
     from slipscale.experiments.running.lab_session import Setting  # noqa: PLC0415
 
     return Setting(
@@ -383,7 +383,7 @@ def _tell_step(finding: Finding) -> None:
 
 
 def run_check(args: Namespace) -> int:
-    """Run the checks before a session; return 1 if a check fails."""
+    """Run the checks that precede a session, and return 1 if a check fails."""
     from slipscale.experiments.running.preflight import PlannedSession, check  # noqa: PLC0415
     from slipscale.hardware.address import is_mock  # noqa: PLC0415
 

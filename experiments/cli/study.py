@@ -129,7 +129,7 @@ def add_study(parser: ArgumentParser) -> Commands:
 
 
 def run_study(args: Namespace) -> int:
-    """Write, show or validate a study file, or print the schema of study files."""
+    """Run a subcommand: create, show, validate or translate a study, or print the JSON Schema."""
     from slipscale.experiments.running import study_commands  # noqa: PLC0415
 
     if args.what in ("show", "validate", "texts"):

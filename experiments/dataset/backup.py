@@ -40,8 +40,8 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     Raises
     ------
     UserError
-        If the folder is missing, is inside the data set, or contains another run under the same
-        name; if the copy cannot be written or differs from the journal.
+        If the folder is missing, is inside the data set, or contains a different run under the same
+        name, or if the copy cannot be written or differs from the journal.
     """
     check_folder(dataset, folder)
     place = folder.resolve() / dataset.resolve().name

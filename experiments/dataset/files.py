@@ -16,7 +16,7 @@ Content = bytes | str | dict[str, Any]
 
 
 def draft_of(path: Path) -> Path:
-    """Return the temporary path of a file or folder that is renamed when it is complete."""
+    """Return the path at which a file or folder is written before it is complete and renamed."""
     return path.with_name(f".{path.name}.tmp")
 
 

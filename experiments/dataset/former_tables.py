@@ -3,14 +3,13 @@
 Building a data set never loses a row. If a journal was lost, truncated or damaged after its tables
 were written, the tables are the only copy. The rules are:
 
-- A run's table is left unchanged if a rebuild would lose a row, or would lose a value because of
-  damage.
-- A run's table is left unchanged if the run's journal is lost, or is truncated within the first
-  record.
-- In tables of several participants or sessions, rows that no journal provides are kept. If a
+- A run's table is left unchanged if building it again would delete a row, or would delete a value
+  because the journal is damaged.
+- A run's table is also left unchanged if the run's journal is lost, or is truncated within the
+  first record.
+- In tables for several participants or sessions, rows that are not in any journal are kept. If a
   participant's journal was lost, truncated or damaged, individual values are kept as well.
-- All data that are kept in this way are reported until the journal is restored or the row is
-  deleted.
+- Data kept in this way are reported until the journal is restored or the row is deleted.
 
 Rows of participants who withdrew are always removed.
 """
@@ -46,7 +45,7 @@ Row = dict[str, str]
 
 
 class Kept(NamedTuple):
-    """Files that can be written without losing data, and problems to report."""
+    """Files that can be written without loss of data, and the problems to be reported."""
 
     files: Files
     problems: list[Problem]
@@ -58,7 +57,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
     Parameters
     ----------
     dataset : Path
-        The data set whose existing tables are read.
+        Folder of the data set with the existing tables.
     runs : sequence of Run
         Runs read from the journals of the data set.
     gone : collection of str
@@ -90,7 +89,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
 
 
 def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
-    """Yield the tables of runs that have no journal."""
+    """Yield the tables of runs whose journal is missing."""
     known = {str(name) for name in files}
     for path in sorted(dataset.glob("sub-*/**/beh/*.tsv")):
         if path.relative_to(dataset).as_posix() not in known and TABLE_NAME.fullmatch(path.name):
@@ -137,7 +136,7 @@ def _is_shared(name: PurePosixPath) -> bool:
 
 
 def _lost(run: Run, entry: dict[str, object]) -> str:
-    """Describe what a journal has lost since its sidecar was written; empty if nothing was lost."""
+    """Describe what a journal has lost since its sidecar was written, or return an empty string."""
     count, known = entry.get("records"), entry.get("hash")
     if type(count) is not int or count < 1:
         return ""
@@ -181,7 +180,7 @@ def _keep_rows(
     lost: Collection[str],
     gone: Collection[str],
 ) -> Iterator[Problem]:
-    """Add to a new table the rows and values that only the existing table contains."""
+    """Copy to a new table the rows and values that only the existing table contains."""
     rows, kept = _parse(str(files[name])), list[Row]()
     whose = name.parts[0] if name.parts[0].startswith("sub-") else ""  # the table lists sessions
     for old in _rows(dataset / name):
@@ -224,7 +223,7 @@ KEPT = "the row was kept. Restore the journal, or delete the row and build again
 
 
 def _rows(path: Path) -> list[Row]:
-    """Return the rows of a table; empty if the table does not exist or cannot be read."""
+    """Return the rows of a table, or an empty list if the table is missing or cannot be read."""
     try:
         return _parse(path.read_text(encoding="utf-8"))
     except (OSError, UnicodeDecodeError, csv.Error):

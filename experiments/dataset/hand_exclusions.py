@@ -39,7 +39,7 @@ DECISIONS = TypeAdapter(tuple[Decision, ...])
 
 
 def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
-    """Return the last decision about each manually excluded participant, by label.
+    """Return the last decision about each manually excluded participant, keyed by label.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def excluded_by_hand(dataset: Path) -> Mapping[str, Decision]:
 def decide(
     dataset: Path, participant: str, *, excluded: bool, reason: str, results_seen: bool
 ) -> None:
-    """Record that a participant is manually excluded or is included again.
+    """Record a decision to exclude a participant, or to reverse an earlier exclusion.
 
     Raises
     ------

@@ -37,7 +37,7 @@ class Problem:
     what: str
 
     def __str__(self) -> str:
-        """Return a sentence that names the file, the place and the problem."""
+        """Return a sentence with the file, the position in the file and the problem."""
         return harmless(": ".join(part for part in (self.file, self.place, self.what) if part))
 
 

@@ -1,8 +1,8 @@
 """Recover runs whose journal header is damaged from the sidecars of their tables.
 
-The header is a journal's first record; a journal without a header does not identify the study. The
-sidecars repeat the header, and the data set contains the study file, which its hash identifies. A
-run without tables cannot be recovered.
+The header is the first record of a journal. Without it, the journal does not identify its study.
+The sidecars repeat the header, and the data set contains the study file, which its hash identifies.
+A run without tables cannot be recovered.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from slipscale.experiments.study.run_plan import RunPlan, journal_path
 def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] | None:
     """Return the plan and header of a run, reconstructed from the sidecars and the study file.
 
-    Returns None if the run has no tables or its sidecars are not sufficient.
+    Return None if the run has no tables, or if their sidecars do not contain enough information.
     """
     for entries in _sidecars(dataset, journal):
         record = Record(number=0, time_s=0.0, kind="header", data=entries)
@@ -33,7 +33,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
 
 
 def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
-    """Yield the content of each of the run's sidecars, formatted as a header."""
+    """Yield the content of each sidecar of the run in the form of a header."""
     studies = _studies(dataset)
     for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):
         found = TABLE_NAME.fullmatch(table.name)

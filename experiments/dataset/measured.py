@@ -129,7 +129,7 @@ def of_interval(values: Mapping[str, Value], interval: int | None) -> Mapping[st
 
 
 def plate_measures(presented: Mapping[str, Any]) -> dict[str, Value]:
-    """Return the quantities measured in a presentation, except the amplitude."""
+    """Return the quantities other than amplitude that were measured during a presentation."""
     measures = {column: presented.get(name) for column, name in OF_THE_PLATE.items()}
     return {column: value for column, value in measures.items() if value is not None}
 
@@ -185,7 +185,7 @@ class Explorations:
         return found
 
     def measures(self) -> dict[str, Value]:
-        """Return the measures of the last exploration; empty if nothing was measured."""
+        """Return the measures computed from the last exploration; empty if nothing was measured."""
         found: dict[str, Value] = {STROKE: self.outcome} if self.outcome else {}
         places = self._whole.get("position", [])
         if "position" in self._whole:

@@ -56,10 +56,10 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     ------
     UserError
         If a folder is not a data set or is in use by a session, if ``out`` is not empty, or if the
-        data sets contradict each other. One message lists all contradictions: pilots and
-        participants, different studies, study versions or seeds, different runs under the same
-        name, a participant under two labels, a withdrawal from only one data set, data that only
-        tables contain, and different files that people wrote.
+        data sets contradict each other. The message lists all contradictions: a mixture of pilots
+        and participants; different studies, study versions or seeds; different runs under the same
+        name; a participant with two labels; a withdrawal from only one data set; data that only
+        tables contain; and different versions of files written by people.
     """
     sources = (one, other)
     for folder in sources:
@@ -92,7 +92,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
 
 
 def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[Problem]:
-    """Write the new data set under a temporary name and rename the folder; return all damage."""
+    """Build the new data set in a temporary folder, rename the folder, and return all damage."""
     draft = draft_of(out)
     if draft.exists():
         shutil.rmtree(draft)
@@ -179,7 +179,7 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add files that people wrote to the chosen files; yield a message for each difference."""
+    """Add the files written by people to ``chosen``, and yield a message for each difference."""
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }

@@ -115,7 +115,7 @@ def _sessions(
 
 
 def _session_row(runs: list[Run]) -> tuple[Value, ...]:
-    """Return when a session started, and whether all of the session's runs are complete."""
+    """Return when a session started and whether all of its runs are complete."""
     # A pilot's date is meaningless and would make equal data sets differ.
     person = runs[0].plan.mode == "participant"
     began = min(str(run.records[0].data["started_utc"]) for run in runs)
@@ -199,7 +199,7 @@ def _run_files(
 
 
 def _resumes(run: Run) -> list[dict[str, object]]:
-    """Return the equipment and software used at each resumption of a run."""
+    """Return the equipment and software in use each time the run was resumed."""
     return [
         {
             "time_s": record.time_s,
@@ -262,7 +262,7 @@ def _top(
 
 
 def _consent(column: Column, plan: RunPlan) -> Column:
-    """Return the column of consent, whose description contains the text that participants read."""
+    """Add the text that participants read to the description of the consent column."""
     texts = plan.texts()
     asked, read = texts["session.consent_question"], texts["session.consent"].strip()
     return replace(
@@ -274,7 +274,7 @@ def _consent(column: Column, plan: RunPlan) -> Column:
 def _questions(
     people: dict[str, dict[str, Value]], plans: list[RunPlan]
 ) -> dict[str, dict[str, str]]:
-    """Return, for each question about the participants, the words for each answer code."""
+    """Return the labels of the answer codes for each question about the participants."""
     asked: dict[str, dict[str, str]] = {
         name: {} for row in people.values() for name in row if name not in (MODE, COMPLETE)
     }

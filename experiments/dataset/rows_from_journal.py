@@ -115,7 +115,7 @@ def _flag_damaged(
     damage: bool,
     time_s: float,
 ) -> None:
-    """Flag the trials before and after damage, and end a trial whose end record was lost."""
+    """Flag the trials before and after damaged records, and end a trial whose end was lost."""
     if not damage:
         return
     if current:
@@ -133,7 +133,7 @@ def _flag_voided(gathered: Gathered) -> None:
 
 
 def _trial(step: dict[str, Any], current: TrialRecord | None, time_s: float) -> TrialRecord | None:
-    """Return the trial to which a step belongs: the current trial, a new trial or None."""
+    """Return the trial of a step: the current trial, a new trial, or None outside trials."""
     if not step["trial"]:
         return None
     trial = trial_from(step["trial"])

@@ -93,7 +93,7 @@ TABLE_NAME = re.compile(
 
 
 def table_stem(*, participant: str, session: str, task: str, run: str) -> str:
-    """Return the file name of a run's table and sidecar without the suffix; see `TABLE_NAME`."""
+    """Return the common file name of a run's table and sidecar, without the suffix."""
     return f"{stem(participant, session)}_task-{task}_run-{run}_beh"
 
 
@@ -110,11 +110,11 @@ def columns(
     ----------
     protocol : Protocol
     measured : iterable of str
-        Names in `MEASURED` of the quantities measured in the run, each of which has a column.
+        Names (in `MEASURED`) of the quantities that were measured in the run. Each has a column.
     quantity : Quantity
-        Quantity of the levels, which determines the names, units and descriptions of columns.
+        Quantity in which levels are given. It determines names, units and descriptions of columns.
     plate : Quantity, optional
-        Quantity that the plate produces and reads back, if this is not the levels' quantity.
+        Quantity that the plate produces and reads back, if it differs from ``quantity``.
     second : Quantity, optional
         Quantity of a second actuator.
 
@@ -157,7 +157,7 @@ def columns(
 
 
 def _in(column: Column, quantity: Quantity) -> Column:
-    """Return a column whose unit and description have their placeholders filled in."""
+    """Return a column after filling in the placeholders for the quantity."""
     return replace(
         column,
         description=filled(column.description, quantity),
@@ -167,7 +167,7 @@ def _in(column: Column, quantity: Quantity) -> Column:
 
 
 def filled(text: str, quantity: Quantity = PLATE_AMPLITUDE) -> str:
-    """Fill in the placeholders for the quantity in a text."""
+    """Replace the placeholders in a text by the names and units of a quantity."""
     return text.format(q=quantity) if "{q." in text else text
 
 

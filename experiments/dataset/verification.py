@@ -114,7 +114,7 @@ def _row(
     row: Sequence[str] | None,
     right: Sequence[str] | None,
 ) -> Iterator[Problem]:
-    """Yield the differences between a row of a table and of the journal; one can be missing."""
+    """Yield the differences between a table row and the row expected from the journal."""
     if row is None:
         what = f"is missing ({_short(right or ())})"
     elif right is None:
@@ -139,7 +139,7 @@ def _short(row: Sequence[str]) -> str:
 
 
 def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Problem]:
-    """Yield the entries in which a JSON file differs; entries that the file lacks are ignored."""
+    """Yield the entries in which a JSON file differs, ignoring entries that it does not contain."""
     try:
         there = _settled(json.loads(text), name)
     except (ValueError, RecursionError) as error:

@@ -56,12 +56,12 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     Returns
     -------
     list of Path
-        Files and folders that were removed, or were rewritten without the participant.
+        Files and folders that were removed, or from which the participant was removed.
 
     Raises
     ------
     UserError
-        If `theirs` raises an error, or if a file or folder cannot be removed.
+        In the cases listed for `theirs`, or if a file or folder cannot be removed.
     """
     todo = _todo(dataset, participant)
     removed = list(_found(dataset, participant, todo))

@@ -28,9 +28,9 @@ class Pending:
     remove : tuple of Path
         Folders to be removed completely: fallback folders with journals, and unfinished merges.
     copies : tuple of Path
-        Backups and merged sets that contain the participant.
+        Backups and merged data sets that contain data from the participant.
     merged : tuple of Path
-        The merged sets in ``copies``, each of which has its own list of withdrawals.
+        The merged sets among ``copies``, because each has its own list of withdrawals.
     """
 
     remove: tuple[Path, ...] = ()

@@ -17,7 +17,7 @@ from slipscale.hardware.driver import PlateDriver
 def header(
     plan: RunPlan, plate: PlateDriver, spec: str, answered_by: str, masking: str
 ) -> dict[str, object]:
-    """Return the first record, which contains everything needed to resume or analyse the run."""
+    """Return the header, which contains everything needed to resume or analyse the run."""
     content = asdict(plan)
     if not plan.population:
         del content["population"]  # not relevant in runs with a person
@@ -39,8 +39,8 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record of a resumption, which contains everything that may differ from the header.
 
-    All later times are relative to the date in this record. Session time never decreases, even if
-    the computer's clock was set back.
+    The times of all later records are relative to the date in this record. Session time never
+    decreases, even if the computer's clock was set back.
     """
     return {
         "plate_spec": spec,

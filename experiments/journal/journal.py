@@ -61,9 +61,9 @@ class Journal:
     clock : Clock
         Provides the records' times.
     synced : bool
-        Whether each record is flushed to disk. If False, records are passed to the operating system
-        and flushed only at the end: a power failure may lose records, but a killed process loses
-        none. Pilots are not flushed, because they can be repeated.
+        Whether each record is flushed to disk. If False, records are passed to the operating
+        system, but flushed only at the end. A power failure may then lose records, but a killed
+        process loses none. Pilots are not flushed, because they can be repeated.
 
     Raises
     ------
@@ -80,8 +80,8 @@ class Journal:
     lost : Path or None
         The original path, if the file has disappeared from there.
     moved, tell : callable
-        Functions called when the journal moves: `moved` receives the new path, and `tell` receives
-        a message.
+        Called when the journal moves to another folder, `moved` with the new path and `tell` with a
+        message.
     """
 
     def __init__(
@@ -109,8 +109,8 @@ class Journal:
         """Create a new journal; never overwrite an existing one.
 
         If ``private`` is True and the system supports file permissions, only the owner can read the
-        file. A file without a complete record may be replaced: the machine stopped while writing
-        the first record.
+        file. An existing file may be replaced if it does not contain a complete record, because the
+        machine stopped while writing the first one.
         """
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -162,8 +162,8 @@ class Journal:
     def append(self, kind: str, **data: object) -> Record:
         """Append a record; return when the operating system has received the record.
 
-        A signal may interrupt this call at any point; the next record then follows the data that
-        the operating system has already received.
+        A signal may interrupt this call at any point. The next record is then written after the
+        data that the operating system has already received.
         """
         self.check()
         if self._unfinished:
@@ -282,7 +282,7 @@ class Journal:
         )
 
     def _take_stock(self) -> None:
-        """Determine which records are on disk, and continue after these records."""
+        """Determine which records are on disk, and continue writing after the last of them."""
         if not self._in_place():
             self._unfinished = False
             return
@@ -290,7 +290,7 @@ class Journal:
         self._cut(length)
 
     def _cut(self, length: int) -> None:
-        """Remove everything after the intact part, and continue writing there."""
+        """Truncate the file after its intact part, and continue writing there."""
         self._stream.truncate(length)
         self._stream.seek(length)
         self._unfinished = False
@@ -336,7 +336,7 @@ class Journal:
 
 
 def fallback_folders() -> list[Path]:
-    """Return new folders, in order of preference, for a journal whose original location is missing.
+    """Create fallback folders for a journal whose location is missing, in order of preference.
 
     Each folder has the structure of a data set, so `slipscale resume` and `slipscale data` can read
     it.
@@ -350,7 +350,7 @@ def fallback_folders() -> list[Path]:
 
 
 def _new_file(path: Path, mode: int) -> FileIO:
-    """Open a new file for unbuffered writing; raise OSError if the file exists."""
+    """Create a file for unbuffered writing, or raise OSError if it already exists."""
     return open(path, "xb", buffering=0, opener=lambda name, flags: os.open(name, flags, mode))
 
 

@@ -4,7 +4,7 @@ The rules are:
 
 - The caller writes the file; the thread only waits for the disk. A killed process therefore loses
   no data. A power failure can lose only data that the thread has not confirmed.
-- Each wait for the disk covers all data that were written before the wait began.
+- Each wait for the disk covers all data written before the wait began.
 - The thread ends at the first failure, because a second attempt may succeed even if data were lost.
   The caller reads the error from `failure`, truncates the file and starts a new thread.
 - The thread and its caller share only single values and no lock, because a signal may interrupt the
@@ -24,7 +24,7 @@ ENDS_S = 1.0
 
 
 class Mark(NamedTuple):
-    """A position between two records: the number of records before it, and the file offset."""
+    """Position between two records: the number of records before it, and the file offset."""
 
     records: int
     length: int
@@ -74,7 +74,7 @@ class Keeper:
         return True
 
     def stop(self) -> None:
-        """Let the thread finish its work and end; abandon a thread that hangs."""
+        """Wait for the thread to finish its work and end, but only for `ENDS_S` seconds."""
         self._handed.put(None)
         self._thread.join(ENDS_S)
 

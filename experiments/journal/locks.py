@@ -46,7 +46,7 @@ def lock_file(journal: Path) -> Path:
 
 
 def writer(journal: Path) -> Holder | None:
-    """Return the writer named in a journal's lock file, active or not; None without a lock file."""
+    """Return the writer named in a lock file, active or not, or None without a lock file."""
     try:
         host, process = lock_file(journal).read_text(encoding="utf-8").split()
         return Holder(host, int(process))
@@ -55,7 +55,7 @@ def writer(journal: Path) -> Holder | None:
 
 
 def has_locks(stream: IO[bytes]) -> bool:
-    """Return whether the file system of an open, unlocked file supports locks."""
+    """Return whether the file system supports locks; ``stream`` must be open and not locked."""
     return _lock(stream, portalocker.LOCK_EX) is not None
 
 
@@ -91,7 +91,7 @@ def take(stream: FileIO, journal: Path) -> None:
 
 
 def refresh(journal: Path) -> None:
-    """Update the lock file's time, which shows other computers that the writer is still active."""
+    """Update the time of the lock file, so that other computers see that the writer is active."""
     with suppress(OSError):
         os.utime(lock_file(journal))
 
@@ -103,7 +103,7 @@ def release(journal: Path) -> None:
 
 
 def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | None:
-    """Lock a file; return whether this succeeded; None if the file system has no locks."""
+    """Return whether a file could be locked, or None if the file system does not support locks."""
     try:
         portalocker.lock(stream, kind | portalocker.LOCK_NB)
     except portalocker.AlreadyLocked:
@@ -116,9 +116,9 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     """Create our lock file, unless another session has a plausible lock file.
 
-    If two sessions start simultaneously, only one of them may create or replace the lock file. A
-    session therefore first creates a temporary file, which only one session at a time can do. The
-    session then checks the existing lock file, and renames the temporary file.
+    If two sessions start simultaneously, only one of them may create or replace the lock file. Each
+    session therefore first creates a temporary file, which succeeds for only one session at a time.
+    It then checks the existing lock file and replaces it by the temporary file.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")

@@ -31,7 +31,7 @@ def software() -> dict[str, str]:
 
 @cache
 def _version(package: str) -> str:
-    """Return an installed package's version; cached, because the look-up takes milliseconds."""
+    """Return the version of an installed package (cached, because the look-up is slow)."""
     try:
         return version(package)
     except PackageNotFoundError:
@@ -45,7 +45,7 @@ def plan_from(record: Record) -> RunPlan:
 
 
 def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
-    """Return a journal's plan and records; raise `UserError` unless the journal describes a run."""
+    """Return a journal's plan and records, or raise `UserError` if it does not describe a run."""
     records, _ = read_records(path)
     if not records:
         raise UserError(f"journal {path} is empty; start the run again with slipscale run")
@@ -56,7 +56,7 @@ def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
 
 
 def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Reading]:
-    """Return the plan (None if the header is damaged) and the undamaged records of a journal.
+    """Return the plan in a journal (None if its header is damaged) and the undamaged records.
 
     If ``most`` is given, reading stops after this number of lines.
 
@@ -132,7 +132,7 @@ def consent_was_taken_back(records: list[Record]) -> bool:
 
 
 def elapsed_s(records: list[Record]) -> float:
-    """Return the session time at which the last step of a run began or ended."""
+    """Return the session time at which the latest step began or ended."""
     return max((r.time_s for r in records if r.kind in ("header", "begin", "done")), default=0.0)
 
 

@@ -6,9 +6,9 @@ sets, and omits only the damaged records. The rules are:
 - Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
 - A torn end does not count as damage. A torn end is a last line that is cut short, or that contains
-  zero bytes because the disk lost power. If several records were being written, the torn end can
-  include earlier lines: `kept` in the "begin" record of each question is the number of records on
-  disk.
+  zero bytes because the disk lost power. If several records were not yet on disk, the torn end can
+  include earlier lines. The entry `kept` in the "begin" record of each question is the number of
+  records that were then on disk.
 - A record of kind `DAMAGED` replaces each gap in the numbering, and each record whose hash is
   inconsistent with the previous record.
 """
@@ -51,7 +51,7 @@ class Reading:
     damage : list of Damage
         Damaged lines with the reason for each; empty if the journal is intact.
     length : int
-        Length in bytes of the lines before the torn end, if any.
+        Length in bytes, not counting a torn end.
     torn : bool
         Whether the end is torn, because the machine stopped while writing.
     """
@@ -125,7 +125,7 @@ def read_whole(path: Path, most: int | None = None) -> Reading:
 
 
 class _Line(NamedTuple):
-    """An intact line: its index in the file (from 0), its record and the hashed text."""
+    """Intact line of a journal: its index in the file (from 0), its record and the hashed text."""
 
     place: int
     record: Record
@@ -140,7 +140,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Return how many neighbouring records confirm a line by hash, and how many by position."""
+        """Count the neighbouring records that confirm a line, by hash and by position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])
@@ -219,7 +219,7 @@ def read_records(path: Path) -> tuple[list[Record], int]:
 
 
 def damaged(path: Path, damage: Damage) -> UserError:
-    """Return the error that describes a journal's damage."""
+    """Create the error to be raised for a damaged journal."""
     return UserError(
         f"journal {path}, line {damage.line}: damaged or not a journal ({damage.reason}); "
         "expected one JSON record per line, as the session wrote it"

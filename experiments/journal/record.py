@@ -39,9 +39,9 @@ class Record:
     kind : str
         Kind of record, such as "header", "begin" or "done".
     data : dict
-        All other entries of the line, without the checksums.
+        Entries of the line other than the above and the checksums.
     hash : str
-        The running hash up to this record; empty until `sealed` sets the hash.
+        Running hash up to this record; empty until it is computed by `sealed`.
     """
 
     number: int
@@ -70,7 +70,7 @@ def _line(body: str, running_hash: str) -> bytes:
 
 
 def decode(line: bytes) -> tuple[Record, str]:
-    """Return the record in a line, and the text that the running hash covers.
+    """Decode a line into a record and the text from which the running hash is computed.
 
     Raises
     ------

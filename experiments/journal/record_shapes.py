@@ -211,10 +211,10 @@ STEPS: dict[str, tuple[Any, type | None]] = {
 
 
 def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
-    """Return the usable records of a run, and the damage.
+    """Return the records of a run after replacing invalid ones, and a list of the damage.
 
     A record of kind `DAMAGED` replaces each invalid record. A record is invalid if its content does
-    not match its kind, or if it is out of order.
+    not fit its kind, or if it cannot follow the previous records.
     """
     kept: list[Record] = []
     damage: list[Damage] = []
@@ -234,7 +234,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """Check of the order of steps: each begins at least once and ends before the next step."""
+    """Checks the order of steps: each begins at least once, and ends before the next begins."""
 
     def __init__(self) -> None:
         self.sure = True  # whether there was no damage since the last step began
@@ -332,7 +332,7 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise an error unless data match a model, or match a dataclass exactly."""
+    """Raise an error if data do not match a model, or do not match a dataclass exactly."""
     # Validated as JSON: strict, except that lists are accepted for tuples.
     _fit_json(shape, json.dumps(data))
 

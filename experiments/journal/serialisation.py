@@ -57,7 +57,7 @@ def step_record(step: Step) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value as JSON would contain it: a dataclass as its fields, a tuple as a list."""
+    """Convert a value to JSON types: a dataclass to a dict of its fields, and a tuple to a list."""
     # `asdict` also copies every number and string, which would take half of the time of a simulated
     # run.
     kind = type(value)

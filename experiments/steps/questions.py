@@ -1,4 +1,4 @@
-"""The kinds of questions that a protocol can ask, and the values of the replies."""
+"""Types of questions that a protocol can ask, with the values of their replies."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class NumberQuestion:
 class YesNoQuestion:
     """A yes/no question; the reply's value is a bool.
 
-    If the question compares surfaces, ``seeks`` selects whether "yes" means more or less slippery.
+    For a comparison of surfaces, ``seeks`` specifies whether "yes" means more or less slippery.
     """
 
     #: Fields omitted from a record if they have their default value.
@@ -65,11 +65,11 @@ class WholeNumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonQuestion:
-    """A question for one of several surfaces; the reply's value is a surface number.
+    """Question that asks for one of several surfaces; the reply's value is its number.
 
-    ``options`` contains the words on the screen, in the order of presentation ("the first", ...).
-    ``seeks`` selects whether the question asks for the most slippery, the least slippery or the odd
-    surface.
+    ``options`` contains the labels on the screen, in the order of presentation ("the first", ...).
+    ``seeks`` specifies whether the question asks for the most slippery, the least slippery or the
+    odd surface.
     """
 
     prompt: str
@@ -137,8 +137,8 @@ class PointingQuestion:
     prompt : str
         The instruction.
     start_mm, target_mm : tuple of float
-        Centres of the start and the target, measured rightwards and upwards from the middle of the
-        screen.
+        Centres of the start and the target relative to the middle of the screen; positive values
+        are to the right and upwards.
     width_mm : float
         Width of each bar, or diameter of each disc.
     bars : bool
@@ -156,7 +156,7 @@ class PointingQuestion:
     screen_height_mm: float
 
     def holds(self, centre_mm: tuple[float, float], x_mm: float, y_mm: float) -> bool:
-        """Return whether a position is within the bar or disc around a centre."""
+        """Return whether a position is within the bar or disc that is centred at ``centre_mm``."""
         x, y = centre_mm
         away_mm = abs(x_mm - x) if self.bars else math.hypot(x_mm - x, y_mm - y)
         return away_mm <= self.width_mm / 2

@@ -1,4 +1,4 @@
-"""The replies that a protocol receives to its steps."""
+"""Replies that a protocol receives for each step that it yields."""
 
 from __future__ import annotations
 
@@ -47,17 +47,18 @@ class Reply:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjusted(Reply):
-    """The result of an adjustment; the value is the final amplitude in µm peak to peak.
+    """Result of an adjustment, whose value is the final amplitude in µm peak to peak.
 
     Parameters
     ----------
     readback_level : float or None
         Amplitude read back from the plate at the end of the adjustment.
     trace : tuple of pairs
-        The time at which each amplitude settled, in seconds from the beginning, with the amplitude
-        in µm peak to peak. The first pair describes the start.
+        The time at which each amplitude settled, in seconds from the beginning of the adjustment,
+        and the amplitude in µm peak to peak. The first pair contains 0 s and the initial amplitude.
     again_s : tuple of float
-        The times at which the reference was requested, in seconds from the beginning.
+        The times at which the reference was requested, in seconds from the beginning of the
+        adjustment.
     """
 
     readback_level: float | None = None

@@ -51,7 +51,7 @@ class Played:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instruct:
-    """A text that the participant reads at their own pace. ``last`` marks the closing text."""
+    """Text that the participant reads at their own pace. ``last`` marks the final text."""
 
     text: str
     title: str = ""
@@ -63,8 +63,8 @@ class Instruct:
 class Guide:
     """Instructions for stroking: speed, force and direction, and whether a mark shows the speed.
 
-    Speed and force are None if they are not prescribed. If ``passive`` is True, a stage moves the
-    plate.
+    The speed or force is None if the study does not prescribe it. If ``passive`` is True, a stage
+    moves the plate.
     """
 
     LATER: ClassVar = frozenset({"passive"})
@@ -106,10 +106,10 @@ class Explore:
 class Present:
     """Present a surface on the plate.
 
-    For a question about a difference, ``lead_in`` is the surface to be explored first. The session
-    skips the lead-in if its surface is already on the plate. ``second`` is the level of a second
-    actuator in that actuator's quantity; names that end in ``_level`` are reserved for levels in
-    the plate's quantity.
+    If participants judge a difference, ``lead_in`` is the surface that they explore before
+    ``surface``. It is skipped if it is already on the plate. ``second`` is the level of a second
+    actuator, in the quantity of that actuator. The field's name does not end in ``_level``, because
+    this ending is reserved for levels in the plate's quantity.
     """
 
     LATER: ClassVar = frozenset({"second"})
@@ -143,7 +143,7 @@ class Ask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Silence:
-    """Stop the plate between surfaces or after an exploration."""
+    """Switch off the plate between surfaces or after an exploration."""
 
     trial: Trial | None = None
     interval: int | None = None
@@ -151,7 +151,7 @@ class Silence:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Adjust:
-    """Adjustment of the last surface's amplitude by the participant, who reads ``text``.
+    """Adjustment of the amplitude of the last surface by the participant.
 
     Parameters
     ----------
@@ -170,8 +170,8 @@ class Adjust:
         Time limit, after which the step ends at the current amplitude and counts as timed out. The
         time spent on the reference is not counted.
     again : (Present, Explore) or None
-        The reference, which the participant can request any number of times. Afterwards, the
-        adjusted surface returns to its current amplitude.
+        The reference, which the participant can request any number of times. After the reference,
+        the adjusted surface is presented again at its current amplitude.
     """
 
     name: str
@@ -185,12 +185,12 @@ class Adjust:
     again: tuple[Present, Explore] | None = None
 
     def turned_level(self, from_level: float, notches: int) -> float:
-        """Return the amplitude after a number of notches, limited to the range of adjustment."""
+        """Return the amplitude after turning the wheel by ``notches``, clipped to the limits."""
         aim_level = rounded(from_level + notches * self.step_level)
         return min(max(aim_level, self.lowest_level), self.highest_level)
 
     def with_less_time(self, spent_s: float) -> Adjust:
-        """Return the step with its time limit (if any) reduced by the elapsed time."""
+        """Return a copy of the step whose time limit, if any, is reduced by ``spent_s``."""
         if self.time_limit_s is None:
             return self
         return replace(self, time_limit_s=max(self.time_limit_s - spent_s, 0.0))
@@ -225,7 +225,7 @@ class EndTrial:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndBlock:
-    """The end of a block, whose last trial may still be voided.
+    """End of a block, at which the operator can still void its last trial.
 
     The reply lists the trials that the operator voids while the participant reads ``screen``. The
     protocol can repeat these trials before it continues.

@@ -11,7 +11,7 @@ Value = str | float | bool | None
 
 
 def factor_level(value: Value) -> str:
-    """Return the text that represents a factor level in keys.
+    """Format a factor level as text that can be used in keys.
 
     >>> factor_level(50.0), factor_level("left")
     ('50', 'left')

@@ -209,7 +209,7 @@ def dispatch(words: list[str]) -> int:
 
 
 def complete() -> None:
-    """Print the completions of a command line for a shell, and exit."""
+    """Print possible completions of the command line for a shell, and exit."""
     from argcomplete import autocomplete  # noqa: PLC0415 - only when the shell asks
 
     from slipscale.faults.parser import Parser  # noqa: PLC0415

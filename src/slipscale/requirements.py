@@ -220,7 +220,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
 def _written(
     command: str, args: Namespace, options: Mapping[str, object]
 ) -> Iterator[tuple[str, Path]]:
-    """Yield the paths that a command writes to, each with its name in messages."""
+    """Yield the path of each output of a command, preceded by its name in messages."""
     for option in WRITES.get(command, ()):
         if given := options.get(option):
             yield f"--{option} {given}" if option in args else str(given), Path(str(given))
@@ -239,7 +239,7 @@ def _missing_packages(modules: Iterable[str]) -> list[str]:
 
 
 def is_installed(module: str) -> bool:
-    """Return whether a module can be imported, without importing it."""
+    """Return whether a module is installed, without importing it."""
     from importlib.util import find_spec  # noqa: PLC0415 - `--help` stays instant
 
     return sys.modules.get(module) is not None or find_spec(module) is not None

@@ -79,13 +79,13 @@ class FilmState:
     thickness : ndarray, shape (cells, instants)
         H of equation (2), averaged over each cell.
     conductance : ndarray, shape (cells, instants)
-        H³ at the outer face of each cell, divided by the distance between the cell's centre and the
-        next centre (or the edge).
+        H³ at the outer face of each cell, divided by the distance from the centre of the cell to
+        the centre of the next cell (or to the edge).
     squeeze_number, storage_exponent : float
         σ of equation (4), and m = 1/n, where n is the polytropic exponent.
     flow_imbalance : float
-        Largest mean mass flow through a face, divided by the largest flow at any instant; 0 if mass
-        is conserved.
+        Largest time-averaged mass flow through a face, divided by the largest flow at any time
+        point; 0 if mass is conserved.
     newton_steps : int
         Number of Newton steps.
     """

@@ -74,11 +74,11 @@ class Skin:
         Exponent of the contact area as a function of force: 0 for a constant area (as in the
         paper), 2/3 for a sphere (Hertz).
     asperity_length_um : float
-        Increase of the gap in µm that reduces the pressure of asperities to 1/e.
+        Increase in the gap, in µm, over which the pressure of the asperities falls to 1/e.
     rest_gap_um : float
         Mean gap in µm without vibration, at the pressure `REFERENCE_PA`.
     leak_length_mm : float
-        Length in mm of the path on which air escapes.
+        Length in mm of the path along which air escapes.
     bounce : float
         Ratio of the gap's amplitude to the plate's amplitude; 1 if the skin does not move.
 
@@ -139,7 +139,7 @@ def skin_between(share: float) -> Skin:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Shared:
-    """Division of the finger's load between the asperities and the film.
+    """Distribution of the finger's load between asperities and film.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ class Shared:
 
     @property
     def relative_friction(self) -> float:
-        """Fraction of the load that the asperities carry, which equals µ'/µ."""
+        """Relative friction µ'/µ, which equals the fraction of the load carried by asperities."""
         return 1 - self.film_share
 
 
@@ -203,7 +203,7 @@ def solve(
     bounced = float(np.log(i0e(swing / length)))
 
     def excess(gap_um: float) -> float:
-        """Return the logarithm of carried load over applied load, which decreases with the gap."""
+        """Return the log ratio of carried to applied load, which decreases with the gap."""
         asperities = (rest - gap_um + swing) / length + bounced
         return float(np.logaddexp(asperities, np.log(film_pa(gap_um) / pressure)))
 
@@ -220,7 +220,7 @@ def band(
     frequency_hz: float = 30_500.0,
     normal_force_n: float = NORMAL_FORCE_N,
 ) -> tuple[float, float]:
-    """Return the minimum and maximum of relative friction over all skins.
+    """Return the minimum and maximum relative friction over the range of skin properties.
 
     Parameters
     ----------

@@ -136,7 +136,7 @@ def film_thickness_um(
     Parameters
     ----------
     position_mm, phase_rad : array_like
-        Position x and phase ω0·t of the vibration, broadcast against each other.
+        Position x, and phase ω0·t of the vibration. The two are broadcast against each other.
     """
     mean, depth, ridge = gap(amplitude_um_peak, roughness_um, finger)
     x = 2 * np.pi * np.asarray(position_mm) * MILLI / (finger.ridge_period_um * MICRO)
@@ -278,7 +278,7 @@ def _edge(eps: Array, delta: Array, finger: Finger) -> Array:
 
 
 def _eccentric(angle: float, delta: Array) -> Array:
-    """Return ψ for an angle φ in [0, π] from the top of a ridge."""
+    """Return the eccentric anomaly ψ for an angle φ in [0, π] from the top of a ridge."""
     return np.asarray(
         2
         * np.arctan2(np.sqrt(1 + delta) * np.sin(angle / 2), np.sqrt(1 - delta) * np.cos(angle / 2))

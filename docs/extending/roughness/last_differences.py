@@ -1,4 +1,4 @@
-"""Report the mean of each participant's last four differences in a shrinking-difference task."""
+"""Compute each participant's mean of the last four differences in a shrinking-difference task."""
 
 import pandas as pd
 
@@ -19,7 +19,7 @@ def differences(own):
 
 @styled
 def drawn(tasks):
-    """Return a figure of the differences in each trial, one line per participant and task."""
+    """Plot the difference in each trial, with one line per participant and task."""
     from matplotlib.figure import Figure  # imported only if a figure is drawn
 
     figure = Figure(figsize=(6, 3.5), layout="constrained")
@@ -33,7 +33,7 @@ def drawn(tasks):
 
 
 def analysis(own):
-    """Return the result, or the reason why there is none."""
+    """Return the result of the analysis, or the reason why it cannot be computed."""
     tasks = list(differences(own))
     if not tasks:
         return NotComputed("no trials of a shrinking difference")

@@ -62,7 +62,7 @@ class Pair(NamedTuple):
 
 
 class Run(Repeating[Pair]):
-    """Count the trials of a run and repeat voided ones."""
+    """Count the trials of a run, and repeat trials that the operator voids."""
 
     def __init__(self, options, context):
         super().__init__(options.trials)
@@ -78,7 +78,7 @@ class Run(Repeating[Pair]):
         return Pair(self.difference_level)
 
     def trial(self, condition, number, repeats):
-        """Yield one trial; return the numbers of the trials to be repeated."""
+        """Yield the steps of one trial, and return the numbers of the trials to be repeated."""
         texts, options = self.context.texts, self.options
         rougher = 1 + self.context.stream(self.context.task, "place", number).below(2)
         trial = Trial(

@@ -50,7 +50,7 @@ def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, ob
 
 
 def _answers(records: list[Record]) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Yield the questions of the headphone test with their answers."""
+    """Yield each question of the headphone test together with its answer."""
     step: dict[str, object] = {}
     for record in records:
         if record.kind == "begin":

@@ -1,4 +1,4 @@
-"""Define the columns of the tables of participants, sessions and questionnaires."""
+"""Define the columns in the tables for participants, sessions and questionnaires."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from slipscale.experiments.protocol_parts.base import Column
 
 
 def session_columns() -> dict[str, Column]:
-    """Return the columns of a participant's sessions.tsv after `SESSION`, in order."""
+    """Return the columns that follow `SESSION` in a participant's sessions.tsv, in order."""
     return {
         "acq_time": Column(
             value=lambda _: None,
@@ -28,14 +28,14 @@ def session_columns() -> dict[str, Column]:
 def questionnaire_columns(
     items: Mapping[str, tuple[str, Mapping[str, str]]], visits: Collection[str] = ()
 ) -> dict[str, Column]:
-    """Return the columns of a questionnaire's table after `PARTICIPANT`, in order.
+    """Return the columns that follow `PARTICIPANT` in a questionnaire's table, in order.
 
     Parameters
     ----------
     items : Mapping
         For each item code, the item's text and a mapping from answer codes to their labels.
     visits : collection of str
-        Columns of the table that identify the session and the run.
+        Names of the columns, if any, that identify the session and the run.
     """
     which = {
         SESSION: "The participant's session in which the question was asked",
@@ -54,7 +54,7 @@ def questionnaire_columns(
 
 
 def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> dict[str, Column]:
-    """Return the columns of participants.tsv after `PARTICIPANT`, in order.
+    """Return the columns that follow `PARTICIPANT` in participants.tsv, in order.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Render the tables of questionnaires, which are stored in the BIDS folder ``phenotype``."""
+"""Generate the tables for questionnaires, which are stored in the BIDS folder ``phenotype``."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Placed(NamedTuple):
 def series_of(
     records: Sequence[Record], task: str
 ) -> Iterator[tuple[Kind, bytes, Mapping[str, object]]]:
-    """Yield the source, the compressed table and the description for each source of a task."""
+    """Yield the kind, the compressed table and the description of each source in a task."""
     found: dict[Kind, list[Placed]] = {}
     now = ""
     for record in records:
@@ -59,7 +59,7 @@ def series_of(
 
 
 def _rate_hz(placed: Sequence[Placed]) -> int:
-    """Return the sampling frequency in Hz; 0 if there are too few samples."""
+    """Return the median sampling frequency in Hz, or 0 if there are too few samples."""
     gaps = [b.time_s - a.time_s for a, b in pairwise(placed) if b.time_s > a.time_s]
     return max(round(1 / median(gaps)), 1) if gaps else 0
 
