@@ -44,7 +44,7 @@ def is_mock(spec: str) -> bool:
 def split_address(
     address: str, converters: Mapping[str, Callable[[str], object]], *, what: str = "plate address"
 ) -> tuple[str, dict[str, Any]]:
-    """Split an address into port and options; ``what`` describes the address in messages.
+    """Split an address into port and options; messages call the address ``what``.
 
     Raises
     ------
@@ -74,7 +74,7 @@ def split_address(
 
 
 def number(text: str) -> float:
-    """Parse a finite number; raise ValueError with the expected format if this fails."""
+    """Parse a finite number; otherwise, raise ValueError with the expected format."""
     try:
         value = float(text)
     except ValueError:
@@ -85,7 +85,7 @@ def number(text: str) -> float:
 
 
 def positive_number(text: str) -> float:
-    """Parse a number above 0; raise ValueError with the expected format if this fails."""
+    """Parse a number above 0; otherwise, raise ValueError with the expected format."""
     value = number(text)
     if value <= 0:
         raise ValueError("expected a number above 0")
@@ -116,7 +116,7 @@ def plate_file(text: str) -> tuple[PlateFile, Calibration | None]:
 
 
 def plate_of(options: Mapping[str, Any], *, backend: str, simulated: bool = False) -> Plate:
-    """Determine the plate from the options ``plate`` and ``calibration``.
+    """Return the plate defined by the options ``plate`` and ``calibration``.
 
     A simulated plate accepts the plate file of any backend.
 

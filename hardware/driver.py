@@ -54,9 +54,10 @@ class PlateDriver(GuardedOutput):
     Attributes
     ----------
     notes : tuple of str
-        Notes for the operator, available after `connect`, such as an old calibration.
+        Notes for the operator, such as a warning about an old calibration; available after
+        `connect`.
     modulator : Modulator or None
-        Speed at which the plate and its line follow a texture; None if the backend cannot modulate.
+        Modulation limits of the plate and its line; None if the backend cannot modulate.
     why_not_modulated : str
         Reason why the backend cannot modulate.
     amplifier_gain : float
@@ -74,7 +75,7 @@ class PlateDriver(GuardedOutput):
         Level of a second actuator during the next presentations
         (`slipscale.hardware.backends.pair`).
     simulated : bool
-        Whether the plate is simulated, so that another plate's calibration only causes a note.
+        Whether the plate is simulated. If it is, another plate's calibration only causes a note.
     """
 
     name: ClassVar[str]
@@ -205,7 +206,7 @@ class PlateDriver(GuardedOutput):
             If the reported voltage differs from the calibration's prediction. The plate is
             silenced.
         PlateFault
-            If the rig fails in any other way. The plate is silenced.
+            If the hardware fails in any other way. The plate is silenced.
         """
         loop = self.check_supported(surface)
         level = loop.mean_level if loop else surface.level
@@ -260,9 +261,9 @@ class PlateDriver(GuardedOutput):
         OverLimit
             If the amplitude is outside the limits. The plate is not changed.
         PlateRefused
-            If the plate is off, so that a surface must be presented first.
+            If the plate is off; present a surface first.
         PlateFault
-            If the rig fails in any other way. The plate is silenced.
+            If the hardware fails in any other way. The plate is silenced.
         """
         self.limits.check_level(level)
         if self.output is not Output.MAY_BE_ON:
@@ -288,7 +289,7 @@ class PlateDriver(GuardedOutput):
         PlateRefused
             If the plate is off, or cannot modulate.
         PlateFault
-            If the rig fails in any other way. The plate is silenced.
+            If the hardware fails in any other way. The plate is silenced.
         """
         self._check_loop(change)
         if self.modulator is None or self.output is not Output.MAY_BE_ON:
@@ -330,7 +331,7 @@ class PlateDriver(GuardedOutput):
         OverLimit
             If frequency, voltage or duty cycle is outside the limits. The plate is not changed.
         PlateRefused
-            If the backend does not support frequencies and voltages.
+            If the backend does not accept drive frequencies and voltages.
         """
         self.limits.check_frequency(frequency_hz)
         self.limits.check_voltage(voltage_v)

@@ -22,7 +22,7 @@ class PlateFault(RigError):
         self.message = message
 
     def blinded(self) -> PlateFault:
-        """Return the fault without amplitudes, for operators who must not know the amplitudes."""
+        """Return the fault without amplitudes, for operators who must not know them."""
         return self
 
 
@@ -51,7 +51,7 @@ class WrongDevice(PlateFault):
 
 
 class PlateBusy(PlateFault):
-    """Raised if another program uses the device, or if the device accepts no commands."""
+    """Raised if the device is in use by another program or does not accept commands."""
 
     code = "busy"
     remedy = "Close the other program that uses the plate, then try again."
@@ -72,7 +72,7 @@ class GarbledReply(PlateFault):
 
 
 class ProtocolViolation(PlateFault):
-    """Raised if an answer of the board violates the protocol."""
+    """Raised if the board's answer violates the protocol."""
 
     code = "protocol"
     remedy = "Correct the board's firmware; slipscale plate conform SPEC lists the violations."
@@ -122,7 +122,7 @@ class OverLimit(PlateFault):
 class NotReached(PlateFault):
     """Raised if the measured amplitude differs from the commanded amplitude.
 
-    Usually, the drive saturates because a finger takes energy from the plate.
+    The usual cause is a drive that saturates because a finger absorbs energy from the plate.
     """
 
     code = "not_reached"

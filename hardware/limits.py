@@ -1,4 +1,4 @@
-"""Define the limits of a plate, and record how long the plate has vibrated."""
+"""Define plate limits, and record how long a plate has vibrated."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class PlateLimits:
     frequency_min_hz, frequency_max_hz : float
         Allowed frequency band.
     duty : float
-        Largest duty cycle: the share of vibration in the last `duty_window_s` seconds.
+        Largest duty cycle: the fraction of the last `duty_window_s` seconds with vibration.
     duty_window_s : float
         Duration of the window over which the duty cycle is computed.
     on_time_s : float

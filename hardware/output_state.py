@@ -31,7 +31,7 @@ from slipscale.hardware.records import Output
 
 
 class GuardedOutput(ABC):
-    """Output of a plate, as a context manager that always silences the plate on exit.
+    """Output of a plate: a context manager that always silences the plate on exit.
 
     Parameters
     ----------

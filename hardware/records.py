@@ -1,4 +1,4 @@
-"""Define the records that a plate reports: identity, output, readback and presentation."""
+"""Define the records reported by a plate: identity, output, readback and presentation."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """Presented surface, at which the plate has settled, with a readback.
+    """Presented surface after the plate has settled, with a readback.
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
     amplitude, or None without a calibration. ``second_readback_level`` is a second actuator's

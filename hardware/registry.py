@@ -49,7 +49,7 @@ def backend_names() -> list[str]:
 
 
 def unknown_backend(spec: str) -> str:
-    """Return the error message for a SPEC with an unknown backend.
+    """Return the error message for an unknown backend in a SPEC.
 
     >>> unknown_backend("ttyACM0")
     "unknown backend 'ttyACM0'; to use a port, name its backend: serial:/dev/ttyACM0"

@@ -100,10 +100,10 @@ def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
     PlateRefused
         If the plate follows its resonance automatically or is not calibrated.
     OffCalibration
-        If the amplitude at resonance differs from the calibration's prediction, so that the
-        amplifier, the plate or the instrument has changed.
+        If the amplitude at resonance differs from the calibration's prediction, which means that
+        the amplifier, the plate or the instrument has changed.
     PlateFault
-        If the rig fails. The plate is silenced.
+        If the hardware fails. The plate is silenced.
     """
     if not plate.tracks or plate.calibration is None:
         raise PlateRefused(f"backend '{plate.name}' has no resonance to track")

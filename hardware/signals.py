@@ -40,7 +40,7 @@ ENDINGS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGQUIT", "SIGTSTP", "SIGBREAK")
 
 
 class EndedBySignal(KeyboardInterrupt):
-    """Raised if the operating system or a user ends the program with a signal."""
+    """Raised if the operating system or a user terminates the program with a signal."""
 
 
 class _Noted:

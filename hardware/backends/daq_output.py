@@ -12,12 +12,12 @@ vibrotactile actuator below 1 kHz (level as acceleration or displacement). SPEC:
 ``rate``        samples per second (100 per period)
 ==============  ==================================================================
 
-``per_volt`` must be measured by the user at the given frequency. With ``readback``, the level is
-computed from the sine at the terminal ("applied"); without it, the commanded level is reported
-("commanded"). The channel ``emulated/ao0`` is an emulated device.
+The user must measure ``per_volt`` at the given frequency. With ``readback``, the level is computed
+from the sine at the terminal ("applied"); without it, the commanded level is reported
+("commanded"). The channel ``emulated/ao0`` selects an emulated device.
 
-**This backend has not been tested on a real device.** If the computer fails, the device continues
-to play until an interlock at the amplifier switches it off.
+**This backend has not been tested on a real device.** If the computer fails, the device keeps
+playing until an interlock at the amplifier switches it off.
 """
 
 from __future__ import annotations

@@ -21,8 +21,8 @@ SPEC: ``scpi:RESOURCE,option=value,...`` where RESOURCE is a VISA resource
 to the generator, which are V peak to peak at the generator's output.
 
 The generator has **no watchdog**: if the computer fails, the plate continues to vibrate. Use a
-hardware interlock (docs/how-to/function-generator.md). The generator does not measure vibration, so
-the readback is computed from the active drive.
+hardware interlock (docs/how-to/function-generator.md). Because the generator does not measure
+vibration, the readback is computed from the active drive.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class FunctionGenerator(PlateDriver):
-    """Plate that is driven by a function generator.
+    """Plate driven by a function generator.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class FunctionGenerator(PlateDriver):
     dialect : Dialect
         Commands of the generator's make; by default, the make is identified with ``*IDN?``.
     drive : DriveOfLevel
-        Drive of a plate in a quantity other than µm; by default, the drive in the calibration.
+        Drive for a plate in a quantity other than µm; by default, taken from the calibration.
 
     Raises
     ------

@@ -82,7 +82,8 @@ class Dialect:
         Settings that must not change: sine wave, infinite load, volts peak to peak, and no offset,
         modulation, sweep or burst.
     frequency_hz, voltage_vpp, output : Item
-        Settings of a presentation. `voltage_vpp` is the voltage at the generator's output.
+        Settings written for each presentation. `voltage_vpp` is the voltage at the generator's
+        output.
     ranges : tuple of VoltageRange
         Voltage ranges of the models. The first range with a matching pattern applies.
     attenuator : FixedSetting or None
@@ -129,22 +130,22 @@ def is_peak_to_peak(text: str) -> bool:
 
 
 def is_zero(text: str) -> bool:
-    """Return whether a reply means zero, with or without a sign."""
+    """Return whether a reply indicates zero, with or without a sign."""
     return abs(number(text)) < HIGHEST_ZERO_V
 
 
 def is_on(text: str) -> bool | None:
-    """Return whether a reply means that an output is on, in digits or words."""
+    """Return whether a reply indicates that an output is on, in digits or words."""
     return {"1": True, "ON": True, "0": False, "OFF": False}.get(text.upper().lstrip("+"))
 
 
 def is_off(text: str) -> bool:
-    """Return whether a reply means that a function is off."""
+    """Return whether a reply indicates that a function is off."""
     return is_on(text) is False
 
 
 def is_continuous(text: str) -> bool:
-    """Return whether a reply means a single frequency without a sweep."""
+    """Return whether a reply indicates a single frequency without a sweep."""
     return text.upper().startswith(("CW", "FIX"))
 
 
@@ -155,7 +156,7 @@ def number(text: str) -> float:
 
 
 def _bswv(parameter: str) -> Item:
-    """Return a setting of Siglent's basic wave; answers contain all of the wave's parameters."""
+    """Return a setting of Siglent's basic wave; answers contain all parameters of the wave."""
     return Item(
         write=f"C{{channel}}:BSWV {parameter},{{value}}",
         ask="C{channel}:BSWV?",

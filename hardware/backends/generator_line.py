@@ -20,7 +20,7 @@ class GeneratorLine:
     resource : str
         VISA resource or serial port.
     visa_library : str
-        Backend of PyVISA. The backend ``@py`` requires no vendor's library.
+        Backend of PyVISA. The backend ``@py`` requires no vendor library.
     """
 
     def __init__(self, resource: str, visa_library: str = "@py") -> None:

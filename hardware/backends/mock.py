@@ -246,7 +246,7 @@ class MockPlate(PlateDriver):
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
-    """Return the driver of a mock plate (entry point ``mock``).
+    """Return a driver for a mock plate (entry point ``mock``).
 
     Raises
     ------

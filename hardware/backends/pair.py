@@ -151,7 +151,7 @@ def pair_of(spec: str) -> tuple[str, str]:
 
 
 def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:
-    """Return the driver of two actuators (entry point ``pair``). Raises `UserError`."""
+    """Return a driver for two actuators (entry point ``pair``). Raises `UserError`."""
     specs = pair_of(f"{PlatePair.name}:{address}")
     first, second = (registry.open_plate(spec, clock=clock, seed=seed) for spec in specs)
     return PlatePair(first, second)

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Checked(Protocol):
-    """Interface of a driver for the device check."""
+    """Driver interface required for the device check."""
 
     name: ClassVar[str]
     simulated: ClassVar[bool]

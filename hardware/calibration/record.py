@@ -61,7 +61,7 @@ class Provenance(FrozenTable):
 
 
 class DriveChain(FrozenTable):
-    """Voltage convention and amplifier gain of the calibration.
+    """Voltage convention and amplifier gain used for the calibration.
 
     All voltages in the file are voltages at the plate, after the amplifier.
     """
@@ -73,7 +73,7 @@ class DriveChain(FrozenTable):
 
     @property
     def v_peak_per_volt(self) -> float:
-        """Factor from a voltage in the file's convention to V peak."""
+        """Factor that converts voltages from the file's convention to V peak."""
         return PEAK_OF[self.voltage_convention]
 
 
@@ -177,7 +177,7 @@ class Calibration(FrozenTable):
         return apart / math.sqrt(len(readings)) / largest_um_pp
 
     def expected_um_pp(self, point: Point) -> float:
-        """Return the amplitude in µm p-p that resonance and gain predict for a point."""
+        """Return the amplitude predicted for a point by resonance and gain, in µm p-p."""
         resonance = self.resonance
         detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
         lost = math.hypot(1, 2 * resonance.quality_factor * detuning)

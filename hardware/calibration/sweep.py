@@ -1,6 +1,6 @@
 """Run the calibration sweeps: coarse and fine frequency sweeps, and a voltage sweep.
 
-Each sweep goes up and down again, so that warming and hysteresis appear in the residuals.
+Each sweep runs upward and then downward, so that warming and hysteresis appear in the residuals.
 """
 
 from __future__ import annotations

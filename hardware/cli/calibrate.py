@@ -250,7 +250,7 @@ def _check_out(path: Path) -> None:
 
 
 def _open(arguments: Namespace) -> PlateDriver:
-    """Return the driver of the plate, which is not connected."""
+    """Return the plate's driver, not yet connected."""
     from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
     from slipscale.hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415

@@ -42,7 +42,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Compute designs for a brief; return 1 if no plate meets the requirements."""
+    """Compute plate designs for the given requirements; return 1 if no plate meets them."""
     # Set before NumPy is imported: more threads are not faster for matrices of this size.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Imported late, to keep `slipscale plate --help` fast.

@@ -110,7 +110,7 @@ def add_arguments(parser: ArgumentParser) -> None:
 
 
 def run(arguments: Namespace) -> int:
-    """Emulate a board or a generator until stopped."""
+    """Emulate a board or a generator until interrupted."""
     if arguments.generator:
         return _serve_generator(arguments.generator)
     parse = partial(parse_injections, faults=FAULT_NAMES, phases=PHASES)

@@ -31,7 +31,7 @@ def add_new(parser: ArgumentParser) -> None:
 
 
 def new(arguments: Namespace) -> int:
-    """Write a new plate file with the default limits."""
+    """Create a plate file with the default limits."""
     from pydantic import ValidationError  # noqa: PLC0415 - `--help` stays instant
 
     from slipscale.hardware.plate_file import SUFFIX, Identity, Wiring, new_plate  # noqa: PLC0415

@@ -84,7 +84,7 @@ def run(arguments: Namespace) -> int:
 def readbacks(
     plate: PlateDriver, clock: Clock, every_s: float, duration_s: float | None
 ) -> Iterator[Readback]:
-    """Yield readbacks at intervals, and check the plate in between as in a session."""
+    """Yield readbacks at regular intervals, checking the plate in between as in a session."""
     begun_s = due_s = clock.now()
     while duration_s is None or clock.now() - begun_s < duration_s:
         plate.check()

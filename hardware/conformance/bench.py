@@ -24,7 +24,7 @@ SHOWN = 60  # characters of an unexpected answer
 
 
 class Departure(Exception):
-    """Raised if a device violates a rule, with the expected and the received answer."""
+    """Raised if a device violates a rule; reports the expected and the received answer."""
 
 
 class NotApplicable(Exception):

@@ -1,7 +1,7 @@
 """Check that the board's reports are true. The plate vibrates.
 
 The measured amplitude, the drive voltage and the command are compared with each other. If a board
-has no vibration sensor, only rules on the voltage apply. Errors that affect all of the board's
+has no vibration sensor, only the rules for the voltage apply. Errors that affect all of the board's
 reports are detected by the guided tests (`slipscale.hardware.conformance.guided`).
 """
 

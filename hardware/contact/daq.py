@@ -51,7 +51,7 @@ for _name in NAMES:
 
 
 class DaqForces(ContactSource):
-    """Forces from two voltage channels.
+    """Force sensors read through two voltage channels.
 
     Parameters
     ----------
@@ -94,13 +94,13 @@ class DaqForces(ContactSource):
         raise SensorFault("daq: no reading was received")
 
     def begin(self) -> None:
-        """Discard earlier samples; reopen a lost device."""
+        """Discard earlier samples; reopen the device if it was lost."""
         if self._lost:
             self.connect()
         self.take()
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; the last sample is at the present time."""
+        """Return the samples since the last call. The last sample has the current time."""
         if self._task is None:
             raise SensorFault("daq: not connected")
         try:

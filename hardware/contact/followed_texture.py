@@ -56,7 +56,7 @@ class Track:
             self._last.popleft()
 
     def predicted(self, now_s: float, lag_s: float) -> float | None:
-        """Predict the value at ``lag_s`` plus half the expected time until the next call.
+        """Predict the value after ``lag_s`` plus half the expected time until the next call.
 
         Returns None if the last sample is too old.
         """
@@ -135,7 +135,7 @@ class FollowedTransient:
         self._ready_s = 0.0
 
     def see(self, samples: Iterable[Sample]) -> None:
-        """Update the position or force of the finger."""
+        """Update the position or force from new samples."""
         samples = list(samples)
         self._track.see(samples)
         for each in samples:

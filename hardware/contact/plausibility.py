@@ -1,7 +1,7 @@
 """Check whether the samples of an exploration could come from a finger.
 
 Each rule describes a pattern that a finger cannot produce. If a rule is violated, the trial is
-flagged, and its samples are kept.
+flagged, but its samples are kept.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Read the finger's position from a script file, for demonstrations and tests of textures.
 
 SPEC: ``scripted:FILE``, where FILE is a CSV with the columns ``time_s,x_mm,y_mm``, sorted by time.
-Time 0 is the beginning of each exploration. After the last row, the finger stays at its position.
+Time 0 is the start of each exploration. After the last row, the finger stays at its last position.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ LAST_S = 0.01  # sample interval after the last row
 
 
 class ScriptedPosition(ContactSource):
-    """Position of the finger, given by a script.
+    """Finger position read from a script.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ class ScriptedPosition(ContactSource):
         self._begun_s, self._next, self._told_s = self._clock.now(), 0, -math.inf
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; after the script, repeat its last position."""
+        """Return the samples since the last call; after the last row, repeat its position."""
         now_s = self._clock.now()
         due = []
         while self._next < len(self._way):

@@ -15,8 +15,8 @@ contains one reading: numbers separated by commas, semicolons, tabs or spaces.
 
 Any microcontroller that prints the readings of its converters is suitable. Each line must contain
 all numbers of a reading. Numbers may have decimal commas if another character separates them. Lines
-that are invalid or have a different number of fields are skipped and counted in the journal. Half a
-second without a reading is a fault.
+that are invalid or have a different number of fields are skipped and counted in the journal. A
+fault is raised if there is no reading for half a second.
 """
 
 from __future__ import annotations
@@ -147,7 +147,7 @@ class SerialColumns(ContactSource):
             self._tare()
 
     def begin(self) -> None:
-        """Discard earlier samples; reconnect a lost port."""
+        """Discard earlier samples; reconnect the port if it was lost."""
         if self._fault is not None:
             self.connect()
         self._samples.clear()

@@ -1,4 +1,4 @@
-"""Define the interface of a source of finger position or force.
+"""Define the interface for sources of finger position or force.
 
 In every frame of a participant's step, all samples since the last query are requested. Each sample
 has a time stamp, so a source can sample faster than the frame rate.
@@ -50,7 +50,7 @@ class Touch(NamedTuple):
 
 
 class Finger(Protocol):
-    """Common interface for fingers: a window's pointer or a simulated participant's finger."""
+    """Interface for the finger, which is a window's pointer or a simulated participant's finger."""
 
     unit: Literal["mm", "px"]
 
@@ -110,7 +110,7 @@ class ContactSource(ABC):
         """Open the device and wait for its first reading. Raises `SensorFault`."""
 
     def begin(self) -> None:
-        """Start sampling, discard earlier samples, and reconnect a lost device."""
+        """Start sampling and discard earlier samples; reconnect the device if it was lost."""
         self.take()
 
     @abstractmethod

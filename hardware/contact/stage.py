@@ -5,11 +5,11 @@ transients follow.
 
 Each command starts one movement of limited length. The next stroke is commanded when samples are
 taken, so the stage stops at the end of a stroke if the computer fails. Strokes beyond the travel or
-the largest speed are rejected before anything moves. A stage that rests at a wrong position raises
-a fault. The method `close` stops the stage.
+the largest speed are rejected before anything moves. If a stage comes to rest at a wrong position,
+a fault is raised. Calling `close` stops the stage.
 
-Packages add stages as entry points of ``slipscale.positions`` that return a `Stage`. SPEC of the
-emulated stage: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
+Other packages can add stages as entry points in the group ``slipscale.positions`` that return a
+`Stage`. SPEC of the emulated stage: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
 
 ================  ================================================================
 ``travel``        length of the travel between the end stops, mm (100)

@@ -61,7 +61,7 @@ class Board:
     lists : bool
         Whether the firmware supports lists of amplitudes.
     unit : str
-        Answer to ``UNIT?``, the unit of amplitudes as in the names of data columns.
+        Answer to ``UNIT?``: the unit of amplitudes, written as in the names of data columns.
     """
 
     def __init__(
@@ -165,11 +165,11 @@ class Board:
         return self._now_level
 
     def _measured(self, now_s: float) -> float:
-        """Return the reading of the vibration sensor as a level."""
+        """Return the vibration sensor's reading as a level."""
         return self.twin.measure_um_pp(now_s) / self.um_pp_per_level
 
     def temperature_c(self, now_s: float) -> float:
-        """Return the reading of the temperature sensor."""
+        """Return the temperature sensor's reading."""
         return HOTTEST_C + 15 if self.hot else self.twin.temperature_c(now_s)
 
     def status(self, now_s: float) -> BoardStatus:

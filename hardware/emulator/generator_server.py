@@ -21,7 +21,7 @@ class GeneratorServer:
     make : str
         One of `slipscale.hardware.emulator.generators.MAKES`.
     command_s : float
-        Time that the generator takes per command.
+        Time taken by the generator for each command.
 
     Attributes
     ----------
@@ -32,7 +32,7 @@ class GeneratorServer:
     lines : list of str
         Received lines.
     drop_at : int or None
-        Number of the line before which the connection is lost, either once or ``for_good``.
+        Number of the line before which the connection is dropped: once, or ``for_good``.
     """
 
     def __init__(self, make: str, *, command_s: float = 0.0) -> None:

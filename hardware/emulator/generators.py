@@ -1,8 +1,7 @@
 """Simulate function generators of several makes (`slipscale plate emulate --generator MAKE`).
 
-To make tests independent, this module shares no code with
-`slipscale.hardware.backends.generator_dialects`. The behaviour of each make is implemented from its
-manual.
+So that tests are independent, this module shares no code with
+`slipscale.hardware.backends.generator_dialects`. Each make behaves as described in its manual.
 
 =========  ==================================================================================
 make       source of limits and behaviour
@@ -81,7 +80,7 @@ class GeneratorChannel:
 
 
 class SimulatedGenerator:
-    """Base class of simulated generators: channels, limits and errors."""
+    """Base class of simulated generators, with their channels, limits and error queue."""
 
     identity: ClassVar[str]
     smallest_vpp: ClassVar[float] = 0.002  # into an open circuit
@@ -132,7 +131,7 @@ class SimulatedGenerator:
 
 
 class _Scpi(SimulatedGenerator):
-    """Generator with SCPI commands; ``table`` maps patterns of headers to settings."""
+    """Generator with SCPI commands; ``table`` maps header patterns to settings."""
 
     table: ClassVar[dict[str, str]] = {}
     functions: ClassVar[tuple[str, ...]] = ()  # modulations, sweep, burst
@@ -223,7 +222,7 @@ class Keysight(_Scpi):
 
 
 class Agilent33220(Keysight):
-    """Agilent 33220A, which has one channel without a suffix and supplies at least 20 mVpp."""
+    """Agilent 33220A, which has a single channel (no suffix) and a minimum of 20 mVpp."""
 
     identity = "Agilent Technologies,33220A,MY44000001,2.02-2.02-22-2"
     smallest_vpp = 0.02
@@ -238,7 +237,7 @@ class Agilent33220(Keysight):
 
 
 class Rigol(_Scpi):
-    """Rigol DG1000Z, which answers with seven digits without sign and clips values silently."""
+    """Rigol DG1000Z, which answers with unsigned seven-digit numbers and silently clips values."""
 
     identity = "Rigol Technologies,DG1022Z,DG1ZA000000001,03.01.12"
     words: ClassVar[dict[bool, str]] = {True: "ON", False: "OFF"}
@@ -261,7 +260,7 @@ class Rigol(_Scpi):
 
 
 class Tektronix(_Scpi):
-    """Tektronix AFG3000, with the impedance under IMP and the shape under FUNC:SHAP."""
+    """Tektronix AFG3000, which uses IMP for the impedance and FUNC:SHAP for the shape."""
 
     identity = "TEKTRONIX,AFG3102C,C010001,SCPI:99.0 FV:1.0.4"
     smallest_vpp = 0.04

@@ -88,9 +88,9 @@ class Emulator:
         Time after which an unplugged, busy, unresponsive or overheated board recovers; 0 means
         never.
     dtr : bool
-        Whether the line signals that the host closed the port. At this signal, the board silences
-        the plate and restarts, like a board with automatic reset. Without the signal, only the
-        watchdog acts.
+        Whether the line signals that the host closed the port. If it does, the board silences the
+        plate and restarts when the port is closed, like a board with automatic reset. Otherwise,
+        only the watchdog acts.
     watchdog_ms : float
         The board silences itself if it receives nothing for this time.
     log : TextIO
@@ -101,7 +101,7 @@ class Emulator:
     limits : BoardLimits
         Limits of the emulated board, except the watchdog time.
     unit : str
-        Unit of the emulated board.
+        Unit of the emulated board's amplitudes.
     """
 
     def __init__(
@@ -181,7 +181,7 @@ class Emulator:
         self._twin.finger = finger
 
     def unplug(self) -> None:
-        """Unplug the board, which also loses its power."""
+        """Unplug the board, which also cuts its power."""
         if self._master is not None:
             self.board.silence(self._now())
             # The link is removed, because the system may reuse the terminal's number.

@@ -70,7 +70,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class SerialBoard(PlateDriver):
-    """Plate that is driven by a driver board.
+    """Plate driven by a driver board.
 
     Parameters
     ----------
@@ -290,7 +290,7 @@ class SerialBoard(PlateDriver):
             )
 
     def _learn_lists(self, link: BoardLink, firmware: str) -> None:
-        """Query the limits of the board's lists of amplitudes."""
+        """Query the board's limits for amplitude lists."""
         try:
             lists = _parsed(wire.parse_list_limits, link.ask("LIST:LIM?"))
         except NotKnown:

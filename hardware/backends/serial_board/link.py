@@ -42,7 +42,7 @@ REFUSALS: dict[int, type[PlateFault]] = {
 
 
 class Line(Protocol):
-    """Interface of a serial line."""
+    """Interface for serial lines."""
 
     port: str
 

@@ -1,4 +1,4 @@
-"""Compute the samples of a sine with a ramped amplitude."""
+"""Compute the samples of a sine wave with a ramped amplitude."""
 
 from __future__ import annotations
 

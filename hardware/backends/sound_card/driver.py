@@ -19,7 +19,7 @@ SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a 
 ================  ===============================================================
 
 At the end of a session, the carrier is ramped down. If the process is killed, the operating system
-closes the device. If the computer freezes, **nothing** stops a card that repeats its last buffer:
+closes the device. If the computer freezes, **nothing** stops a card from repeating its last buffer:
 use a hardware interlock (docs/how-to/function-generator.md). The vibration is not measured.
 """
 
@@ -79,7 +79,7 @@ OPTIONS: dict[str, Callable[[str], object]] = {
 
 
 class SoundCard(PlateDriver):
-    """Plate that is driven by a sound card.
+    """Plate driven by a sound card.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ class SoundCard(PlateDriver):
     attention_s : float
         Time without a command or `check` after which the carrier stops; 0 means never.
     drive : DriveOfLevel
-        Drive of a plate in a quantity other than µm; by default, the drive in the calibration.
+        Drive for a plate in a quantity other than µm; by default, taken from the calibration.
 
     Raises
     ------
