@@ -1,4 +1,4 @@
-"""Define the functions of ``import slipscale`` that combine several packages.
+"""Public functions in the ``slipscale`` namespace that combine several packages.
 
 `slipscale.load` and `slipscale.analyse` are aliases of `slipscale.analysis.load.load` and
 `slipscale.analysis.pipeline.analyse`.
@@ -222,7 +222,8 @@ class Reconstruction:
     title : str
         Title of the table.
     columns : tuple of ColumnAnswer
-        For each column, whether its numbers are consistent, and the number of possible data sets.
+        Result for each column: whether its numbers are consistent, and how many data sets give
+        them.
     """
 
     title: str
@@ -230,7 +231,7 @@ class Reconstruction:
     _solutions: tuple[Solutions, ...]
 
     def sample(self, number: int = 1, seed: int = 1) -> dict[str, np.ndarray]:
-        """Draw random data sets; every multiset of ratings is equally likely.
+        """Draw random data sets. All multisets of ratings are equally likely.
 
         Parameters
         ----------

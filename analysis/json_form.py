@@ -1,12 +1,12 @@
 """Convert results to JSON.
 
-By default, the keys of an object are its field names. A class with other keys defines a method
-``json_form`` that returns them in order. Rules for all classes:
+By default, the keys of an object are its field names. A class whose keys differ from its field
+names defines a method ``json_form`` that returns the keys in order. Rules for all classes:
 
-- an amplitude used as a key is written as ``0.5``; NaN is written as null;
+- amplitudes are written as ``0.5`` if they are keys; NaN is written as null;
 - field names of Slipscale's classes, and `OurName` strings, are adapted to the quantity of the
-  data. Keys of plain mappings are not changed: they are names of participants, files or groups, or
-  come from another package's analysis.
+  data. Keys of plain mappings are not changed, because they are names of participants, files or
+  groups, or come from an analysis in another package.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def record(value: object) -> JsonObject:
 
 
 def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
-    """Return an object's fields with some renamed; an empty new name omits the field."""
+    """Return an object's fields as a dictionary with renamed keys. Empty names omit a field."""
     found = {names.get(each.name, each.name): getattr(value, each.name) for each in fields(value)}
     found.pop("", None)
     return found

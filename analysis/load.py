@@ -180,7 +180,7 @@ def _files(
     Raises
     ------
     UserError
-        If no kind of task of which only one label is analysed has the requested label.
+        If ``wanted`` is not the label of a task for which only one label is analysed.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:

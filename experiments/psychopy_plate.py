@@ -28,7 +28,7 @@ from slipscale.stimuli.surface import VirtualSurface
 
 
 class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without types
-    """A plate that PsychoPy scripts can drive.
+    """Plate device for PsychoPy scripts.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         atexit.unregister(self.close)
 
     def isSameDevice(self, other: object) -> bool:  # noqa: N802 - PsychoPy's name
-        """Return whether a device, or a dictionary of device parameters, refers to this plate."""
+        """Return whether a device or a dictionary of device parameters has the same SPEC."""
         spec = other.get("spec") if isinstance(other, dict) else getattr(other, "spec", None)
         return bool(spec == self.spec)
 

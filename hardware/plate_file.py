@@ -48,7 +48,7 @@ class Identity(FrozenTable):
 
 
 class Geometry(FrozenTable):
-    """Size of the plate in mm and number of its ceramics, for the record."""
+    """Plate size in mm and number of ceramics, for documentation only."""
 
     length_mm: Positive | None = None
     width_mm: Positive | None = None
@@ -137,7 +137,7 @@ class Acknowledgement(FrozenTable):
     sha256: str = ""
 
     def checksum(self) -> str:
-        """Return the SHA-256 of name, date and limits, which only the option ``--by`` writes."""
+        """Return the SHA-256 of name, date and limits. Only the option ``--by`` writes it."""
         content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
@@ -257,7 +257,7 @@ def _without_checksum(signed: _Signed) -> PlateFile:
 
 
 def _stated(table: dict[str, object]) -> dict[str, object]:
-    """Return a table without the entries that are None."""
+    """Remove the entries that are None from a nested table."""
     return {
         key: _stated(value) if isinstance(value, dict) else value
         for key, value in table.items()

@@ -35,7 +35,7 @@ def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[st
     UserError
         If a file cannot be written, or WeasyPrint cannot load the library Pango.
     ModuleNotFoundError
-        If the extra ``export`` is not installed; nothing is written.
+        If the extra ``export`` is not installed. In this case, nothing is written.
     """
     check_installed(forms)
     report = write_analysis(analysis, out, formats=("png", "pdf"))

@@ -48,7 +48,7 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
 
 
 def _means_in_order(row: dict[str, Json]) -> dict[str, Json]:
-    """Convert a summary's means from a mapping keyed by level to a list."""
+    """Convert the means in a row from a dictionary keyed by level to a list."""
     means = row["means"]
     return row | {"means": list(means.values()) if isinstance(means, dict) else means}
 

@@ -1,1 +1,1 @@
-"""Draw figures of squeeze-film predictions."""
+"""Figures of squeeze-film predictions."""

@@ -136,7 +136,7 @@ def friction_figure() -> Figure:
 
 
 def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Array]:
-    """Return, per factor, the squeeze number, and numerical over closed-form overpressure.
+    """Return the squeeze number, and numerical divided by closed-form overpressure, per factor.
 
     Each factor multiplies the frequency of the paper's working point: h_r = 0.6 µm, 2.3 µm peak to
     peak, 30.5 kHz.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FamilyOfTests:
-    """A family of tests, with the number of significant tests.
+    """A family of tests and its number of significant tests.
 
     Parameters
     ----------
@@ -45,7 +45,7 @@ class FamilyOfTests:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Multiplicity:
-    """All tests in the report.
+    """Counts of tests and of significant tests in the report.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def multiplicity(
     confidence: float,
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> Multiplicity:
-    """List all families of tests, and count the tests that are significant.
+    """List all families of tests, and count the significant tests in each.
 
     Parameters
     ----------

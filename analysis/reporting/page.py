@@ -60,7 +60,7 @@ def facts(analysis: Analysis) -> list[tuple[str, str]]:
 
 
 def about_participants(analysis: Analysis) -> list[tuple[str, str]]:
-    """Return a summary of participants' answers to each question about themselves."""
+    """Summarise the participants' answers to each question about themselves."""
     about = analysis.dataset.participants
     here = analysis.flags.index.difference(list(analysis.excluded))
     about = about[about[PARTICIPANT].astype(str).isin(here)].drop_duplicates(PARTICIPANT)
@@ -112,7 +112,7 @@ def conclusions(analysis: Analysis) -> dict[str, list[str]]:
 
 
 def results(analysis: Analysis, said: Sequence[str]) -> html.ReportSection:
-    """Return the section of conclusions that no other section states."""
+    """Return a section with the conclusions that do not appear in other sections."""
     further = {}
     for title, texts in conclusions(analysis).items():
         if rest := list(filter(None, (_unsaid(text, said) for text in texts))):

@@ -54,7 +54,7 @@ KINDS: dict[
 
 @cache
 def known(convention: Convention) -> tuple[Conclusion, ...]:
-    """Return the conclusions under one SD convention, from the recorded tables.
+    """Return the conclusions from the recorded tables under one SD convention.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence
 
 
 def search(convention: Convention) -> list[Conclusion]:
-    """Search all data sets and pairings for the bounds, which takes minutes."""
+    """Search all data sets and pairings for the bounds. This takes minutes."""
     found = conclusions([Sampler(solutions) for solutions in _columns(convention)])
     return [one for one in found if one.name.partition(".")[0] in KINDS]
 
@@ -115,7 +115,7 @@ def _record() -> None:
 
 
 def _text(entries: dict[str, dict[str, dict[str, object]]]) -> str:
-    """Format the entries as JSON with one line per bound, to make diffs readable."""
+    """Format the entries as JSON with one line per bound, so that diffs are readable."""
     parts = [
         f"{json.dumps(convention)}: {{\n"
         + ",\n".join(f"{json.dumps(name)}: {json.dumps(ends)}" for name, ends in bounds.items())

@@ -96,7 +96,7 @@ def item(
     rule: Callable[[str, float], bool] = agrees,
     by_construction: bool = False,
 ) -> Callable[[], Outcome]:
-    """Create an item: a function that computes our value and returns an `Outcome`."""
+    """Create an item, which is a function that computes our value and returns an `Outcome`."""
     return lambda: Outcome(
         published=published,
         ours=compute(),

@@ -1,8 +1,8 @@
 """Recompute numbers in the paper's text and Table II from other numbers in the paper.
 
 To record our values in ``constants.json``, run ``python -m
-slipscale.analysis.reproduction.constants``. Do this only after an intended change, and explain in
-the commit message why the numbers changed.
+slipscale.analysis.reproduction.constants``. Do this only after an intended change to a formula or
+constant, and explain in the commit message why the numbers changed.
 """
 
 from __future__ import annotations

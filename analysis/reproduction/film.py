@@ -1,4 +1,4 @@
-"""Compare the paper's squeeze film with ours: squeeze number, pressure, friction, perception.
+"""Compare our squeeze-film results with the paper: squeeze number, pressure, friction, perception.
 
 To record our values in ``film.json``, run ``python -m slipscale.analysis.reproduction.film``. Do
 this only after an intended change to a model, and explain in the commit message why the numbers

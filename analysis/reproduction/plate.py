@@ -143,7 +143,7 @@ def draw_fig11() -> Figure:
 
 
 def draw_fig12() -> Figure:
-    """Plot Fig. 12 for the edge and the middle, and for floating electrodes."""
+    """Plot Fig. 12 for the edge and the middle of the plate, and for floating electrodes."""
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.paper_study import harmonic, prototype_modes  # noqa: PLC0415
 

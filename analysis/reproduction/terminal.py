@@ -15,7 +15,7 @@ AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 
 def print_comparisons(comparisons: Sequence[Comparison]) -> None:
-    """Print the published and our values, then the reasons for differences."""
+    """Print the published values and our values, followed by the reasons for differences."""
     # Lines in a file or pipe are not truncated.
     target = Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
@@ -57,7 +57,7 @@ def print_comparisons(comparisons: Sequence[Comparison]) -> None:
 
 
 def by_construction(outcome: Outcome) -> bool:
-    """Whether our value agrees by construction."""
+    """Return whether our value agrees only by construction."""
     return outcome.by_construction and bool(outcome.agrees)
 
 

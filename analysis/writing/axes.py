@@ -1,4 +1,4 @@
-"""Define the amplitude axis of figures, and tooltips for SVG elements."""
+"""Set up the amplitude axis of figures, and add tooltips to SVG elements."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ def apart(axes: Axes, levels: NDArray[np.float64]) -> list[float]:
 
 
 def tip(text: str) -> str:
-    """Return the name (gid) for an artist with a tooltip."""
+    """Encode a tooltip in the name (gid) of an artist."""
     return TIP + quote(text)
 
 
 def with_tips(svg: str) -> str:
-    """Return an SVG element with tooltips for the artists that were named by `tip`.
+    """Add tooltips to an SVG element, for the artists whose names were created by `tip`.
 
     >>> with_tips('<g id="tip-n%20%3D%203">')
     '<g><title>n = 3</title>'

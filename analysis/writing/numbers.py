@@ -128,7 +128,7 @@ def p_cell(p: float | None) -> str:
 
 
 def unit_number(value: float, decimals: int = 2) -> str:
-    """Format a number between -1 and 1 without its leading zero.
+    """Format a number between -1 and 1 without a leading zero.
 
     >>> unit_number(0.517), unit_number(-0.2)
     ('.52', '−.20')

@@ -1,8 +1,8 @@
 """Prevent spreadsheets from evaluating text in tables as formulas.
 
-Text typed by a participant, or a label from another program's file, can begin with ``=``. Excel and
-LibreOffice evaluate such text, and a formula can send data elsewhere or start programs (CWE-1236).
-Journals and the tables of the data set are not changed.
+Text that a participant typed, or a label in a file from another program, can begin with ``=``.
+Excel and LibreOffice evaluate such text, and a formula can send data elsewhere or start programs
+(CWE-1236). Journals and the tables in the data set are not changed.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
-"""Define where texts appear on the screen, and check that they fit and can be drawn.
+"""Define the space for each text on the screen, and check that texts fit and can be drawn.
 
-Space is measured in lines and in letters of average width.
+The space is measured in lines and in letters of average width.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ MOST_SHOWN = 8
 
 
 def room_of(key: str) -> Room:
-    """Return the place of a text on the screen.
+    """Return the space for the text with a given key.
 
     >>> room_of("matching.title").where
     'the one-line title of a screen'

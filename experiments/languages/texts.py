@@ -117,7 +117,7 @@ def shipped_texts(language: str, words: AttributeWords | None = None) -> dict[st
 def text_faults(
     language: str, replacements: Mapping[str, object], brought: Texts | None = None
 ) -> list[tuple[str, str]]:
-    """Return the key and an error message for each invalid text of a study."""
+    """Return the key and an error message for each invalid text in a study."""
     shipped, own = shipped_texts(language) | dict(brought or {}), flatten(replacements)
     known = {key: text for key, text in own.items() if key in shipped}
     return [
@@ -194,7 +194,7 @@ def blanks(text: str) -> set[str] | None:
 
 
 def answers(text: str) -> list[str]:
-    """Return the answers listed in a text.
+    """Split a text into the answers that it lists.
 
     >>> answers("not sure | sure")
     ['not sure', 'sure']

@@ -1,4 +1,4 @@
-"""The interface that all participants implement, and the exceptions that end a step."""
+"""Common interface for participants, and exceptions that end a step."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""The plate in PsychoPy Builder: a component for routines and a device for the device manager."""
+"""Plate support for PsychoPy Builder: a routine component and a device manager backend."""

@@ -116,7 +116,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
 
 
 class SlipscalePlateBackend(DeviceBackend):  # type: ignore[misc] # PsychoPy has no types
-    """The plate's settings in the device manager's dialog."""
+    """Plate settings for the device manager's dialog."""
 
     backendLabel = "Slipscale plate"  # noqa: N815
     deviceClass = "slipscale.experiments.psychopy_plate.SlipscalePlate"  # noqa: N815

@@ -220,7 +220,7 @@ class BeamSection:
         return np.asarray(q**2 * np.sqrt(self.rigidity_n_m / self.mass_kg_m2) / (2 * np.pi))
 
     def half_wave_for_frequency_mm(self, frequency_hz: float) -> float:
-        """Return the half wave in mm that resonates at a frequency, the inverse of (38)."""
+        """Return the half wave in mm that resonates at a given frequency (inverse of (38))."""
         f = float(positive("frequency_hz", frequency_hz, "Hz"))
         return float(np.sqrt(self.frequency_hz(1.0) / f))
 
@@ -229,8 +229,8 @@ class BeamSection:
         """Shear stiffness κ·G·h per unit width in N/m, from the energy of the shear stress.
 
         In bending, equilibrium gives the stress τ(z) = (V/G_b)·S(z), where S is the first moment of
-        the modulus beyond z. Equal energy gives κGh = G_b²/∫ S²/G dz, which is 5/6·G·h for a single
-        material.
+        the modulus beyond z. Equating the energies gives κGh = G_b²/∫ S²/G dz, which is 5/6·G·h for
+        a single material.
         """
         nodes, weights = np.polynomial.legendre.leggauss(4)  # exact, because S² is of degree 4
         hp, z0 = self.ceramic_thickness_mm * MILLI, self.neutral_ratio
@@ -264,7 +264,7 @@ class BeamSection:
     def timoshenko_half_wave_mm(self, frequency_hz: float) -> float:
         """Return the half wave in mm at which Timoshenko's beam resonates at a frequency.
 
-        The solution has a closed form, because the dispersion relation is quadratic in q² for a
+        The solution is in closed form, because the dispersion relation is quadratic in q² for a
         given ω.
         """
         omega = 2 * np.pi * float(positive("frequency_hz", frequency_hz, "Hz"))

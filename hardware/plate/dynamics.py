@@ -1,7 +1,7 @@
 """Model the plate in time: ring-up, ring-down, detuning, temperature and a finger.
 
-Near a resonance, the plate is a second-order resonator. A drive close to the resonance causes a
-vibration A(t)·cos(2πft) with a complex envelope A that obeys
+Near a resonance, the plate behaves as a second-order resonator. A drive close to the resonance
+causes a vibration A(t)·cos(2πft) with a complex envelope A that obeys
 
     dA/dt = -(1/τ + j 2π Δf) (A - A_ss),   τ = Q / (π f0),   Δf = f - f0,
     A_ss = g V / (1 + 2j Q Δf / f0).
@@ -71,9 +71,9 @@ class FingerLoad:
     Parameters
     ----------
     loss : float
-        Loss added to 1/Q; 1/300 reduces Q from 60 to 50.
+        Loss added to 1/Q. For example, 1/300 reduces Q from 60 to 50.
     detuning_hz : float
-        Shift of the resonance, negative if the finger acts as a mass.
+        Shift of the resonance. It is negative if the finger acts as a mass.
     """
 
     loss: float = 0.0
@@ -154,8 +154,8 @@ class Conditions:
         """Return the envelope at ``until_s`` during an edge of the drive.
 
         The drive changes from one voltage to another along a half cosine of duration ``edge_s``.
-        Times are measured from the beginning of the edge; ``envelope_um_pp`` is the envelope at
-        ``since_s``.
+        Times are measured from the beginning of the edge. The envelope at ``since_s`` is
+        ``envelope_um_pp``.
         """
         rate, turn = self._rate_per_s(frequency_hz), math.pi / edge_s
         response = self.response_um_pp_per_v(frequency_hz)

@@ -43,12 +43,13 @@ _VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # index of a symmetric pai
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Assembly:
-    """Matrices of a meshed plate without supports and electrodes.
+    """Matrices for a meshed plate without supports and electrodes.
 
     Parameters
     ----------
     layout, density, quarter
-        Layout and mesh. If ``quarter``, the mesh covers x, y >= 0 with two planes of symmetry.
+        Layout and mesh. If ``quarter`` is True, the mesh covers only x, y >= 0, with two planes of
+        symmetry.
     nodes : ndarray, shape (3, n)
         Positions in m.
     polarity : ndarray, shape (n,)
@@ -171,7 +172,7 @@ class _Bricks:
 
 
 def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
-    """Return the bricks of a layout, which may be cut by the edge of a disc."""
+    """Divide a layout into bricks, some of which may be cut by the edge of a disc."""
     x, y = (
         mesh_lines(layout, axis, size_mm / bricks, half=quarter)
         for axis, size_mm, bricks in (
@@ -229,8 +230,9 @@ def _cut(
 ) -> npt.NDArray[np.bool_]:
     """Set the integration rules of the cells that a region fills or cuts; return their mask.
 
-    For each cell that the region cuts, the ends of the region along y are appended to ``chords``,
-    in the unit square and with shape (2, points along x).
+    For each cell that the region cuts, the lower and upper limits of the region along y are
+    appended to ``chords``. They are in coordinates of the unit square, with shape (2, points along
+    x).
     """
     x_mm = (x[:-1, None] + np.diff(x)[:, None] * _ACROSS) / MILLI
     ends = np.stack(region.chord_mm(x_mm), axis=1)[:, None] * MILLI

@@ -105,7 +105,7 @@ class Layout:
     disc : bool
         Whether the plate is a disc, with its diameter as length and width.
     drawn : tuple of Patch
-        Ceramics at any positions; if empty, there are ``columns`` x ``rows`` ceramics.
+        Ceramics at given positions. If empty, the layout has ``columns`` x ``rows`` ceramics.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i.
     ends : {"free", "supported"}
@@ -234,7 +234,7 @@ HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 
 def density_of(layout: Layout, brick_mm: float) -> Density:
-    """Return the density with bricks no larger than ``brick_mm`` in any direction."""
+    """Return the mesh density at which ceramics and layers have bricks of at most ``brick_mm``."""
     return Density(
         along_ceramic=math.ceil(layout.ceramic_length_mm / brick_mm),
         across_ceramic=math.ceil(layout.ceramic_width_mm / brick_mm),
@@ -287,7 +287,7 @@ def _rows(layout: Layout) -> tuple[Patch, ...]:
 
 
 def _parity(patches: tuple[Patch, ...], signs: tuple[int, int]) -> int:
-    """Return 1 if all mirrored patches have the same polarity, -1 if opposite, otherwise 0."""
+    """Return 1 if every patch has the same polarity as its mirror image, -1 if opposite, else 0."""
 
     def key(region: Region, signs: tuple[int, int]) -> tuple[object, ...]:
         x, y = (sign * round(at, 6) + 0.0 for sign, at in zip(signs, region.at_mm, strict=True))

@@ -151,7 +151,7 @@ class Piezoceramic:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class BeamCeramic:
-    """Constants of a ceramic in the paper's beam model (Table II).
+    """Ceramic constants for the paper's beam model (Table II).
 
     Parameters
     ----------

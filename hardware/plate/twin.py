@@ -36,9 +36,9 @@ class Surroundings:
     temperature_c : float
         Temperature at the start.
     warm_up_k, warm_up_s : float
-        Total warm-up of the plate in kelvin, and time constant.
+        Total warm-up of the plate in kelvin, and its time constant in seconds.
     wander_k : float
-        Largest slow deviation of the room temperature.
+        Largest deviation of the room temperature, which drifts slowly.
     """
 
     temperature_c: float = 22.0
@@ -148,7 +148,7 @@ class Twin:
 
         For a played loop, the reading is the mean over the last complete period, which can be
         compared with the command. The first period is ignored, because it starts at the settled
-        mean; until the end of the second period, the initial amplitude is returned.
+        mean. Until the end of the second period, the reading is therefore the initial amplitude.
         """
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
         played = self.drive.played
@@ -231,7 +231,7 @@ class Twin:
         return frequency_hz, min(target_um_pp * volts_per_um, self.voltage_limit_v)
 
     def _random(self, counter: int) -> np.random.Generator:
-        """Return a counter-based random generator, which does not depend on earlier draws."""
+        """Return the random generator for a counter value, independent of earlier draws."""
         return np.random.Generator(
             np.random.Philox(key=np.array([self._seed, counter & WORD], dtype=np.uint64))
         )

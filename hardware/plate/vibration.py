@@ -1,8 +1,8 @@
 """Compute the modes and the driven vibration of a meshed plate.
 
-Eigenmodes around a frequency are computed in shift-invert mode (SciPy's ``eigsh``). The potential
-is eliminated exactly in each solution. Driven vibration is a superposition of modes with constant
-loss factors.
+Eigenmodes around a frequency are computed in shift-invert mode (SciPy's ``eigsh``). Each solution
+eliminates the potential exactly. Driven vibration is a superposition of modes with constant loss
+factors.
 
 The driven mode is identified by its **modal piezoelectric force**, not by its index, because the
 whole plate has about eighteen modes between 30 and 40 kHz.
@@ -35,7 +35,7 @@ _RIGID_BELOW = 1e-3  # fraction of the highest frequency up to which modes are r
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Supported:
-    """System of equations of a plate with supports and electrodes.
+    """System of equations for a plate with supports and electrodes.
 
     Parameters
     ----------
@@ -44,7 +44,8 @@ class Supported:
     stiffness, mass : sparse
         Matrices for the free displacements.
     coupling, capacitance : sparse
-        Matrices for the free potentials inside the ceramics and, if open, on the electrodes.
+        Matrices for the free potentials inside the ceramics and, for open electrodes, on the
+        electrodes.
     force : ndarray
         Nodal forces in N per volt on the outer electrodes, with all displacements held.
     """
@@ -248,9 +249,9 @@ def response_um(
 def surface_response_um(
     found: Modes, frequency_hz: float, voltage_v: float, loss_factor: npt.ArrayLike
 ) -> tuple[npt.NDArray[np.intp], Array]:
-    """Return the nodes of the touch surface, and their complex amplitudes in µm peak.
+    """Return the indices of the touch-surface nodes, and their complex amplitudes in µm peak.
 
-    For the parameters, see `response_um`. Both arrays have shape (nodes,).
+    Both arrays have shape (nodes,). For the parameters, see `response_um`.
     """
     on_top = found.parts.on_top
     amplitude_um_peak = [

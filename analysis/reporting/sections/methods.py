@@ -77,7 +77,7 @@ def _invariance(analysis: Analysis) -> str:
 
 
 def methods(analysis: Analysis, software: Mapping[str, str]) -> ReportSection:
-    """Return the section with choices, versions, seeds and digests."""
+    """Return the section with analysis settings, software versions, random seeds and checksums."""
     section = ReportSection("Methods and provenance")
     data = analysis.dataset
     frozen = ", ".join(data.frozen)

@@ -1,4 +1,4 @@
-"""Write the section that lists all tests and their correction."""
+"""Write the section on all tests and their correction for multiple testing."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from slipscale.analysis.writing.numbers import unit_number
 
 
 def tests_made(analysis: Analysis) -> ReportSection:
-    """Return the section with a table of all test families; it is empty without tests."""
+    """Return the section with a table of all test families, which is empty if no test was made."""
     section = ReportSection("All tests and their correction")
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     found = multiplicity(analysis.inference, choices.primary, choices.confidence, quantity)

@@ -94,7 +94,7 @@ class Asking(Unmoved):
         return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Process a character; return the outcome if the character completes an answer in time."""
+        """Process a character. Return the outcome if it completes the answer in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)
@@ -108,7 +108,7 @@ class Asking(Unmoved):
         return None
 
     def erase(self) -> ScreenResult | None:
-        """Delete the last character; in an empty field, return to the previous question."""
+        """Delete the last character. If the field is empty, return to the previous question."""
         self._notice = ""
         if self._back and not self._entry.content:
             return ScreenResult(value=BACK)
@@ -116,7 +116,7 @@ class Asking(Unmoved):
         return None
 
     def move(self, notches: int) -> None:
-        """Move up or down the list."""
+        """Move the selection up or down in the list."""
         self._notice = ""
         self._entry.turn(notches)
 
@@ -126,7 +126,7 @@ class Asking(Unmoved):
         return self._entry.content
 
     def offer(self, typed: str) -> None:
-        """Restore an earlier entry character by character, as if it were typed."""
+        """Restore an interrupted entry by entering its characters one by one."""
         for character in typed:
             self._entry.press(character)
 

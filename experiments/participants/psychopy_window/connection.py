@@ -76,7 +76,7 @@ class Connection:
 
     @contextmanager
     def used(self) -> Iterator[None]:
-        """Replace exceptions caused by a broken connection with `WindowLost`."""
+        """Raise `WindowLost` instead of exceptions caused by a broken connection."""
         self.check()
         try:
             yield

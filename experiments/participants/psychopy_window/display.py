@@ -96,7 +96,7 @@ def screens() -> list[str]:
 
 
 def check_screen(number: int) -> None:
-    """Raise `UserError` unless the screen exists; PsychoPy would silently use another screen."""
+    """Raise `UserError` if the screen does not exist. PsychoPy would silently use another one."""
     available = screens()
     if not 0 <= number < len(available):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(available))
@@ -104,7 +104,7 @@ def check_screen(number: int) -> None:
 
 
 class Pointer:
-    """The position of a window's pointer: a mouse, or a touch panel that acts as one."""
+    """Reads the pointer position in a window, from a mouse or a touch panel acting as a mouse."""
 
     unit: Literal["mm", "px"] = "px"
 

@@ -110,7 +110,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
 
 
 def judge_whole_number(entry: str, *, minimum: int, maximum: int) -> Accepted | Refused:
-    """Parse a whole number between two inclusive bounds.
+    """Parse a whole number, and check that it is between two inclusive bounds.
 
     >>> judge_whole_number(" 34 ", minimum=18, maximum=99)
     Accepted(value=34.0)
@@ -198,7 +198,7 @@ class KeyEntry:
     Parameters
     ----------
     answers : Mapping
-        Maps each key's character, in lower case, to the answer's value.
+        Values of the answers, keyed by lower-case character.
     """
 
     def __init__(self, answers: Mapping[str, Value]) -> None:
@@ -309,7 +309,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
 
 
 def is_long(question: Question) -> TypeGuard[ChoiceQuestion]:
-    """Return whether a question has more options than number keys and needs a scrolling list."""
+    """Return whether a choice has more options than number keys, so that it needs a list."""
     return isinstance(question, ChoiceQuestion) and len(question.options) > NUMBER_KEYS
 
 

@@ -1,4 +1,4 @@
-"""Combine the characters that the window receives with the press times from the device.
+"""Combine the characters received by the window with the press times from the device.
 
 The window handles the keyboard layout, but receives keys only when it is polled, once per frame.
 Psychtoolbox timestamps each press in a separate thread, but reports only key positions (on a French
@@ -30,11 +30,11 @@ TO_THE_END = 1_000_000  # notches; more than any line or list has
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """An input of the kind "character", "erase", "escape", "turn", "move" or "point".
+    """One input; ``kind`` is "character", "erase", "escape", "turn", "move" or "point".
 
     ``repeated`` marks inputs that come from holding a key or dragging the mouse. ``notches`` is the
-    size of a turn (up or down) or a move (right or left). ``x`` and ``y`` are the pixel coordinates
-    of a point, from the window's lower left corner.
+    size of a turn (up or down) or a move (right or left). ``x`` and ``y`` are the coordinates of a
+    point in pixels, measured from the window's lower left corner.
     """
 
     kind: Kind
@@ -240,12 +240,12 @@ class Keyboard:
         return typed
 
     def _hear_keys_where_accents_are_composed(self) -> None:
-        """Make X11 send keys to the window itself, not to the child window that is drawn on.
+        """Make X11 send keys to the window itself instead of the child window for drawing.
 
-        X11 sends keys to the smallest window under the pointer that listens for keys. Xlib composes
-        accents (dead keys, Compose) only for the window of the input context, not for pyglet's
-        child window, which would receive ^ e as e. The child window therefore stops listening, and
-        X11 passes the keys on to the outer window.
+        X11 sends keys to the innermost window under the pointer that listens for keys. Xlib
+        composes accents (dead keys, Compose) only for the window of the input context, not for
+        pyglet's child window, which would receive ^ e as e. This function stops the child window
+        from listening, so that X11 passes the keys on to the outer window.
         """
         xlib, handle = self._pyglet.libs.x11.xlib, self._handle
         everything_else = handle._default_event_mask & ~(  # noqa: SLF001  pyglet offers no other way

@@ -134,7 +134,7 @@ def lay(text: Text) -> Laid:
 
 
 def _lines(text: Text, size: float) -> list[tuple[str, float]]:
-    """Return the lines of a text, with their widths."""
+    """Wrap a text into lines; return each line with its width."""
     space = _em(" ") * size
     lines: list[tuple[str, float]] = []
     for paragraph in unbroken(text.content).split("\n"):
@@ -152,7 +152,7 @@ def _lines(text: Text, size: float) -> list[tuple[str, float]]:
 
 @cache
 def _em(word: str) -> float:
-    """Return the width of a word in multiples of its font size."""
+    """Return the width of a word in em (multiples of the font size)."""
     font, share = _font()
     font.set_text(word, 0.0)
     return float(font.get_width_height()[0] / 64 / MEASURED_AT * share) if word.strip() else 0.26

@@ -93,11 +93,11 @@ class Marking:
 
     @property
     def typed(self) -> str:
-        """The position of the mark as text; empty if the mark was not set."""
+        """The position of the mark as text, or an empty string if the mark was not set."""
         return "" if self._put is None else f"{self._put:g}"
 
     def offer(self, typed: str) -> None:
-        """Restore the mark's position from before an interruption."""
+        """Restore the position that the mark had before an interruption."""
         if typed:
             self._put = self._question.nearest(float(typed))
 

@@ -146,7 +146,7 @@ def pressed_at(scene: Scene, x: float, y: float) -> str:
 def key_row(
     keys: tuple[str, ...], meanings: tuple[str, ...], *, y: float, touch: bool = False
 ) -> Scene:
-    """Return a row of keys, each with its meaning below it."""
+    """Return a row of drawn keys with a label below each key."""
     pitch = 0.44 if len(keys) < 3 else 0.38  # noqa: PLR2004 - so that three fit the narrowest screen
     left = -pitch * (len(keys) - 1) / 2
     return tuple(
@@ -168,7 +168,7 @@ def _touched(touch: bool, area: Area) -> Scene:
 
 
 def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: bool = False) -> Scene:
-    """Return a column of the number keys 1, 2, ..., each with its meaning."""
+    """Return a column of drawn number keys (1, 2, ...), each with a label next to it."""
     pitch = min(height / len(meanings), 0.1)
     left, cap = -0.32, 0.72 * pitch
     rows = [(str(n), words, top - pitch * (n - 0.5)) for n, words in enumerate(meanings, start=1)]
@@ -215,5 +215,5 @@ def pilot_banner(content: str) -> Scene:
 
 
 def message(content: str) -> Scene:
-    """Return a screen with a single sentence."""
+    """Return a screen that shows only a message."""
     return (Text(content=content, y=0.0, size=TITLE, width=1.1),)

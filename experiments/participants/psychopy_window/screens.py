@@ -60,7 +60,7 @@ class Screen(Protocol):
         """Delete the last character; return the outcome if this closes the screen."""
 
     def move(self, notches: int) -> None:
-        """Move the mark or the selection right or up by a number of notches."""
+        """Move the mark to the right, or the selection up, by a number of notches."""
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
         """Process a click or touch. Return the outcome if the click or touch ended the screen."""

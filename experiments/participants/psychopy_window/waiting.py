@@ -1,4 +1,4 @@
-"""Screens that wait for a key press or for the end of a time interval."""
+"""Screens that wait for a key press or until a time has passed."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ PACER_WIDTH, PACER_Y = 0.8, -0.07
 
 
 class Unmoved:
-    """Base class of screens that ignore movements and the pointer."""
+    """Base class for screens that ignore wheel, arrow keys and pointer."""
 
     pointed = False
 
@@ -43,7 +43,7 @@ class Unmoved:
 
 
 class Waiting(Unmoved):
-    """Base class of screens that wait for the key to continue, usually the space bar."""
+    """Base class for screens that wait for the key to continue, usually the space bar."""
 
     single_key = True
     typed = ""
@@ -103,7 +103,7 @@ class Reading(Waiting):
         )
 
     def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  the text is constant
-        """Return the title, text and hint; a single paragraph is centred vertically."""
+        """Return the title, text and hint. A single paragraph is centred vertically."""
         step, text = self._step, self._step.text.strip()
         title = Text(content=step.title, y=0.36, size=scene.TITLE, bold=True)
         if "\n" in text:
@@ -155,7 +155,7 @@ class Resting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the text, the progress, and the remaining minimum time of the break."""
+        """Return the text, the progress and, at first, the remaining minimum time of the break."""
         step = self._step
         progress = self._texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)

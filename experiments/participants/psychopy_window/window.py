@@ -259,7 +259,7 @@ class PsychoPyWindow:
 
 
 def hand_over(key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-    """Pass a key to a screen, unless the key came too early or repeats a held key."""
+    """Pass a key to a screen, unless it was pressed too early or is an automatic repeat."""
     if key.kind in ("escape", "point") or elapsed_s < 0:
         return None
     if key.kind in ("turn", "move"):

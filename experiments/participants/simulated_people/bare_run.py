@@ -50,7 +50,7 @@ PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
-    """A step, its answer, and the time that the person took; the plate takes no time."""
+    """A step, its answer, and the time taken by the person. The plate takes no time."""
 
     step: Step
     answer: Answer
@@ -58,7 +58,7 @@ class BareStep(NamedTuple):
 
 
 def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[BareStep]:
-    """Yield a run's steps with their answers, to the end or until the person gives up.
+    """Yield the steps of a run with their answers, until the run ends or the person gives up.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
 
 
 class _Bare:
-    """The state of the plate and the finger, and the functions that answer each kind of step."""
+    """State of the plate and the finger, and functions that answer each type of step."""
 
     def __init__(self, person: Respondent) -> None:
         self.person = person
@@ -180,5 +180,5 @@ def _felt_level(surface: Stimulus | None) -> float:
 
 
 def _felt(level: float, surface: Stimulus | None) -> float:
-    """Return the level that is felt; amplitudes are rounded to the resolution of a finger."""
+    """Return the felt level. Amplitudes are rounded as in a session, to `FELT_DIGITS` digits."""
     return level if isinstance(surface, Varied) else round(level, FELT_DIGITS)

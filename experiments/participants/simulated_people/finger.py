@@ -49,7 +49,7 @@ class SimulatedFinger:
         self._guide: Guide | None = None
 
     def strokes(self, begun_s: float, chance: Stream, guide: Guide | None = None) -> None:
-        """Start stroking from one end of the stroke, following the guide if there is one."""
+        """Start stroking at one end of the stroke, at the guide's speed and force if given."""
         self._begun_s = begun_s
         self._guide = guide
         speed_mm_s, force_n = self._own_speed, self._own_force

@@ -33,7 +33,7 @@ D_AT_75_PERCENT = 0.6745
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """The growth of a sensation with the level.
+    """Growth of sensation with the level.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def growth_of(quantity: Quantity) -> Growth:
 
 
 def _effects(factors: Sequence[Factor]) -> dict[str, object]:
-    """Return the population options that describe the simulated effects of a study's factors."""
+    """Convert the simulated effects of a study's factors to fields of `Population`."""
     return {
         "effects": tuple((f.name, level, by) for f in factors for level, by in f.simulated.items()),
         "growths": tuple(
@@ -97,7 +97,7 @@ def people_for(study: Study, population: Population | None = None) -> Population
     Raises
     ------
     UserError
-        If the population's curve is defined for another quantity.
+        If the population's curve is defined for a quantity other than the study's.
     """
     people, quantity = population or Population(), study.quantity
     if not (people.effects or people.growths or people.effect_sds):

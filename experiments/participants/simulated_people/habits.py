@@ -25,7 +25,7 @@ LEAST_PERCENT = 0.5  # replaces a sensation of zero when a logarithm is taken
 
 
 class Habits(BaseModel):
-    """Response habits; 0 turns a habit off."""
+    """Response habits. A value of 0 turns a habit off."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
@@ -139,10 +139,10 @@ class History:
     trials : int
         Number of trials, including this one.
     log_sum, log_least, log_largest : float or array
-        Sum, minimum and maximum of the log mean sensation in the population at the presented
-        amplitudes.
+        Sum, minimum and maximum of the log population mean of the sensations at the presented
+        levels.
     before_level : float or array
-        Level of the previous surface, µm peak to peak; undefined in the first trial.
+        Level of the previous surface in µm peak to peak. Undefined in the first trial.
     contact_s : float or array
         Contact time of the finger with the plate since the last rest.
     """
@@ -166,13 +166,13 @@ class History:
         )
 
     def after_contact(self, contact_s: Numbers) -> History:
-        """Return the history with a different contact time."""
+        """Return a copy of the history with the given contact time."""
         return replace(self, contact_s=contact_s)
 
 
 @dataclass(frozen=True, slots=True)
 class Frame:
-    """Reference values from which the effects of habits in one population are computed.
+    """Reference values for computing the effects of habits in one population.
 
     Parameters
     ----------

@@ -75,9 +75,10 @@ class SimulatedParticipant:
         self.finger = SimulatedFinger(respondent.constant_stream("finger"))
 
     def attend(self, steps: Steps) -> Steps:
-        """Yield a protocol's steps; the respondent processes each finished step, even if replayed.
+        """Yield a protocol's steps, and update the person's memory after each finished step.
 
-        The person's memory is therefore the same whether or not the run was interrupted.
+        Replayed steps update the memory too, so it does not depend on whether the run was
+        interrupted.
         """
         try:
             step = next(steps)
@@ -153,7 +154,7 @@ class SimulatedParticipant:
             raise StopRequested(GAVE_UP)
 
     def _explore(self, step: Explore, watch: Watch) -> Reply:
-        """Stroke the surface for a while and store the sensation."""
+        """Stroke the surface for a random duration, and store the level felt on average."""
         person = self.respondent
         duration_s = person.exploration_s(step)
         moments = person.stream("touch")
@@ -202,12 +203,12 @@ def turned_until_content(
     *,
     again: int = 0,
 ) -> Reply:
-    """Adjust the surface notch by notch until the answering function is satisfied.
+    """Adjust the surface notch by notch until the answering function accepts it.
 
     Parameters
     ----------
     feel : callable
-        Returns the level that is currently felt, in the study's quantity.
+        Returns the level that the person currently feels, in the study's quantity.
     again : int
         Number of times that the reference was repeated. If above 0, this call continues an
         adjustment.

@@ -80,7 +80,7 @@ class Memory:
         return self.of_trial[min(self.of_trial)] if several else self.standard_level
 
     def begin(self, step: Ask | Explore | Adjust) -> None:
-        """Begin a step; in a new trial, forget the previous trial's impressions."""
+        """Begin a step. At the start of a new trial, forget the previous trial's impressions."""
         if step.trial != self.trial:
             self.trial, self.of_trial = step.trial, {}
             self.turned = self.felt_again = 0
@@ -129,7 +129,7 @@ class Memory:
 
 
 def _place(step: Ask | Explore | Adjust) -> tuple[str, int, str]:
-    """Return the key under which a step is counted: its trial, and its question or interval."""
+    """Return the key for counting a step: its task, its trial, and its question or interval."""
     name = f"explore {step.interval}" if isinstance(step, Explore) else step.name
     if step.trial:
         return step.trial.task, step.trial.number, name

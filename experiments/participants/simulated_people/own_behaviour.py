@@ -42,7 +42,7 @@ class Behaviour:
 
     @property
     def language(self) -> str:
-        """The language of verbal reports."""
+        """Language code of verbal reports."""
         return self.person.language
 
     @property

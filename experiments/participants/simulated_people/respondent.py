@@ -62,7 +62,7 @@ def unanswered(protocol: str, name: str) -> str:
 
 
 class Respondent:
-    """A member of the simulated population.
+    """One simulated person from a population.
 
     Parameters
     ----------
@@ -71,9 +71,9 @@ class Respondent:
     participant : str
         The participant's label.
     visit : int
-        Index of the participant's run; each run of a person has its own random numbers.
+        Index of the participant's run. Each run of a person uses different random numbers.
     planned : int
-        Number of planned trials in the run, from which a dropout's last trial is drawn.
+        Number of planned trials in the run. A dropout's last trial is drawn from these trials.
     language : str
         Language of the verbal reports; English if the language is not available.
     population : Population, optional
@@ -171,7 +171,7 @@ class Respondent:
         return Reply(value=value, response_time_s=time_s)
 
     def told(self, step: Ask | Adjust) -> Value:
-        """Return the answer that the task's simulated-answer function gives."""
+        """Return the answer from the task's own function for simulated answers."""
         task = step.trial.task if step.trial else getattr(step, "task", "")
         answer = self._answers.get((task, step.name))
         if answer is None:
@@ -204,7 +204,7 @@ class Respondent:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of the sensations; their difference has the noise `_threshold`."""
+        """Strengths of the sensations, with noise. The SD of a difference is `_threshold`."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
@@ -256,8 +256,8 @@ class Respondent:
     def reaches(self, ratio: float) -> bool:
         """Return whether the last surface is at least ``ratio`` times as strong as the standard.
 
-        Only the habits regression, learning and misread have an effect. Regression compresses the
-        range of the adjusted variable, so the person produces a ratio closer to 1.
+        Of the habits, only regression, learning and misread have an effect. Regression compresses
+        the range of the adjusted variable, so the person produces a ratio closer to 1.
         """
         meant: float = ratio ** (1 - self._people.habits.regression)
         return self._felt_percent() >= meant * self._of_standard()

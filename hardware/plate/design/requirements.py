@@ -101,7 +101,7 @@ class _Outline(FrozenTable):
         return self
 
     def region(self, at_mm: tuple[float, float] = (0.0, 0.0)) -> Region:
-        """Return the shape with its centre at a given position."""
+        """Return the outline as a region centred at a given position."""
         if self.diameter_mm is None:
             return Region(at_mm=at_mm, size_mm=self.size_mm or (0.0, 0.0))
         return Region(at_mm=at_mm, size_mm=(self.diameter_mm,) * 2, disc=True)

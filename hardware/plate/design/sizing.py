@@ -28,7 +28,7 @@ _COLUMNS_MORE = 4  # ceramics to consider beyond those that the workspace requir
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Candidate:
-    """Candidate for the size of a plate.
+    """Candidate plate size.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class Design:
     frequency_min_hz : float
         Lowest frequency, from the squeeze number or the requirements, whichever is higher.
     half_wave_min_mm : float
-        Shortest half wave that reaches the amplitude.
+        Shortest half wave that reaches the required amplitude.
     half_wave_max_mm : float
         Longest half wave for the lowest frequency, from Timoshenko's beam in plane strain.
     half_wave_max_printed_mm : float
@@ -110,12 +110,12 @@ class Design:
 
 
 def design(brief: Brief) -> Design:
-    """Compute the half waves and plates that a brief allows.
+    """Compute the half waves and candidate plates allowed by a brief.
 
     Raises
     ------
     UserError
-        If the film would carry the whole finger, so that there would be no friction.
+        If the film would carry the finger's whole force, so that there would be no friction.
     """
     wanted = brief.requirements
     printed, wide = sections(brief)

@@ -30,7 +30,7 @@ CONVERGED = 0.04  # largest change of the amplitude between meshes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """Driven mode of a plate from finite elements, with shorted electrodes and the ceramic's Q.
+    """Finite-element solution for a plate's driven mode: shorted electrodes, the ceramic's Q.
 
     Parameters
     ----------
@@ -44,7 +44,8 @@ class Solution:
     unknowns : int
         Number of unknown displacements.
     uncertainty : float or None
-        Largest relative change of the amplitudes from the previous mesh; None for a single mesh.
+        Largest relative change in amplitude since the previous mesh, or None if only one mesh was
+        solved.
     """
 
     resonance_hz: float
@@ -60,7 +61,8 @@ class Judged:
     Parameters
     ----------
     solution : Solution or None
-        Solution; None if the beam model excludes the plate or the plate could not be solved.
+        Finite-element solution. None if the beam model excludes the plate or the plate could not be
+        solved.
     why_not : tuple of str
         Unmet requirements; empty if the plate meets all requirements.
     needs : tuple of str
@@ -122,7 +124,9 @@ def _solution(found: Modes, amplitude_um_peak: dict[str, float]) -> Solution:
 
 
 def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]]) -> Solution:
-    """Refine the mesh until the amplitudes converge or no finer mesh is listed; return the last.
+    """Refine the mesh until the amplitudes converge or no finer mesh is available.
+
+    The solution with the finest mesh is returned.
 
     Raises
     ------
@@ -147,7 +151,7 @@ def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]
 
 
 def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged:
-    """Check whether a candidate meets the brief; solve it only if the beam model admits it."""
+    """Check whether a candidate meets the brief. Only beam-admissible candidates are solved."""
     if not candidate.beam_admissible:
         return Judged(
             solution=None,
