@@ -1,1 +1,1 @@
-"""The kinds of tasks, one folder each, and the table that lists them."""
+"""Kinds of task, each in its own subpackage, and the table that lists them."""

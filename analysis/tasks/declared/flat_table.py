@@ -1,4 +1,4 @@
-"""Convert results to a flat table with the keys of ``inference.json`` as columns."""
+"""Convert results to a flat table with columns named after the keys of ``inference.json``."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ def flat(results: Iterable[object]) -> pd.DataFrame:
 
 
 def flat_rows(above: JsonObject, results: Iterable[object]) -> list[JsonObject]:
-    """Return one row per result, starting with the columns in ``above``.
+    """Return one row per result, with the columns in ``above`` first.
 
-    An interval ``[low, high]`` becomes two columns, such as ``ratio_ci_low ratio_ci_high``; the
-    field ``interval`` becomes ``ci_low ci_high``.
+    An interval ``[low, high]`` is split into two columns, such as ``ratio_ci_low`` and
+    ``ratio_ci_high``. The field ``interval`` becomes ``ci_low`` and ``ci_high``.
     """
     rows = []
     for result in results:

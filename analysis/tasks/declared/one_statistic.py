@@ -34,7 +34,7 @@ def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
 def _paragraphs(
     names: list[list[str]], answers: list[list[str]], remarks: list[list[str]]
 ) -> list[str]:
-    """Return each task's answers, and its remarks, which name their task if there are several."""
+    """Return each task's answers and remarks; with several tasks, remarks start with the name."""
     texts = []
     for (name,), own_answers, own_remarks in zip(names, answers, remarks, strict=True):
         lead = f"{name}: " if len(names) > 1 else ""
@@ -47,7 +47,7 @@ def _design(count: int, what: str) -> list[str]:
 
 
 def _heading(name: str, head: str) -> list[Markup]:
-    """Return the heading of a task, unless it repeats the heading of the section."""
+    """Return the task's heading, or nothing if it would repeat the section's heading."""
     return [] if name == head else [html.heading(name)]
 
 
@@ -70,33 +70,34 @@ def of_one_statistic(
     rows: Callable[[T], Sequence[JsonObject]],
     **others: Any,
 ) -> TaskAnalysis:
-    """Return the declaration of a kind of task whose texts and figures use one result per task.
+    """Declare a kind of task from functions that describe the result for one task.
 
-    Every callable except ``tasks`` is called once per task. The last argument of every callable
-    except ``tasks`` and ``rows`` is the quantity of the levels. The question and the heading can
-    contain placeholders for the quantity.
+    Every callable except ``tasks`` is called once per task. Every callable except ``tasks`` and
+    ``rows`` receives the quantity of the levels as its last argument. The question and the heading
+    are format strings with the quantity as ``q``.
 
     Parameters
     ----------
     tasks : callable
-        Function that splits the statistic's result into one result per task; by default, a tuple
-        with one item per task.
+        Function that splits the statistic's result into one result per task. The default is for
+        results that are already a sequence with one item per task.
     question, what, title : str
         Question in the summary, adjective for the trials, and heading of the results sentences.
     named : callable
         Returns the name of a task, with its label and condition.
     answers, remarks, doubts : callable
-        Return texts for the summary, further texts for the results section, and caveats, given the
-        result and the confidence level.
+        Return sentences for the summary, additional sentences for the results section, and caveats,
+        given the result and the confidence level.
     heading : str
         Heading of the section. The default is ``title``.
     blocks : callable
-        Returns the blocks of the section, given the result, the figures and the confidence level in
-        %.
+        Returns the content of the section, given the result, the figures and the confidence level
+        in %.
     figures : callable
-        Returns figures, keyed by file name, from the result and the trials of all tasks.
+        Returns figures, keyed by file name, given the task's result and the trials of all tasks.
     rows : callable
-        Returns rows of the CSV table, with the column names used for µm.
+        Returns rows of the CSV table, with the column names for amplitudes in µm. These are renamed
+        for other quantities.
     others : object
         Further fields of `TaskAnalysis`.
     """

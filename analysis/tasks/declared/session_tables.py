@@ -16,23 +16,23 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 
 def by_session(rows: pd.DataFrame) -> pd.DataFrame:
-    """Return the mean of ``value`` as a table of participants by sessions."""
+    """Return the mean of ``value`` for each participant (rows) and session (columns)."""
     return rows.assign(session=rows["session"].astype(str)).pivot_table(
         index=PARTICIPANT, columns="session", values="value", observed=True
     )
 
 
 def logarithms(values: pd.Series[float]) -> pd.Series[float]:
-    """Return natural logarithms; NaN for 0."""
+    """Return natural logarithms, or NaN for values that are not above 0."""
     return pd.Series(np.log(values.where(values > 0).to_numpy(float)), index=values.index)
 
 
 def mean_by_session(
     trials: TaskTrials, what: str, unit: str, value: Callable[[pd.DataFrame], pd.Series[float]]
 ) -> Callable[[Dataset, Prepared | None], Iterator[SessionTable]]:
-    """Return a function that yields, for each task, a table of means over main trials.
+    """Return a function that yields a table of session means for each task, without catch trials.
 
-    ``what`` and ``unit`` can contain placeholders for the quantity.
+    ``what`` and ``unit`` are format strings with the quantity as ``q``.
     """
 
     def tables(data: Dataset, _prepared: Prepared | None) -> Iterator[SessionTable]:

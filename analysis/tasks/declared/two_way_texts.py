@@ -54,7 +54,7 @@ def anova_sentence(
     Parameters
     ----------
     names : tuple of str
-        Name of the factor and plural of its levels, such as ("session", "sessions").
+        Name of the factor and plural name of its levels, such as ("session", "sessions").
     """
     factor, levels = names
     means, growth = (
@@ -71,7 +71,7 @@ def anova_sentence(
 
 
 def effect_text(found: Effect) -> str:
-    """Return F, its degrees of freedom, p and the effect size."""
+    """Format an effect as F with its degrees of freedom, p and partial eta squared."""
     return (
         f"F({_degrees(found.df1)}, {_degrees(found.df2)}) = {number(found.F)}, "
         f"{p_value(found.p)}, partial η² = {unit_number(found.eta2_partial)}"

@@ -27,7 +27,7 @@ class CoderAgreement:
     reports : int
         Number of reports that both coders coded.
     kappa : float
-        Cohen's kappa; ``interval`` contains its 95 % confidence interval.
+        Cohen's kappa. Its 95 % confidence interval is in ``interval``.
     agreed : int
         Number of reports that both coders put in the same category.
     """

@@ -1,4 +1,4 @@
-"""Define the analysis and the report of the descending difference task."""
+"""Define how the descending difference task is analysed and reported."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ ANSWERS = (
 
 
 def answers_table(analysis: Analysis) -> pd.DataFrame:
-    """Return the analysed yes/no answers.
+    """Return a table of the analysed yes/no answers.
 
-    For quantities other than the plate's amplitude, the table includes the stimulus and its
+    For quantities other than the plate's amplitude, the table also contains the stimulus and its
     reference.
     """
     rows = analysis.dataset.differences

@@ -3,11 +3,11 @@
     P(yes | step of size s, participant i) = Φ(d'_s + τ v_i - c - σ u_i)
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
-Both the criterion and the sensitivity differ between people. Intervals from a model without the
-term τ v_i contained the true value in only 80 to 90 % of cases if the standard deviation of
-sensitivities was 0.4. The likelihood is integrated over u and v; confidence intervals use the
-profile likelihood. Proportions of 0 or 1 need no correction. If participants felt every step, or no
-catch step, the interval has only a lower bound.
+Both the criterion and the sensitivity differ between people. Without the term τ v_i, intervals
+contained the true value in only 80 to 90 % of simulations in which sensitivities had a standard
+deviation of 0.4. The likelihood is integrated over u and v; confidence intervals use the profile
+likelihood. Proportions of 0 or 1 need no correction. If participants felt every step, or no catch
+step, the interval has only a lower bound.
 """
 
 from __future__ import annotations
@@ -60,8 +60,8 @@ class DPrimeOfSize:
         d' of a typical participant. None if the likelihood has no maximum, usually because all
         steps were felt.
     interval : ConfidenceInterval
-        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom). A bound that the
-        counts do not determine is infinite.
+        Profile-likelihood interval with a t quantile (n - 1 degrees of freedom). A bound is
+        infinite if the counts do not determine it.
     """
 
     removed_um_pp: float
@@ -90,7 +90,7 @@ def d_primes(
     sizes : array, shape (answers,)
         Amplitude removed, in µm peak to peak; 0 for catch steps.
     felt : array, shape (answers,)
-        1 for "yes", 0 for "no".
+        1 for "yes" and 0 for "no".
     who : int array, shape (answers,)
         Participant indices, 0 to participants - 1.
     confidence : float
@@ -150,14 +150,14 @@ def d_primes(
 
 
 class _Probit:
-    """Predictions of the model, given (d'..., criterion, σ, τ); kind 0 is the catch step."""
+    """Probit model with parameters (d'..., criterion, σ, τ); kind 0 is the catch step."""
 
     def __init__(self, kinds: int) -> None:
         # Differences in sensitivity affect steps but not catch steps.
         self.step = np.arange(kinds) > 0
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return log probabilities of "yes" and "no", shape (kinds, outer, inner)."""
+        """Return the log probabilities of "yes" and "no", each of shape (kinds, outer, inner)."""
         from scipy import special  # noqa: PLC0415
 
         d, (criterion, spread, own) = np.append(0.0, theta[:-3]), theta[-3:]

@@ -21,18 +21,18 @@ def exact_interval(yes: float, n: float, confidence: float = 0.95) -> Confidence
 def clustered_interval(
     yes: NDArray[np.float64], answers: NDArray[np.float64], confidence: float = 0.95
 ) -> ConfidenceInterval:
-    """Return the interval for a proportion with correlated answers from each participant.
+    """Return an interval for a proportion if answers of the same participant are correlated.
 
     Computes the Clopper-Pearson interval for the effective sample size, which is the number of
     answers divided by the design effect (Korn and Graubard 1998, Survey Methodology 24, 193-201),
-    with a t-based correction for few participants. If all participants have equal proportions, each
-    participant counts as one answer. With one answer per participant, the interval is the ordinary
+    with a t-based correction for few participants. If all answers are the same, each participant
+    counts as one answer. With one answer per participant, the interval is the ordinary
     Clopper-Pearson interval.
 
     Parameters
     ----------
     yes, answers : array, shape (participants,)
-        Counts per participant. Every participant has at least one answer.
+        Number of "yes" answers and number of all answers (at least 1) of each participant.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 

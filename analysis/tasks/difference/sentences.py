@@ -91,8 +91,8 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 def finding(found: Finding, quantity: Quantity) -> str:
     """Return a sentence that compares the answers with the paper's finding.
 
-    The code book covers only slipperiness. Sentences on other properties do not mention verbal
-    reports.
+    Verbal reports are mentioned only for slipperiness, because the code book covers no other
+    property.
     """
     n, fell = found.n, f"when the {quantity.name} fell"
     coded = quantity.judged == PLATE_AMPLITUDE.judged
@@ -120,7 +120,7 @@ def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -
 def difference_sentences(
     found: DescendingDifference | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on the descending difference task, if it was run."""
+    """Return the sentences on the descending difference task; empty if there is no result."""
     if not found:
         return []
     texts = answer(found, confidence, quantity)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def difference(data: Dataset) -> DescendingDifference | NotComputed:
-    """Analyse yes/no answers, using the code book and the human codes of the data set."""
+    """Analyse yes/no answers and verbal reports, and the agreement between human coders."""
     folder, name = data.folder, data.choices.codebook
     book = load_codebook(folder / name if folder and name else SHIPPED)
     found = analyse_differences(data.differences, book, data.choices.confidence, data.quantity)

@@ -87,20 +87,20 @@ def psychometric(
     """Fit a logistic curve of "yes" answers against step size, with catch steps at 0.
 
     The fit uses generalised estimating equations from statsmodels (Liang and Zeger 1986, Biometrika
-    73, 13-22), with an exchangeable correlation within participants. Standard errors have the
-    small-sample correction of Mancl and DeRouen (2001, Biometrics 57, 126-134). The interval uses
-    the t distribution with n - 2 degrees of freedom.
+    73, 13-22), with an exchangeable correlation within participants. Standard errors are corrected
+    for small samples (Mancl and DeRouen 2001, Biometrics 57, 126-134). The interval uses the t
+    distribution with n - 2 degrees of freedom.
 
     Parameters
     ----------
     steps : DataFrame
-        `slipscale.analysis.reading.dataset.Dataset.differences`: answered steps, including catch
-        steps.
+        Answered steps, including catch steps; see
+        `slipscale.analysis.reading.dataset.Dataset.differences`.
     measure : {"removed_um_pp", "weber_fraction"}
         Measure of step size. Steps that begin at 0 have no Weber fraction and are omitted.
     quantity : Quantity
-        Quantity of the presented stimuli. A Weber fraction is relative to the plate's amplitude
-        before the step or, for other quantities, to the reference of the stimulus.
+        Quantity of the presented stimuli. For the plate's amplitude, Weber fractions are relative
+        to the amplitude before the step; for other quantities, they are relative to the reference.
     """
     base = "amplitude_before_um_pp" if quantity.stepped else "amplitude_um_pp"
     if measure == "weber_fraction":
@@ -127,7 +127,7 @@ def psychometric(
 def curve(
     found: PsychometricCurve, removed: NDArray[np.float64], confidence: float = 0.95
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Return the fitted proportion of "yes", with a pointwise t-based band.
+    """Return the fitted proportion of "yes" answers and its pointwise t-based confidence band.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def curve(
     Returns
     -------
     proportion, low, high : array, shape (k,)
-        Fitted proportions with the lower and upper bounds of the band.
+        Fitted proportions, and the lower and upper bounds of the confidence band.
     """
     from scipy import special, stats  # noqa: PLC0415
 
@@ -156,7 +156,7 @@ def separated(
     felt: NDArray[np.float64],
     quantity: Quantity = PLATE_AMPLITUDE,
 ) -> str | None:
-    """Return the reason why the slope would be infinite, or None.
+    """Return the reason why no finite slope can be fitted, or None if one can.
 
     >>> separated(np.array([0, 1.0, 2]), np.array([0, 1.0, 1]))[:25]
     'the size of the step sepa'
@@ -232,10 +232,10 @@ def fieller(
     quantile: float,
     confidence: float,
 ) -> ConfidenceInterval | None:
-    """Return the interval for the zero of a line a + b x; None if b is not significantly above 0.
+    """Return an interval for the zero of a + b x, or None if b is not significantly above 0.
 
-    The interval contains all x at which the line is less than ``quantile`` standard errors from 0
-    (Fieller 1954, Journal of the Royal Statistical Society B 16, 175-185).
+    The interval contains all x at which the line differs from 0 by less than ``quantile`` standard
+    errors (Fieller 1954, Journal of the Royal Statistical Society B 16, 175-185).
 
     >>> low, high = fieller((-2.0, 4.0), ((0.04, 0.0), (0.0, 0.0)), 2.0, 0.95)
     >>> round(low, 9), round(high, 9)

@@ -55,7 +55,7 @@ class Codebook(FrozenTable):
         return found or [OTHER]
 
     def direction(self, report: str, category: str) -> Literal["less", "more", "bare"]:
-        """Return whether a report says less or more of a category, or only names the category."""
+        """Return whether a report says "less" or "more" of a category or only names it ("bare")."""
         text = plain(report)
         if _has(text, self.less_phrases):
             return "less"
@@ -99,14 +99,14 @@ class Codebook(FrozenTable):
 
 
 def plain(text: str) -> str:
-    """Return text in lower case without accents, with plain apostrophes and single spaces."""
+    """Normalise text to lower case, plain apostrophes and single spaces, without accents."""
     bare = unicodedata.normalize("NFKD", text.replace("\u2019", "'")).casefold()
     bare = "".join(mark for mark in bare if not unicodedata.combining(mark))
     return re.sub(r"\s+", " ", bare).strip()
 
 
 def _last(text: str, stem: str) -> int:
-    """Return the last position at which a word begins with the stem, or -1."""
+    """Return the position of the last word that begins with the stem, or -1 if there is none."""
     found = [match.start() for match in re.finditer(rf"(?<!\w){re.escape(plain(stem))}", text)]
     return found[-1] if found else -1
 
@@ -121,6 +121,6 @@ def load_codebook(path: Path = SHIPPED) -> Codebook:
     Raises
     ------
     UserError
-        The file cannot be read or is not a code book. The message lists all errors.
+        The file cannot be read or is not a valid code book. The message lists all errors.
     """
     return read_toml(path, Codebook)

@@ -24,7 +24,7 @@ class CategoryCount:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VerbalReports:
-    """Verbal reports on steps at which the participant felt a difference.
+    """Verbal reports on steps in which participants felt a difference, coded by category.
 
     Parameters
     ----------
@@ -33,8 +33,8 @@ class VerbalReports:
     n : int
         Number of reports.
     categories : Mapping
-        Count and wordings of each category, in the order of the code book. A report may belong to
-        several categories.
+        Counts of reports and of wordings by category, in the order of the code book. A report may
+        belong to several categories.
     meaning : Mapping
         Number of reports for each meaning for slipperiness.
     """

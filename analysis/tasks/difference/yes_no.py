@@ -43,7 +43,7 @@ SAME_SIZE = 1e-9
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswers:
-    """Counts of answers to one kind of step, with the interval for the proportion of "yes"."""
+    """Answers to steps between the same two amplitudes, with an interval for the "yes" rate."""
 
     from_um_pp: float
     to_um_pp: float
@@ -122,14 +122,14 @@ class SignalDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """The paper's finding, as counts of participants.
+    """Counts of participants who confirm the paper's finding.
 
     Parameters
     ----------
     n : int
         Number of participants.
     felt_a_difference, felt_every_change : int
-        Counts of participants who felt a change at least once, and who felt every change.
+        Number of participants who felt at least one change, and number who felt every change.
     said_less_slippery : int
         Number of participants who reported that the surface became less slippery.
     """
@@ -141,7 +141,7 @@ class Finding:
 
     @property
     def all_felt_a_difference(self) -> bool:
-        """Whether every participant felt a change at least once."""
+        """Whether every participant felt at least one change."""
         return self.n > 0 and self.felt_a_difference == self.n
 
     @property
@@ -164,16 +164,16 @@ class DescendingDifference:
     Parameters
     ----------
     steps : tuple of StepAnswers
-        Answers to steps with a change in amplitude, starting at the largest amplitude.
+        Answers to steps with a change in amplitude, in descending order of amplitude.
     catch : CatchAnswers
-        Answers to steps without a change.
+        Answers to catch steps, in which the amplitude does not change.
     signal_detection, psychometric, verbal_reports, finding : object
-        Results of each analysis; see the respective classes.
+        Results of the individual analyses; see their classes.
     weber : PsychometricCurve or NotComputed
         Proportion of "yes" answers as a function of the step's Weber fraction.
     thresholds : Mapping
         Threshold by participant, halfway between the rates of "yes" to catch steps and to the
-        largest steps. NotComputed with fewer than `TRIALS_FOR_OWN` answers.
+        largest steps. NotComputed for participants with fewer than `TRIALS_FOR_OWN` answers.
     participants : int
         Number of participants who answered.
     answers_per_participant_and_step : float
@@ -334,7 +334,7 @@ def signal_detection(
 
 
 def step_sizes(steps: pd.DataFrame) -> NDArray[np.float64]:
-    """Return the amplitude removed by each step, µm peak to peak, without rounding artefacts.
+    """Return step sizes in µm peak to peak, rounded so that equal steps compare as equal.
 
     >>> step_sizes(
     ...     pd.DataFrame(
@@ -377,7 +377,7 @@ def own_thresholds(
 def _mean_of_own(
     own: Mapping[str, Sensitivity], confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> MeanOverParticipants | NotComputed:
-    """Return the mean of individual d' values if all participants have enough steps."""
+    """Return the mean of individual d' values, unless a participant has too few steps."""
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(

@@ -88,7 +88,7 @@ def _equivalence(
 ) -> list[Markup]:
     """Return a table and a sentence on equivalence tests and Bayes factors.
 
-    The sentence covers pairs that differ without being equivalent; the table lists other pairs.
+    The sentence covers pairs that differ and are not equivalent. The table lists all other pairs.
     """
     bound = tested[0][1].equivalence.bound
     within = f"within a ratio of {1 / bound:.3g} to {bound:.3g}"
@@ -167,7 +167,7 @@ def _row(pair: PairComparison) -> list[str]:
 
 
 def _parts(inference: Inference) -> dict[str, object]:
-    """Return the tests of magnitude estimates and the parts of these tests, keyed by title."""
+    """Return all tests of magnitude estimates, and their parts, keyed by title."""
     table: tuple[Statistic[object], ...] = (*STATISTICS, SESSIONS, GROUPS)
     titled = [statistic for statistic in table if statistic.title]
     parts: dict[str, object] = {each.title: inference[each] for each in titled}

@@ -135,7 +135,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
 
 
 def _groups(analysis: Analysis, prepared: Prepared) -> pd.Series[str] | None:
-    """Return the group of each participant, NaN if not compared; None without groups."""
+    """Return each participant's group (NaN if it was not compared), or None without groups."""
     compared, member = analysis.inference.found(GROUPS), membership(analysis.dataset)
     if compared is None or isinstance(member, NotComputed):
         return None

@@ -69,7 +69,7 @@ def fig15(
     logs : DataFrame, shape (participants, amplitudes)
         Mean natural logarithms of normalised estimates.
     without_log : collection of float
-        Amplitudes with omitted estimates of zero, whose means are drawn as hollow markers.
+        Amplitudes at which estimates of zero were omitted. Their means are drawn as hollow markers.
     unit : str
         Unit of the estimates.
     confidence : float
@@ -77,7 +77,7 @@ def fig15(
     quantity : Quantity
         Quantity of the amplitudes.
     groups : Series, optional
-        Group of each participant; means are drawn separately for each group.
+        Group of each participant. If given, means are drawn separately for each group.
     """
     figure, axes = canvas(size=(5.6, 4.2))
     amplitudes = logs.columns.to_numpy(float)

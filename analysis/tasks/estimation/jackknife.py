@@ -18,15 +18,15 @@ def jackknife(
 
     The standard error is the jackknife estimate (Tukey 1958, Annals of Mathematical Statistics 29,
     614), with n - 1 degrees of freedom. For a regression with clusters, the jackknife error is at
-    least as large as the sandwich error, and coverage is nominal with few clusters (Bell and
-    McCaffrey 2002, Survey Methodology 28, 169-181).
+    least as large as the sandwich error, and intervals have nominal coverage even with few clusters
+    (Bell and McCaffrey 2002, Survey Methodology 28, 169-181).
 
     Parameters
     ----------
     estimate : float
         Estimate from all participants.
     without : array, shape (participants,)
-        Estimates with each participant omitted in turn.
+        Leave-one-out estimates, each of which omits one participant.
     confidence : float
         Confidence level of the interval.
     """

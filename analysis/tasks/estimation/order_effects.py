@@ -30,9 +30,9 @@ class OrderEffects:
     Parameters
     ----------
     log_slope_per_trial : MeanOverParticipants or NotComputed
-        Slope on the trial's position (drift).
+        Change in the log estimate per trial (drift).
     log_slope_per_um_pp_before : MeanOverParticipants or NotComputed
-        Slope on the amplitude of the previous surface, µm peak to peak (carry-over).
+        Change in the log estimate per µm peak to peak of the previous surface (carry-over).
     """
 
     log_slope_per_trial: MeanOverParticipants | NotComputed
@@ -55,12 +55,12 @@ class OrderEffects:
 def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     """Test whether estimates depend on the trial's position or on the previous surface.
 
-    A least-squares model of all log estimates has a mean per participant, a mean per amplitude, a
-    slope on position and a slope on the previous amplitude. First trials and trials after a texture
-    have no previous amplitude and are omitted. In separate fits, carry-over would appear as drift,
-    because position and previous surface are correlated within a participant. Standard errors come
-    from a jackknife across participants; tests and intervals use the t distribution with n - 1
-    degrees of freedom.
+    All log estimates are fitted by least squares, with a mean for each participant, a mean for each
+    amplitude, a slope for position and a slope for the previous amplitude. Trials without a
+    previous amplitude (first trials and trials after a texture) are omitted. Separate fits would
+    confuse carry-over with drift, because position and previous surface are correlated within a
+    participant. Standard errors come from a jackknife across participants; tests and intervals use
+    the t distribution with n - 1 degrees of freedom.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -93,7 +93,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
-    """Return the reason why order is confounded with amplitude, or None if they are separable."""
+    """Return why order is confounded with amplitude, or None if their effects are separable."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
     amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]
@@ -120,7 +120,7 @@ def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE)
 
 
 def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
-    """Return a column with each participant's mean subtracted."""
+    """Subtract each participant's mean from a column."""
     means = np.bincount(who, column, people) / np.bincount(who, minlength=people)
     return np.asarray(column - means[who])
 
@@ -137,7 +137,7 @@ def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Ar
 
 
 def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants | NotComputed:
-    """Return the slope of the log estimate (last column) on another column of the design."""
+    """Return the adjusted slope of the log estimate (last column) on one column of the design."""
     width = products.shape[1]
     total = products.sum(axis=0)
     target = width + place

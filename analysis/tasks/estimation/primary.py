@@ -26,7 +26,7 @@ def _written(
     *,
     of_primary: bool,
 ) -> Iterator[str | NotComputed]:
-    """Yield the sentences on primary or secondary results, or reasons for missing results."""
+    """Yield sentences on primary or secondary results, or `NotComputed` for missing results."""
     for statistic in STATISTICS:
         found = inference[statistic]
         for sentence in statistic.sentences:
@@ -41,7 +41,7 @@ def _written(
 def primary_sentences(
     inference: Inference, primary: Primary, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on the primary analysis, or the reason why it is missing."""
+    """Return the sentences on the primary analysis, or the reason why it was not computed."""
     found = list(_written(inference, primary, confidence, quantity, of_primary=True))
     if texts := [each for each in found if isinstance(each, str)]:
         return texts

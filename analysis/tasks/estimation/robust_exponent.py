@@ -39,7 +39,7 @@ class RobustExponent:
     interval : ConfidenceInterval
         Tukey-McLaughlin interval across participants.
     n, trimmed : int
-        Number of participants with a slope, and number trimmed at both ends in total.
+        Number of participants with a slope, and total number of slopes trimmed at both ends.
     """
 
     exponent: float
@@ -76,7 +76,7 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
 
 
 def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
-    """Return the robust exponent of all trials above 0 µm that have a log estimate."""
+    """Return the robust exponent from all trials with a log estimate and an amplitude above 0."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     if data.refused:

@@ -70,7 +70,7 @@ def _geometric(analysis: Analysis) -> Markup:
 
 
 def textures(analysis: Analysis) -> Markup:
-    """Return the table of estimates of textures."""
+    """Return the table of texture estimates."""
     titles = ("Mean", "Max. dev.", "SD")
     return html.table(
         html.columns("Texture", "n", *titles, left=1),
@@ -84,7 +84,7 @@ def textures(analysis: Analysis) -> Markup:
 
 
 def table3(analysis: Analysis) -> Markup:
-    """Return Table III, next to the published values if the paper has all amplitudes."""
+    """Return Table III, with the published values if the paper covers all amplitudes."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
     beside = quantity.of_plate and biet2007.covers(analysis.table3["amplitude_um_pp"])

@@ -129,7 +129,7 @@ def linear_trend(found: LinearTrend, confidence: float, quantity: Quantity) -> s
 
 
 def geometric_means(description: pd.DataFrame, quantity: Quantity) -> str:
-    """Return a sentence on the geometric means; of many means, list only the first and last."""
+    """Return a sentence that lists the geometric means (if many, only the first and the last)."""
     rows = description[["geometric_mean", "amplitude_um_pp"]].dropna().to_numpy(float).tolist()
     shown = rows if len(rows) <= MOST_LISTED else [rows[0], rows[-1]]
     listed = joined([f"{number(mean)} at {quantity.value(level)}" for mean, level in shown])

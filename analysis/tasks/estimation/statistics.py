@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NormalisationUsed:
-    """The rules by which estimates were normalised.
+    """Rules that were used to normalise the estimates.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
 
 
 def wide(analysis: Analysis) -> pd.DataFrame:
-    """Return a table with one row per participant, as required by JASP, jamovi and SPSS.
+    """Return a wide table (one row per participant), as required by JASP, jamovi and SPSS.
 
     Column names contain only letters, digits and underscores. For example, ``estimate_0_5`` is the
     mean normalised estimate at 0.5 µm peak to peak, and ``log_0_5`` is the mean natural logarithm.

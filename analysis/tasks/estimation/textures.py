@@ -1,9 +1,8 @@
-"""Describe the estimates of textures.
+"""Compute descriptive statistics of texture estimates.
 
 A texture has no single amplitude, and a plain surface of the same maximum amplitude can feel
-different.
-Estimates of textures are therefore normalised like estimates of plain surfaces in the same run, but
-do not affect the normalisation.
+different. Texture estimates are therefore normalised in the same way as estimates of plain surfaces
+in the same run, but do not affect this normalisation.
 """
 
 from __future__ import annotations
@@ -35,8 +34,8 @@ def describe(
     Returns
     -------
     table : DataFrame
-        The columns are ``texture n mean maximum_deviation standard_deviation``. Rows are sorted by
-        name. Runs without an estimate of a plain surface are omitted.
+        Columns ``texture``, ``n``, ``mean``, ``maximum_deviation`` and ``standard_deviation``. Rows
+        are sorted by name. Runs without an estimate of a plain surface are omitted.
     """
     columns = ["texture", "n", "mean", "maximum_deviation", "standard_deviation"]
     if not len(textures) or not len(estimates):

@@ -65,13 +65,13 @@ class ExponentAndWeber:
     expected_exponent : Estimate
         Exponent computed from the Weber fraction and its interval, with k = 0.03.
     ekman_fraction : Estimate
-        Value of k for these participants, with a t-based interval computed on log(1 + k).
+        Estimate of k from these participants, with a t-based interval computed on log(1 + k).
     verdict : {"agrees", "does not agree", "undecided"}
         "agrees" if the interval of k lies within a factor of 2 of 0.03 and overlaps the published
-        range, 0.025 to 0.035; "does not agree" if all of it lies outside the published range;
-        otherwise "undecided".
+        range (0.025 to 0.035); "does not agree" if the whole interval lies outside the published
+        range; otherwise "undecided".
     grows : bool
-        Whether the interval of the exponent lies above 0.
+        Whether the whole interval of the exponent is above 0.
     """
 
     task: str

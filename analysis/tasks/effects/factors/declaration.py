@@ -1,4 +1,4 @@
-"""Define the analysis and the report of factors crossed with the levels."""
+"""Define how factors crossed with the levels are analysed and reported."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def _parts(change: ConditionChange, confidence: float) -> Iterator[str]:
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on factors, which is empty without factors."""
+    """Return the section on factors, which is empty if the study has no factors."""
     section = ReportSection("Factors")
     quantity, level = analysis.dataset.quantity, level_of(analysis.dataset.choices.confidence)
     for found in analysis.inference[FACTORS] or ():

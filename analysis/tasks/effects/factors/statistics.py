@@ -56,7 +56,8 @@ class FixedEffect:
 class MixedFit:
     """Properties of the fitted mixed model.
 
-    ``at_bound`` is True if a variance or correlation is at its bound, so the fit is singular.
+    ``at_bound`` is True if a variance or correlation is at its bound, which means that the fit is
+    singular.
     """
 
     log_likelihood_reml: float
@@ -71,13 +72,14 @@ class ConditionChange:
     ----------
     condition : str
     exponent : MeanOverParticipants or NotComputed
-        Mean difference in participants' exponents from the first condition.
+        Mean change in participants' exponents from the first condition.
     log_ratio : MeanOverParticipants or NotComputed
-        Mean log difference from the first condition, at levels that both conditions share.
+        Mean difference in log estimates from the first condition, at levels that occur in both
+        conditions.
     exponent_p_holm, log_ratio_p_holm : float or None
         p-values, Holm-corrected across the conditions of the factor.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
-        Differences estimated by the mixed model; the ratio applies at the mean log level.
+        Differences estimated by the mixed model. The log ratio applies at the mean log level.
     """
 
     condition: str
@@ -117,7 +119,7 @@ class TwoWay:
 
     @property
     def effects(self) -> tuple[Effect, Effect, Effect]:
-        """The three effects, in the order of the rows in the report's table."""
+        """Effects of factor, level and interaction, in the row order of the report's table."""
         return self.factor, self.amplitude, self.interaction
 
 
@@ -133,7 +135,7 @@ class FactorEffects:
 
 
 def factor_effects(inputs: Inputs) -> tuple[FactorEffects, ...] | NotComputed:
-    """Return the effects of all factors, or a reason if there are no factors."""
+    """Return the effects of all factors, or the reason why they could not be computed."""
     prepared = inputs.prepared
     if prepared is None:
         return NotComputed("no magnitude estimates")
@@ -211,7 +213,7 @@ def _changes(
 
 
 def mixed_changes(prepared: Prepared, factor: str) -> Mapping[tuple[str, str], FixedEffect]:
-    """Return the mixed model's changes from the factor's first level, keyed by level and term.
+    """Return the changes from the factor's first level in the mixed model, by level and term.
 
     The mapping is empty if the model cannot be fitted.
     """

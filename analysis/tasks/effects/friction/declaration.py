@@ -1,4 +1,4 @@
-"""Define the analysis and the report that relate judgements to measured friction."""
+"""Define how judgements are compared with measured friction, and how this is reported."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LESS_FRICTION = 0.1
 
 
 def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section, which is empty if friction was not measured."""
+    """Return the section on measured friction, which is empty if friction was not measured."""
     section = ReportSection("Ratings against measured friction")
     found = analysis.friction
     if found is None:

@@ -1,4 +1,4 @@
-"""Define the analysis and the report of participant groups."""
+"""Define how participant groups are analysed and reported."""
 
 from __future__ import annotations
 

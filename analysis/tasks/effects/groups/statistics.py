@@ -68,9 +68,9 @@ class GroupComparison:
     exponents : Welch or NotComputed
         Comparison of participants' power-function exponents.
     levels : Welch or NotComputed
-        Comparison of participants' mean logarithms across all amplitudes.
+        Comparison of participants' log estimates, averaged over all amplitudes.
     anova : MixedAnova or NotComputed
-        Analysis of variance of participants with a logarithm at every amplitude.
+        Mixed analysis of variance of participants who have a mean log estimate at every amplitude.
     """
 
     column: str

@@ -1,4 +1,4 @@
-"""Perform the session-by-amplitude analysis of variance of magnitude estimates."""
+"""Analyse magnitude estimates by session and amplitude in a two-way analysis of variance."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class SessionAnova:
     Parameters
     ----------
     n : int
-        Number of participants with a logarithm at every amplitude in every session.
+        Number of participants with a mean log estimate at every amplitude in every session.
     session, amplitude, interaction : Effect
         Effects with Greenhouse-Geisser-corrected degrees of freedom.
     """

@@ -1,4 +1,4 @@
-"""Define the analysis and the report of differences between sessions."""
+"""Define how differences between sessions are analysed and reported."""
 
 from __future__ import annotations
 

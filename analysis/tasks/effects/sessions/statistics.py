@@ -31,7 +31,7 @@ class SessionChange:
     ----------
     session : str
     change : MeanOverParticipants or NotComputed
-        Mean of participants' values in this session minus values in the first session.
+        Mean difference across participants, this session minus the first session.
     p_holm : float or None
         p-value, Holm-corrected across all changes in all measures.
     """
@@ -43,7 +43,7 @@ class SessionChange:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionMeasure:
-    """A measure compared across sessions.
+    """Comparison of one measure across sessions.
 
     Parameters
     ----------
@@ -52,13 +52,13 @@ class SessionMeasure:
     n : int
         Number of participants with a value in every session.
     means : tuple of float
-        Means across these participants, one per session.
+        Mean across these participants in each session.
     changes : tuple of SessionChange
-        Changes from the first session, one per later session.
+        Change from the first session to each later session.
     agreement : IntraclassCorrelation or NotComputed
         Test-retest reliability as ICC(A,1), the absolute agreement of single sessions.
     table : DataFrame
-        Values of these participants by session; not included in JSON.
+        Values of these participants (rows) in each session (columns). Not included in JSON.
     """
 
     name: str

@@ -62,15 +62,15 @@ class IndividualExponent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictiveCheck:
-    """A comparison of a statistic with its values in data sets predicted by the model.
+    """Posterior predictive check, which compares a statistic of the data with predicted data.
 
     Parameters
     ----------
     observed, predicted : float
-        Statistic of the observed data, and its mean over predicted data sets.
+        Statistic in the observed data, and its mean across predicted data sets.
     p : float
-        Proportion of predicted data sets with a value at least as large as in the data. A value
-        near 0 or 1 means that the model does not reproduce this aspect of the data.
+        Proportion of predicted data sets in which the statistic is at least as large as observed. A
+        value near 0 or 1 means that the model does not reproduce this aspect of the data.
     """
 
     observed: float
@@ -87,11 +87,12 @@ class BayesianGrowth:
     exponent, interval : float, ConfidenceInterval
         Posterior mean of the group exponent B, and its equal-tailed credible interval.
     sd_exponent, sd_exponent_interval : float, ConfidenceInterval
-        Standard deviation tb of participants' exponents, and its credible interval.
+        Posterior mean of the standard deviation tb of participants' exponents, and its credible
+        interval.
     sd_residual : float
         Posterior mean of the standard deviation s of a single log estimate.
     individuals : tuple of IndividualExponent
-        Exponents of the participants, in the order of their names.
+        Exponent of each participant, in the order of participant names.
     shrinkage : float
         Shrinkage of exponents towards the group, from 0 (none) to 1 (complete): 1 minus the slope
         of the model's exponents on the least-squares exponents.
@@ -229,7 +230,7 @@ def _least_squares(trials: Trials) -> Array:
 def predictive_checks(trials: Trials, draws: Draws) -> dict[str, PredictiveCheck]:
     """Compare residual statistics of the observed data with those of predicted data sets.
 
-    Residuals are relative to the participants' lines in the same posterior draw (realised
+    Residuals are computed from the participants' lines in the same posterior draw (realised
     discrepancies; Gelman, Meng and Stern 1996, Statistica Sinica 6, 733-807).
     """
     rng = np.random.default_rng(SEED)

@@ -2,8 +2,8 @@
 
 All models describe the logarithm of an estimate, log y = a_i + log f(x; θ) + error, with a separate
 factor exp(a_i) for each participant. The error is therefore proportional to the estimate, and the
-normalisation does not affect the result. If estimates fall, nothing is compared, because most of
-the functions cannot fall. The models are fitted to participants' mean logarithms at
+normalisation does not affect the result. Functions are not compared if estimates fall, because most
+of the functions cannot decrease. The models are fitted to participants' mean logarithms at
 amplitudes above 0, where all models are defined, so that their information criteria can be
 compared.
 
@@ -44,8 +44,8 @@ class GrowthFunction:
     """The logarithm of a growth function, with starting points and bounds for its parameters.
 
     ``log_f(x, θ)`` requires stimuli above 0. ``starts(x)`` returns several starting points θ, and
-    ``bounds(x)`` returns the lower and upper limits. Parameters listed in ``logarithmic`` are
-    stimulus values; θ contains their logarithms.
+    ``bounds(x)`` returns their lower and upper limits. ``logarithmic`` lists the parameters whose
+    logarithms are used in θ.
     """
 
     parameters: tuple[str, ...]
@@ -55,7 +55,7 @@ class GrowthFunction:
     logarithmic: tuple[str, ...] = ()
 
     def theta(self, parameters: Mapping[str, float]) -> Array:
-        """Convert reported parameters to the arguments of ``log_f``."""
+        """Convert reported parameters to the vector θ for ``log_f``."""
         return np.array(
             [
                 np.log(parameters[name]) if name in self.logarithmic else parameters[name]
@@ -64,7 +64,7 @@ class GrowthFunction:
         )
 
     def reported(self, theta: Array) -> dict[str, float]:
-        """Return the reported parameters, keyed by name."""
+        """Convert θ to reported parameters, keyed by name."""
         return {
             name: float(np.exp(value) if name in self.logarithmic else value)
             for name, value in zip(self.parameters, theta, strict=True)
@@ -83,7 +83,7 @@ OUTSIDE = 7.0
 
 
 def _log(x: Array, place: float) -> float:
-    """Return the log stimulus at a place between the smallest (0) and largest (1) log stimulus."""
+    """Interpolate between the smallest (``place`` = 0) and largest (``place`` = 1) log stimulus."""
     low, high = float(np.log(x.min())), float(np.log(x.max()))
     return low + place * (high - low)
 
@@ -154,7 +154,8 @@ class GrowthFit:
     estimated : int
         Number of estimated parameters.
     at_bound : tuple of str
-        Parameters that are at their search limit, because the data do not determine them.
+        Parameters that ended at a limit of the search range, because the data do not determine
+        them.
     """
 
     parameters: Mapping[str, float]
@@ -211,7 +212,7 @@ class GrowthComparison:
 
     @property
     def undecided(self) -> tuple[str, ...]:
-        """Models that the data do not rule out, except the best model; see `UNDECIDED`."""
+        """Models, other than the best, that the data do not rule out; see `UNDECIDED`."""
         return tuple(
             name
             for name, model in self.models.items()
@@ -229,7 +230,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     stimuli : array, shape (k,)
         Stimuli above 0.
     logs : array, shape (n, k)
-        Mean natural logarithms of estimates; NaN if missing.
+        Mean natural logarithms of estimates, with NaN for missing values.
     """
     from scipy import optimize  # noqa: PLC0415
 
@@ -260,7 +261,7 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     spare = points - estimated - 1
 
     def _costs_nothing(place: int, limits: list[float]) -> bool:
-        """Return whether the fit is equally good with one parameter at its limit."""
+        """Return whether moving one parameter to its limit makes the fit no worse."""
         theta = best.x.copy()
         theta[place] = limits[place]
         left = residuals(theta)

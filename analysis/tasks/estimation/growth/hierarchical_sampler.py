@@ -46,7 +46,7 @@ class Trials:
     who : int array, shape (trials,)
         Participant indices, from 0.
     names : tuple of str
-        Names of the participants, in the order of the indices.
+        Participant names, in the order of the indices in ``who``.
     """
 
     log_y: Array
@@ -98,8 +98,8 @@ def sums(trials: Trials) -> Sums:
 def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     """Define the model for NumPyro.
 
-    Given the other six parameters, participants' lines are normally distributed and are therefore
-    integrated out.
+    Participants' intercepts and exponents are integrated out analytically, because they are
+    normally distributed given the other six parameters.
     """
     import numpyro  # noqa: PLC0415 - an extra
     from jax import numpy as jnp  # noqa: PLC0415
@@ -148,8 +148,8 @@ class Draws:
     Parameters
     ----------
     values : Mapping
-        Arrays by parameter, shape (chains, draws, ...); ``own`` contains participants' intercepts
-        and exponents, shape (chains, draws, people, 2).
+        Arrays of shape (chains, draws, ...), keyed by parameter. ``own`` contains participants'
+        intercepts and exponents and has shape (chains, draws, people, 2).
     divergences : int
         Divergences of the sampler.
     """

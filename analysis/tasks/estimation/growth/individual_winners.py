@@ -1,10 +1,10 @@
 """Find the growth function that fits each participant's trials best.
 
-The best function depends only on the sums of squares, so all participants are fitted in one batch,
-by the Levenberg-Marquardt method within bounds (Marquardt 1963, Journal of the Society for
+The best function depends only on the sums of squares. All participants are therefore fitted in one
+batch, by the Levenberg-Marquardt method within bounds (Marquardt 1963, Journal of the Society for
 Industrial and Applied Mathematics 11, 431-441). In 8 of about 2,160 random fits, the sum of squares
-differed from SciPy's by more than a millionth: 5 sums were smaller (by at most 0.3 %), and 3 were
-larger.
+differed from the result of SciPy by more than a millionth: it was smaller in 5 fits (by at most 0.3
+%) and larger in 3.
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ def least_squares(model: GrowthFunction, stimuli: Array, means: Array, counts: A
     stimuli : array, shape (k,)
         Stimuli above 0.
     means, counts : array, shape (n, k)
-        Mean natural logarithm of each participant at each stimulus, and number of trials (at least
-        1).
+        Mean natural logarithm and number of trials (at least 1) of each participant at each
+        stimulus.
     """
     x = stimuli / stimuli.min()
     low, high = (np.array(bound)[:, None] for bound in model.bounds(x))

@@ -75,7 +75,7 @@ class IndividualGrowth:
     undecided : int
         Number of participants whose trials do not discriminate between models.
     participants : Mapping
-        Best model for each participant; None if undecided.
+        Best model of each participant, or None if the trials do not discriminate between models.
     """
 
     best: Mapping[str, int]
@@ -130,7 +130,7 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
 
 @lru_cache(maxsize=1000)
 def predicted_reduction(amplitude_um_pp: float) -> float:
-    """Return the reduction in friction, 1 - µ'/µ, that the squeeze film predicts.
+    """Return the relative reduction in friction, 1 - µ'/µ, predicted by the squeeze-film model.
 
     The prediction uses the full Reynolds equation (3) and equation (15), at the working point in
     the paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see
