@@ -1,14 +1,14 @@
 """Define the result of an analysis, and the declaration of a kind of task.
 
 Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`,
-and corresponds to a `Protocol` of the session. The folder's module ``declaration`` lists everything
-that the report and its files show about the kind; `slipscale.analysis.tasks.table` lists the
-declarations. Other packages declare kinds with an entry point; see
+and corresponds to a `Protocol` of the session. The module ``declaration`` in this folder defines
+everything that the report and its files show about the kind; `slipscale.analysis.tasks.table` lists
+the declarations. Other packages declare kinds with an entry point; see
 `slipscale.analysis.tasks.outside`.
 
 Shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not refer
-to particular kinds. Every callable takes the whole `Analysis`, and returns an empty result if there
-are no trials.
+to specific kinds. Every callable in a declaration receives the whole `Analysis`, and returns an
+empty result if there are no trials.
 """
 
 from __future__ import annotations
@@ -66,11 +66,11 @@ class TaskAnalysis:
     trials : TaskTrials, optional
         Description of the tables that contain the trials.
     statistics : tuple of Statistic
-        Statistics, in the order of computation and of ``inference.json``.
+        Statistics, in the order in which they are computed and written to ``inference.json``.
     questions : callable
         Returns the questions for the start of the summary.
     design : callable
-        Returns phrases on the numbers of trials and surfaces.
+        Returns phrases that state the numbers of trials and surfaces.
     answers : callable
         Returns the sentences for the summary.
     doubts : callable
@@ -78,15 +78,16 @@ class TaskAnalysis:
     sentences : callable
         Returns the sentences for the results section, keyed by heading.
     sections : tuple of callable
-        Functions that return a report section, given the analysis and the figures (SVG, by name).
+        Functions that each return a report section, given the analysis and the figures (SVG text,
+        keyed by name).
     figures : callable
         Returns the figures, keyed by file name.
     tables : callable
         Returns the tables, keyed by file name.
     session_tables : callable
-        Returns tables of measures, with participants in rows and sessions in columns.
+        Returns tables of measures, with one row per participant and one column per session.
     package, version : str
-        Name and version of the package that provides the kind; empty for Slipscale.
+        Name and version of the package that provides the kind. Empty for Slipscale's own kinds.
     """
 
     name: str
@@ -138,7 +139,7 @@ class Deviation:
     kind : str
         What the deviation concerns.
     what : str
-        A sentence on what was planned and what was done.
+        A sentence that states what was planned and what was done.
     """
 
     kind: DeviationKind
@@ -154,11 +155,11 @@ class PlanCheck:
     plan : str
         Name of the bundle that contains the plan.
     frozen_utc : str
-        Time at which the plan was frozen, according to the plan.
+        Time at which the plan was frozen, as recorded in the plan.
     digest : str
         SHA-256 digest of the plan, as printed on the plan's page.
     deviations : tuple of Deviation
-        Deviations; empty if the analysis follows the plan.
+        Deviations from the plan. Empty if the analysis follows the plan.
     """
 
     plan: str
@@ -174,11 +175,12 @@ class Analysis:
     Parameters
     ----------
     dataset : Dataset
-        The data without excluded participants.
+        Data set without excluded participants.
     rule : str
         Normalisation rule, a key of `slipscale.analysis.preprocessing.normalisation.RULES`.
     estimates : DataFrame
-        Analysed trials, with the columns ``normalised``, ``log``, ``position`` and ``repetition``.
+        Analysed trials, with the additional columns ``normalised``, ``log``, ``position`` and
+        ``repetition``.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     table3, description : DataFrame
@@ -231,7 +233,7 @@ class Analysis:
     problems: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
-        """Return a summary in a few lines of text."""
+        """Return a short summary in plain text."""
         return str(self._displays().text(self))
 
     def _repr_html_(self) -> str:

@@ -1,4 +1,4 @@
-"""Define the analysis and the report of the identification task."""
+"""Define how the identification task is analysed and reported."""
 
 from __future__ import annotations
 

@@ -1,13 +1,14 @@
 """Compute the information transferred in an identification task.
 
 Information is the mutual information between presented and named surface, in bits (Miller 1956,
-Psychological Review 63, 81-97). Two to the power of this value is the number of surfaces that could
-be identified without error.
+Psychological Review 63, 81-97). With an information of I bits, 2^I surfaces could be identified
+without error.
 
-Few trials lead to overestimated information. The first-order Miller-Madow correction (Miller 1955,
-in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to each entropy.
-A corrected value does not exceed the information in the presented surfaces. The report contains a
-note if participants have fewer than five trials per cell of the confusion matrix on average.
+Information is overestimated if there are few trials. The first-order Miller-Madow correction
+(Miller 1955, in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to
+each entropy. A corrected value does not exceed the information in the presented surfaces. The
+report contains a note if participants have fewer than five trials per cell of the confusion matrix
+on average.
 """
 
 from __future__ import annotations
@@ -71,9 +72,10 @@ class TaskIdentification:
     table : tuple of tuple of int
         Counts of all participants' answers: rows are presented items, columns are named items.
     information_bits, corrected_bits : float
-        Information transferred in ``table``, without and with correction.
+        Information transferred, computed from ``table`` without and with the Miller-Madow
+        correction.
     most_bits : float
-        Information in the presented items, which is the largest possible value.
+        Information in the presented items, which is the maximum that can be transferred.
     mean_information_bits : MeanOverParticipants or NotComputed
         Mean of the corrected values of individual participants.
     share_right : MeanOverParticipants or NotComputed
@@ -107,7 +109,7 @@ def entropy_bits(counts: Array) -> tuple[float, float]:
 
 
 def information_bits(table: Array) -> tuple[float, float]:
-    """Return the information transferred in a table of counts, without and with correction.
+    """Compute transferred information from a table of counts, without and with correction.
 
     >>> [round(each, 3) for each in information_bits(np.diag([50.0, 50.0]))]
     [1.0, 1.0]

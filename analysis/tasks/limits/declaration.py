@@ -1,4 +1,4 @@
-"""Define the analysis and the report of the method of limits."""
+"""Define how the method of limits is analysed and reported."""
 
 from __future__ import annotations
 

@@ -2,12 +2,12 @@
 
 A series has a transition if its last answer differs from the earlier answers. The transition lies
 halfway between the last level and the nearest earlier level in the direction of the series. Series
-without a transition are counted.
+without a transition are omitted and counted.
 
 A participant's threshold is the mean of the mean ascending and the mean descending transition, so
 that both directions have equal weight. The constant error is the descending minus the ascending
-transition. A positive error means that answers change too early (anticipation), a negative error
-too late (habituation).
+transition. A positive error means that answers change too early (anticipation); a negative error
+means that they change too late (habituation).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ ASCENDING, DESCENDING = "ascending", "descending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonLimits:
-    """Mean transitions of one participant; NaN without a transition in that direction."""
+    """Mean transition of one participant in each direction; NaN for a direction without any."""
 
     participant: str
     ascending_um_pp: float
@@ -91,7 +91,7 @@ class TaskLimits:
 
 
 def transition_um_pp(rows: pd.DataFrame) -> float:
-    """Return the transition of a series, given its rows in order; NaN without a transition."""
+    """Return the transition of a series (rows in order of presentation), or NaN without one."""
     rising = rows["direction"].iloc[0] == ASCENDING
     last, ended = float(rows["comparison_um_pp"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
     levels = rows["comparison_um_pp"].to_numpy(float)

@@ -1,4 +1,4 @@
-"""Define the analysis and the report of the matching task."""
+"""Define how the matching task is analysed and reported."""
 
 from __future__ import annotations
 

@@ -51,7 +51,7 @@ class MatchedReference:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     reference_um_pp : float
         Amplitude of the reference, µm peak to peak.
     matches, participants : int
@@ -59,14 +59,15 @@ class MatchedReference:
     mean_um_pp : float
         Mean of participants' mean matches.
     bias_um_pp : MeanOverParticipants or NotComputed
-        Mean of match minus reference (constant error), tested against 0.
+        Mean match minus reference across participants (constant error), tested against 0.
     variability_um_pp : float or None
         Root mean square of participants' standard deviations within a direction (variable error).
-        None if nobody made two matches in the same direction.
+        None if no participant made two matches in the same direction.
     ascending_um_pp, descending_um_pp : float or None
         Mean matches from below and from above.
     direction_um_pp : MeanOverParticipants or NotComputed
-        Mean of match from above minus match from below, tested against 0.
+        Mean difference across participants, matches from above minus matches from below, tested
+        against 0.
     catch_trials : int
         Number of trials that started at the reference and do not count as matches.
     catch_error_um_pp : float or None

@@ -1,1 +1,1 @@
-"""Kinds of task declared by other packages, and a short form of the declaration."""
+"""Support for kinds of task that other packages declare, in full or in a short form."""

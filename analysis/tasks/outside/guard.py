@@ -3,9 +3,9 @@
 A package declares a `TaskAnalysis` with an entry point in the group ``slipscale.analyses``. If code
 of the package raises an exception or returns a wrong type, the report names the package and the
 part, and the rest of the report is still written. Texts, tables and figures are computed before any
-file is written, so that the report can list failures. Only sections are computed later, because
-they need the figures. Keys and files are called ``own_NAME`` or ``own_NAME_...``, so that they
-cannot clash with Slipscale's names.
+file is written, so that the report can list failures. Report sections are computed afterwards,
+because they include the figures. Keys and files must be called ``own_NAME`` or ``own_NAME_...`` to
+avoid conflicts with Slipscale's names.
 """
 
 from __future__ import annotations
@@ -48,19 +48,19 @@ def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
     Parameters
     ----------
     faults : list of str
-        List that collects one sentence per failure, both during loading and in later calls.
+        List to which one sentence per failure is appended, during loading and in subsequent calls.
 
     Raises
     ------
     UserError
-        Two packages give their analyses the same name.
+        Two packages provide analyses with the same name.
     """
     guards = [_Guard(point, faults) for point in installed(ANALYSES).values()]
     return tuple(kind for guard in guards if (kind := guard.kind()) is not None)
 
 
 def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
-    """Compute the results of other packages' analyses, and add failures to the analysis problems.
+    """Compute the results of other packages' analyses, and append failures to ``problems``.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
 
 
 def _made(kind: TaskAnalysis, analysis: Analysis) -> TaskAnalysis:
-    """Return a copy of a kind whose functions return results computed in advance."""
+    """Return a copy of a kind whose functions return precomputed results."""
     made = {part: getattr(kind, part)(analysis) for part in PARTS}
     parts: dict[str, Any] = {part: lambda _, value=value: value for part, value in made.items()}
     return replace(kind, **parts)
@@ -93,7 +93,7 @@ class _Guard:
         return self.point.dist.version if self.point.dist else "unknown"
 
     def call(self, part: str, action: Callable[[], T], otherwise: Callable[[str], T]) -> T:
-        """Call outside code, or return ``otherwise(message)`` if the code fails."""
+        """Call a function of the package, or return ``otherwise(message)`` if it fails."""
         subject = f"{self.named}: its {part}" if part else self.named
         try:
             return called(self.point, action, subject)
@@ -205,7 +205,7 @@ class _Check:
     files: bool = False
 
     def __call__(self, name: str, value: object) -> object:
-        """Return a value as a list or dict; raise `UserError` for a wrong type or file name."""
+        """Convert a value to a list or dict; raise `UserError` for a wrong type or file name."""
         found: list[object] | dict[object, object]
         if isinstance(self.empty, list) and isinstance(value, list | tuple):
             found = values = list(value)

@@ -1,7 +1,7 @@
 """Declare another package's kind of task, given a single analysis function.
 
-`own_analysis` returns the `TaskAnalysis` for an entry point. All values are checked when they are
-created, so that errors name the package that caused them.
+`own_analysis` returns the `TaskAnalysis` for an entry point. All values are validated on creation,
+so that error messages can name the package that caused them.
 """
 
 from __future__ import annotations
@@ -40,10 +40,10 @@ class OwnInput:
     Parameters
     ----------
     dataset : Dataset
-        Trials, participants and choices of the study, after exclusions. Tables are copies. Tables
-        of tasks that Slipscale does not analyse are in ``dataset.others``.
+        Trials, participants and analysis choices, without excluded participants and trials. Tables
+        are copies. Tables of tasks that Slipscale does not analyse are in ``dataset.others``.
     study : Study or None
-        The study; None if the data contain no readable study file.
+        The study, or None if the data set has no readable study file.
     """
 
     dataset: Dataset
@@ -59,8 +59,9 @@ class OwnResult:
     sentences : tuple of str
         At least one sentence for the results section.
     numbers : Mapping
-        Content for inference.json: names with a number, a string, None, or a tuple or mapping of
-        these. Names include the unit, as in ``slope_per_um_pp``. NaN is written as null.
+        Content for inference.json: a mapping from names to numbers, strings, None, or tuples or
+        mappings of these. Names include the unit, as in ``slope_per_um_pp``. NaN is written as
+        null.
     table : DataFrame, optional
         Table of numbers and strings, with named columns.
     table_caption : str
@@ -191,7 +192,7 @@ class _Short:
 
 
 def study_of(data: Dataset) -> Study | None:
-    """Return the study of a data set, or None if it is missing or cannot be read."""
+    """Read the study file of a data set; return None if it is missing or cannot be read."""
     path = data.folder / "code" / "study.toml" if data.folder else None
     if path is None or not path.is_file():
         return None

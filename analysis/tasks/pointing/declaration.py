@@ -1,4 +1,4 @@
-"""Define the analysis and the report of the pointing task."""
+"""Define how the pointing task is analysed and reported."""
 
 from __future__ import annotations
 
@@ -157,7 +157,7 @@ def _rows(task: TaskPointing) -> list[JsonObject]:
 
 @styled
 def movement_times(task: TaskPointing) -> Figure:
-    """Plot movement times of participants, with the mean and the mean line per condition."""
+    """Plot movement times, with their means and the mean regression line per condition."""
     figure, axes = canvas(size=SIZE)
     for condition, colour in zip(task.conditions, (BLUE, ORANGE), strict=False):
         cells = [cell for each in condition.people for cell in each.cells]

@@ -1,9 +1,10 @@
 """Compute throughput and the regression of movement time on the index of difficulty.
 
 The analysis follows ISO/TS 9241-411:2012 and Soukoreff and MacKenzie (2004, International Journal
-of Human-Computer Studies 61, 751-789). A cell contains one participant's movements with one
-feedback, distance and width, in all sessions. Cells with fewer than `FEWEST` movements, or without
-spread, are omitted and counted. All other movements are included, even if they miss the target.
+of Human-Computer Studies 61, 751-789). A cell contains the movements of one participant with the
+same feedback, distance and width, pooled across sessions. Cells with fewer than `FEWEST` movements,
+or without spread, are omitted and counted. All other movements are included, even if they miss the
+target.
 
 The effective width is 4.133 (the square root of 2 pi e) times the standard deviation of the
 selected positions along the movement; the effective distance is the mean of these positions. The
@@ -40,7 +41,7 @@ SELECTED = ("selection_x_mm", "selection_y_mm")
 
 
 def _along(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return trials with ``moved_mm``, the movement along the axis from start to target."""
+    """Add ``moved_mm``, the movement along the axis from start to target, and ``hit``."""
     x, y, to_x, to_y, end_x, end_y = (
         pd.to_numeric(frame[name], errors="coerce").to_numpy(float) for name in (*PLACES, *SELECTED)
     )
@@ -109,7 +110,7 @@ class FeedbackPointing:
     ----------
     feedback : str
     movements, left_out : int
-        Counts of movements and of omitted distance-width cells.
+        Number of movements, and number of omitted cells.
     throughput_bit_s, movement_time_s, error_share : MeanOverParticipants or NotComputed
     intercept_s, slope_s_per_bit : MeanOverParticipants or NotComputed
         Regression of movement time on the index of difficulty.

@@ -97,7 +97,7 @@ def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> l
 
 
 def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return sentences on the effects of start and limits, and on catch trials."""
+    """Return sentences on starting amplitudes, adjustment limits and catch trials."""
     texts = []
     beginning = found.beginning
     if beginning:

@@ -86,7 +86,7 @@ class BothExponents:
     Parameters
     ----------
     counterpart : str
-        Name of the other task: "magnitude estimation" or "ratio judgements".
+        Name of the task compared with production: "magnitude estimation" or "ratio judgements".
     n : int
         Number of participants with both exponents above 0.
     estimation, production : float
@@ -97,7 +97,7 @@ class BothExponents:
     ratio_interval : ConfidenceInterval
         t-based interval, computed on the logarithms of participants' ratios.
     combined : float
-        Geometric mean of both exponents.
+        Geometric mean of the production and estimation exponents.
     combined_interval : ConfidenceInterval
         t-based interval of ``combined``, computed on logarithms.
     """
@@ -119,13 +119,13 @@ class TaskProductions:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     standard_um_pp, modulus : float
         Amplitude of the standard (µm peak to peak), and the number assigned to the standard.
     participants, answers, catch_trials : int
         Counts of participants, answers (without catch trials) and catch trials.
     catch_um_pp : float or None
-        Geometric mean amplitude in catch trials, which show the number of the standard.
+        Geometric mean of the amplitudes produced in catch trials, which show the standard's number.
     at_bounds : int
         Number of included productions that ended within one notch of the plate's limits.
     numbers : tuple of ProducedNumber
@@ -135,7 +135,7 @@ class TaskProductions:
     exponent : float or None
         Inverse of the slope; None if the slope is not above 0.
     exponent_interval : ConfidenceInterval or None
-        Inverses of the bounds of the slope; None unless both are above 0.
+        Inverses of the bounds of the slope's interval. None unless both bounds are above 0.
     beginning : MeanOverParticipants or NotComputed
         Mean log amplitude after high starts minus mean log amplitude after low starts.
     both : BothExponents or NotComputed
@@ -184,7 +184,7 @@ def productions(
     trials : DataFrame
         Trials as read by `slipscale.analysis.tasks.productions.statistics.TRIALS`.
     counterpart : Counterpart, optional
-        Exponents of the same people in another task.
+        Exponents from the task that is compared with production.
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no trials of magnitude production")
@@ -245,7 +245,7 @@ def _task(
 def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
-    """Return the inverse of the slope and its interval; None for a slope or bound not above 0."""
+    """Return the inverses of slope and interval; None if slope or lower bound is not above 0."""
     if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval
@@ -254,7 +254,7 @@ def _inverse(
 
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return the difference in log amplitude between trials with high and low starts."""
+    """Return the mean difference in log amplitude, high starts minus low starts."""
     logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])
@@ -299,7 +299,7 @@ def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
 
 
 def counterpart(inputs: Inputs) -> Counterpart | None:
-    """Return exponents of magnitude estimates or, without estimates, of ratio judgements."""
+    """Return exponents from magnitude estimates or, if there are none, from ratio judgements."""
     prepared = inputs.prepared
     if prepared is not None and not prepared.refused:
         return Counterpart(

@@ -1,12 +1,11 @@
 """Compare ratings between the levels of experimental factors.
 
 A participant's rating at a level of a factor is the mean across the other factors and across the
-surfaces that the participant rated at every level.
-Levels are compared by Friedman's test and, in pairs, by signed-rank tests. Other results treat each
-condition as a separate task (`slipscale.analysis.reading.task_tables`). Ordered categories are not
-fitted by a cumulative model, because statsmodels supports no such model with random effects, and
-intervals without random effects are too narrow. Interactions between factor and surface are not
-tested.
+surfaces that the participant rated at every level. Levels are compared by Friedman's test and, in
+pairs, by signed-rank tests. All other analyses treat each condition as a separate task
+(`slipscale.analysis.reading.task_tables`). Ordered categories are not fitted by a cumulative model,
+because statsmodels supports no such model with random effects, and intervals without random effects
+are too narrow. Interactions between factor and surface are not tested.
 """
 
 from __future__ import annotations
@@ -52,7 +51,8 @@ class FactorRatings:
     friedman : Friedman or NotComputed
         Test of all levels; not computed for two levels.
     pairs : tuple of RatedPair
-        Pairwise comparisons of levels; the fields named after surfaces contain levels.
+        Pairwise comparisons of levels. ``from_surface`` and ``to_surface`` contain levels of the
+        factor.
     """
 
     task: str
@@ -122,7 +122,7 @@ def _parts(found: FactorRatings, confidence: float) -> Iterator[str]:
 
 
 def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section with a table of all comparisons, which is empty without factors."""
+    """Return the section with a table of all comparisons; it is empty without factors."""
     written = ReportSection("Ratings by condition")
     rows = [
         [

@@ -3,7 +3,7 @@
 Categories are numbered from 1. Means treat categories as equally spaced; ranks do not.
 
 Positions on a bounded scale without a unit cannot be compared as ratios. Ratings are therefore not
-divided by a participant's maximum, and no logarithms or exponents are computed. Surfaces are
+divided by a participant's maximum, and neither logarithms nor exponents are computed. Surfaces are
 compared by ranks within participants.
 
 In the tables of trials, ``surface`` is the name of a texture or an amplitude (µm peak to peak).
@@ -121,8 +121,9 @@ class RatedPair:
     participants : int
         Number of participants who rated both surfaces.
     p_wilcoxon, p_wilcoxon_holm : float
-        Two-sided signed-rank test, uncorrected and Holm-corrected across all pairs in the task. NaN
-        if no ratings differ, or if fewer than three people rated both surfaces.
+        p-values of the two-sided signed-rank test, uncorrected and Holm-corrected across all pairs
+        in the task. NaN if no ratings differ, or if fewer than three participants rated both
+        surfaces.
     """
 
     from_surface: str
@@ -140,7 +141,7 @@ class TaskRatings:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     participants, answers, catch_trials : int
         Counts of participants, answers (without catch trials) and catch trials.
     catch_mean : float or None
@@ -157,7 +158,7 @@ class TaskRatings:
         One-sided test of an increase with amplitude; textures are excluded.
     pairs : tuple of RatedPair
     start_effect : MeanOverParticipants or NotComputed
-        Mean slope of ratings on the mark's starting position, fitted to each participant's ratings
+        Mean across participants of the slope of ratings on the mark's starting position, fitted
         within surfaces.
     """
 
@@ -275,7 +276,7 @@ def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
 def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
     """Return the slope of ratings on the starting position of the mark.
 
-    Each participant has one slope, fitted to ratings and starting positions centred within
+    Each participant's slope is fitted to ratings and starting positions that are centred within
     surfaces.
     """
     known = main[main["cursor_start"].notna()]

@@ -42,7 +42,7 @@ TRIALS = task_trials(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class JudgedSurface:
-    """Judged ratios of a surface's slipperiness to the slipperiness of the standard.
+    """Judged slipperiness of one surface, as a ratio to the standard.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ class TaskRatios:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     standard_um_pp : float
         Amplitude in µm peak to peak.
     name : str
@@ -122,7 +122,7 @@ def ratios(trials: pd.DataFrame, confidence: float = 0.95) -> tuple[TaskRatios, 
 
 
 def log_cells(main: pd.DataFrame, by: str, value: str) -> pd.DataFrame:
-    """Return the mean natural logarithms of a value, shape (participants, conditions)."""
+    """Return mean natural logarithms of ``value``, by participant (rows) and ``by`` (columns)."""
     logs = main.assign(log=np.log(main[value].to_numpy(float)))
     return logs.pivot_table(index=PARTICIPANT, columns=by, values="log", observed=True)
 

@@ -1,4 +1,4 @@
-"""Define the analysis and the report of the same–different task."""
+"""Define how the same–different task is analysed and reported."""
 
 from __future__ import annotations
 

@@ -4,9 +4,9 @@ In this model (Macmillan and Creelman 2005, Detection Theory, chapter 9), a part
 "different" if two sensations differ by more than a criterion k. Sensations have a standard
 deviation of 1, and the mean sensations of two surfaces differ by d'.
 
-False alarms for a pair are "different" answers to one of its surfaces presented twice. The
-log-linear correction adds 0.5 to each count of answers and 1 to each count of trials (Hautus 1995,
-Behavior Research Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
+False alarms for a pair are "different" answers in trials that present one of its surfaces twice.
+The log-linear correction adds 0.5 to each count of answers and 1 to each count of trials (Hautus
+1995, Behavior Research Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
 """
 
 from __future__ import annotations
@@ -122,7 +122,7 @@ def _of_counts(yes: int, n: int, false: int, m: int) -> tuple[float, float]:
 
 
 def pairs(inputs: Inputs) -> tuple[TaskPairs, ...] | NotComputed:
-    """Return the sensitivities for all pairs in each task."""
+    """Return the sensitivity to each pair, for each task."""
     trials = inputs.data.of(TRIALS)
     main = trials[~trials["catch"].astype(bool)]
     if not len(main):

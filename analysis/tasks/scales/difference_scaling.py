@@ -1,8 +1,8 @@
 """Fit a scale of perceived differences by maximum likelihood difference scaling.
 
-The choice of the larger of two differences follows a probit model of scale values, the first of
-which is 0 (Maloney and Yang 2003, Journal of Vision 3(8):5; Knoblauch and Maloney 2008, Journal of
-Statistical Software 25(2)).
+The probability of judging one of two differences as larger is modelled as a probit function of the
+scale values, the first of which is 0 (Maloney and Yang 2003, Journal of Vision 3(8):5; Knoblauch
+and Maloney 2008, Journal of Statistical Software 25(2)).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class DifferenceScale:
     log_likelihood : float
         Log likelihood of the fit.
     answers, simulations : int
-        Counts of answers and of simulated data sets.
+        Number of answers, and number of simulated data sets.
     """
 
     values: tuple[float, ...]
@@ -79,8 +79,9 @@ def difference_scale(
     Parameters
     ----------
     quadruples : array_like of int, shape (trials, 4)
-        Ranks of surfaces (0 for the weakest) in a comparison of (a, b) with (c, d). Each pair is
-        sorted in ascending order, because only the size of a difference matters.
+        Ranks of the surfaces a, b, c and d (0 for the weakest), where the pair (a, b) is compared
+        with the pair (c, d). The order within a pair is ignored, because only the size of a
+        difference matters.
     second_larger : array_like of bool, shape (trials,)
         Whether the difference between c and d was judged to be larger.
     simulations : int
@@ -89,7 +90,7 @@ def difference_scale(
     Raises
     ------
     UserError
-        The arrays have wrong shapes, or surfaces have invalid ranks.
+        The arrays have wrong shapes, or ranks are negative or not consecutive.
     """
     surfaces, larger = np.asarray(quadruples, int), np.asarray(second_larger, float)
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
@@ -123,7 +124,7 @@ def difference_scale(
 
 
 def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
-    """Return the weight of each scale value in each trial, shape (trials, surfaces - 1)."""
+    """Return the design matrix of the scale values, shape (trials, surfaces - 1)."""
     first, second = np.sort(surfaces[:, :2], axis=1), np.sort(surfaces[:, 2:], axis=1)
     rows = np.arange(len(surfaces))
     design = np.zeros((len(surfaces), count))
@@ -138,7 +139,7 @@ def _design(surfaces: npt.NDArray[np.int64], count: int) -> Array:
 
 
 def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotComputed:
-    """Return scale values in units of the noise, and the predicted probability of each trial."""
+    """Return scale values in units of the noise, and predicted probabilities for all trials."""
     from scipy.special import ndtr  # noqa: PLC0415
 
     if np.linalg.matrix_rank(design) < design.shape[1]:
@@ -152,7 +153,7 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
     """Fit the scale values of several data sets by Fisher scoring, shape (sets, surfaces).
 
-    The likelihood has at most one peak; if it has no peak, scale values grow beyond `LARGEST`.
+    The likelihood has at most one maximum. Without a maximum, scale values grow beyond `LARGEST`.
 
     Parameters
     ----------
@@ -183,7 +184,7 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
 
 
 def _why_no_scale(values: Array) -> npt.NDArray[np.str_]:
-    """Return the reason why a data set yields no scale, or "", for each data set."""
+    """Return, for each data set, the reason why it yields no scale, or "" if it yields one."""
     return np.select(
         [~(np.abs(values).max(axis=1) <= LARGEST), values[:, -1] <= 0],
         [

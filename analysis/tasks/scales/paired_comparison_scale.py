@@ -4,9 +4,10 @@ In the Bradley-Terry model (1952, Biometrika 39, 324-345), the difference betwee
 is the log odds of a choice. In Thurstone's case V (1927, Psychological Review 34, 273-286), the
 difference is the probit of the probability of a choice.
 
-The likelihood is multiplied by the square root of the determinant of the information matrix (Firth
-1993, Biometrika 80, 27-38). All values are then finite, even if a surface was never chosen
-(Kosmidis and Firth 2021, Biometrika 108, 71-82), and small-sample bias is removed to first order.
+Firth's correction multiplies the likelihood by the square root of the determinant of the
+information matrix (Firth 1993, Biometrika 80, 27-38). All scale values are then finite, even if a
+surface was never chosen (Kosmidis and Firth 2021, Biometrika 108, 71-82), and the first-order bias
+is removed.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ PRECISION, ITERATIONS = 1e-10, 500
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScaleTest:
-    """Goodness of fit of a scale, by its deviance from the observed proportions."""
+    """Goodness-of-fit test of a scale, based on the deviance."""
 
     deviance: float
     df: int
@@ -104,8 +105,9 @@ def bradley_terry(chosen: npt.ArrayLike, confidence: float = 0.95) -> Comparison
     Parameters
     ----------
     chosen : array_like
-        See `checked_choices`. With separate counts for at least three participants, intervals allow
-        for correlated answers of a participant (sandwich estimator, t quantiles).
+        See `checked_choices`. If counts of at least three participants are given separately,
+        intervals account for correlated answers from the same participant (sandwich estimator, t
+        quantiles).
     """
     return _scale("Bradley-Terry", checked_choices(chosen), confidence)
 

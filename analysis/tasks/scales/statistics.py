@@ -68,14 +68,15 @@ class TaskScale:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     surfaces : tuple of str
         Surfaces in the order of the scale values: amplitudes (µm peak to peak) in ascending order,
         then textures by name.
     participants, answers, catch_trials : int
         Counts of participants, answers and catch trials.
     chosen, compared : tuple of int
-        For pairs, number of times each surface was chosen and presented.
+        Number of times that each surface was chosen, and number of times that it was presented, in
+        trials with pairs.
     bradley_terry, thurstone : ComparisonScale or NotComputed
         Scales from pairs.
     transitivity : StochasticTransitivity or NotComputed
@@ -162,7 +163,7 @@ def in_order(names: set[str]) -> tuple[str, ...]:
 
 
 def choices(main: pd.DataFrame, surfaces: tuple[str, ...]) -> dict[str, NDArray[np.float64]]:
-    """Return a table for each participant that counts choices of the row over the column."""
+    """Count choices of the row's surface over the column's surface for each participant."""
     number = {name: place for place, name in enumerate(surfaces)}
     found = {}
     for who, rows in main.groupby(PARTICIPANT, observed=True):

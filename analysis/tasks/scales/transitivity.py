@@ -39,10 +39,10 @@ class Consistency:
     zeta : float
         Coefficient of consistence: 1 without circular triads, 0 for the largest possible number.
     p : float
-        Probability of at most this many circular triads if all choices were random. Without ties,
-        the p-value is exact for up to 6 surfaces and uses Kendall's chi-square for more. With ties,
-        the p-value comes from `SIMULATIONS` simulated participants who make the same number of
-        random choices.
+        Probability of this number of circular triads or fewer if all choices were random. Without
+        ties, the p-value is exact for up to 6 surfaces and uses Kendall's chi-square for more. With
+        ties, the p-value is estimated from `SIMULATIONS` simulated participants who make the same
+        number of choices at random.
     """
 
     circular_triads: float
@@ -53,10 +53,10 @@ class Consistency:
 
 
 def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
-    """Count a participant's circular triads.
+    """Count the circular triads in one participant's choices.
 
-    In each pair, the surface that was chosen more often counts; a tie counts half in each
-    direction.
+    In each pair, only the surface that was chosen more often counts. With ties, the number is
+    averaged over all ways to break them.
 
     Parameters
     ----------
@@ -91,12 +91,12 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
 
 
 def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the mean number of circular triads over all ways to break ties, shape (tables,).
+    """Return the number of circular triads, averaged over all ways to break ties, by table.
 
     Parameters
     ----------
     more : array, shape (tables, surfaces, surfaces)
-        Number of choices of the row minus choices of the column; only the sign is used.
+        Choices of the row's surface minus choices of the column's surface. Only the sign is used.
     """
     k = more.shape[1]
     wins, ties = (more > 0).sum(axis=2), (more == 0).sum(axis=2) - 1
@@ -110,9 +110,10 @@ def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
 class StochasticTransitivity:
     """Counts of triads that violate weak, moderate and strong transitivity.
 
-    Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity then
-    requires that A is chosen over C at least half of the time. Moderate transitivity requires at
-    least the smaller of the two given proportions, and strong transitivity at least the larger.
+    Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity
+    requires that A is also chosen over C at least half of the time. Moderate transitivity requires
+    that this proportion is at least as large as the smaller of the first two proportions, and
+    strong transitivity that it is at least as large as the larger.
     """
 
     triads: int
@@ -156,7 +157,7 @@ def stochastic_transitivity(chosen: npt.ArrayLike) -> StochasticTransitivity | N
 
 @cache
 def circular_triads_by_chance(surfaces: int) -> tuple[int, ...]:
-    """Return the numbers of possible sets of choices with 0, 1, 2 ... circular triads."""
+    """Return how many of all possible sets of choices have 0, 1, 2, ... circular triads."""
     one, other = np.triu_indices(surfaces, k=1)
     ways = np.arange(1 << len(one))
     scores = np.zeros((len(ways), surfaces), dtype=int)

@@ -1,7 +1,7 @@
 """Read dissimilarities from ratings of pairs or from sorted items.
 
-Items are names or levels, which are compared as text. In sorting, the dissimilarity between two
-items is 1 if their final groups differ, and 0 otherwise.
+Items (names or levels) are compared as text. In sorting tasks, the dissimilarity of two items is 1
+if their final groups differ, and 0 if they are the same.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def _pairs(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
 
 
 def _separated(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return each participant's pairs of sorted items, from the final group of each item."""
+    """Return all pairs of items that a participant sorted, based on each item's final group."""
     rows = []
     run = [name for name in COMMON if name not in ("trial", "catch")]
     answered = frame[frame["group"].notna() & (frame["item"] != "")].sort_values("trial")

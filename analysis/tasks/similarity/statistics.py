@@ -7,9 +7,9 @@ sorting values are 0 or 1, so no weights are computed.
 
 The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF function
 of scikit-learn starts from the classical solution and from random maps; the solution with the
-lowest stress-1 is rotated to its principal axes. A participant's weights are the non-negative
-weights of squared distances along the axes that best fit the participant's squared dissimilarities
-(the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319).
+lowest stress-1 is rotated to its principal axes. A participant's weights multiply the squared
+distances along the axes. They are the non-negative weights that best fit the participant's squared
+dissimilarities (the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319).
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Person:
     ----------
     participant : str
     weights : tuple of float
-        Weights of squared distances along the map's axes, which average about 1.
+        Weights of squared distances along the map's axes, with an average of about 1.
     r2 : float
         Proportion of variance explained in the participant's squared dissimilarities.
     """
@@ -63,7 +63,7 @@ class TaskMap:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     participants, answers, catch_trials : int
         Counts of participants, answers (without catch trials) and catch trials.
     items : tuple of str
@@ -150,14 +150,14 @@ def _matrix(rows: pd.DataFrame, items: list[str]) -> Array:
 
 
 def _scaled(table: Array) -> Array:
-    """Scale a table to a root mean square of 1 over its pairs; NaN if all values are 0."""
+    """Scale a table so that its pairs have a root mean square of 1; NaN if all values are 0."""
     known = table[np.triu_indices(len(table), 1)]
     size = np.sqrt(np.nanmean(known**2)) if np.isfinite(known).any() else 0.0
     return table / size if size > TINY else np.full_like(table, np.nan)
 
 
 def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
-    """Return the non-metric map with the lowest stress-1, and that stress.
+    """Return the non-metric map with the lowest stress-1, and its stress-1.
 
     Parameters
     ----------
@@ -197,7 +197,7 @@ def _classical(dissimilarities: Array, dimensions: int) -> Array:
 
 
 def _principal(coordinates: Array) -> Array:
-    """Rotate a map to its principal axes, which point towards the last item."""
+    """Rotate a map to its principal axes, with no negative coordinates for the last item."""
     centred = coordinates - coordinates.mean(axis=0)
     turned = centred @ np.linalg.svd(centred, full_matrices=False)[2].T
     return np.asarray(turned * np.where(turned[-1] < 0, -1.0, 1.0))

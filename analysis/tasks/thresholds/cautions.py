@@ -1,8 +1,8 @@
 """Warn about biases that simulations found in population thresholds.
 
-The biases in `CAUTIONS` explain all 95 % intervals whose coverage is outside .93 to .97 in the
-table of `benchmarks.population_thresholds` (docs/validation/measured/statistics.md). Biases of
-just noticeable differences come from 120 simulated data sets per case, as in the tests of
+The biases in `CAUTIONS` explain every 95 % interval with a coverage below .93 or above .97 in the
+table of `benchmarks.population_thresholds` (docs/validation/measured/statistics.md). Biases of just
+noticeable differences come from 120 simulated data sets per case, as in the tests of
 `friction_axis`: 6 people who never lapse, with 20 comparisons at each of 5 levels.
 """
 
@@ -16,18 +16,19 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 
 
 class Caution(NamedTuple):
-    """A bias, and the tasks to which it applies.
+    """A known bias, and the tasks that it affects.
 
     Parameters
     ----------
     text : str
-        Sentence without its full stop; ``{covered}`` is replaced with the coverage.
+        Sentence without a final full stop, in which ``{covered}`` is replaced with the coverage.
     applies : callable
         Function that returns whether the bias affects a task.
     observers : tuple of str
         Rows of the benchmark table whose coverage the bias explains.
     coverage : tuple of (int, float)
-        Number of people and coverage of 95 % intervals, in pairs; empty if coverage is .93 to .97.
+        Pairs of number of people and coverage of 95 % intervals. Empty if coverage is between .93
+        and .97.
     """
 
     text: str

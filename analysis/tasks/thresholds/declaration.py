@@ -25,7 +25,7 @@ from slipscale.stimuli.quantity import Quantity
 
 
 def rows(task: TaskThresholds) -> list[JsonObject]:
-    """Return one row per participant; values from a missing fit are left out."""
+    """Return one row per participant, without values from fits that could not be computed."""
     found: list[JsonObject] = []
     for each in task.participants:
         row: JsonObject = {

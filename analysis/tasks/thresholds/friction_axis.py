@@ -4,8 +4,8 @@ Friction depends on the plate's amplitude and on the finger. If normal and later
 measured in each interval, the answers are also fitted against friction. The level of a trial is
 then the change in friction: the mean coefficient in the other intervals minus the coefficient in
 the target's interval. If friction increases with the plate's level, the sign is reversed, so that
-curves rise. Trials with no measurement in the target's interval, or with none in the other
-intervals, are omitted and counted.
+curves rise. Trials without a measurement in the target's interval, or without any measurement in
+the other intervals, are omitted and counted.
 
 Noise in single measurements flattens a curve and makes the just noticeable difference too large
 (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes in
@@ -43,19 +43,20 @@ class FrictionThreshold:
     lower : bool
         Whether changes are reductions in friction.
     averaged : bool
-        Whether changes are means per participant and plate level, not values of single trials.
+        Whether changes were averaged per participant and plate level instead of taken from single
+        trials.
     change : Estimate
-        Change in the coefficient at the threshold or, for a comparison, at the point of subjective
-        equality.
+        Change in the coefficient of friction at the threshold or, for a comparison, at the point of
+        subjective equality.
     just_noticeable : Estimate or NotComputed
-        Just noticeable difference in the coefficient: half the distance between the 25 % and 75 %
-        points for a comparison, otherwise ``change``.
+        Just noticeable difference in the coefficient of friction. For a comparison, half the
+        distance between the 25 % and 75 % points; otherwise, equal to ``change``.
     weber_fraction : Estimate or NotComputed
         ``just_noticeable`` divided by ``standard``.
     standard : float
-        Mean coefficient in the other intervals.
+        Mean coefficient of friction in the intervals without the target.
     sd : float
-        Standard deviation of ``change`` between participants.
+        Standard deviation of the change at threshold across participants.
     scatter : float
         Standard deviation of single-trial changes around the mean per participant and plate level.
     participants : Mapping of str to float
@@ -88,7 +89,7 @@ def friction_threshold(
     rows : DataFrame
         Trials of the task from `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     method, curve : str
-        Method and curve that were fitted against the plate's level.
+        Method and curve of the fit against the plate's level.
     """
     if choices.threshold_friction is None:
         return NotComputed("the study file does not set threshold_friction")

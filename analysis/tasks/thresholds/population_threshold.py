@@ -77,9 +77,10 @@ class Contrast:
     ----------
     first, second : str
     change : Estimate
-        Second threshold divided by the first; for a curve on a linear axis, second minus first.
+        Ratio of the second threshold to the first. For a curve on a linear axis, difference between
+        the thresholds, second minus first.
     p, p_holm : float
-        Uncorrected p-value against no change, and p-value Holm-corrected across the factor's pairs.
+        p-values for no change, uncorrected and Holm-corrected across the factor's pairs.
     """
 
     first: str
@@ -131,8 +132,8 @@ class PopulationThreshold:
         Thresholds by group, by session, by each study factor and by all factors combined; variables
         with a single level are left out.
     better_curve : str
-        In comparisons, the linear or logarithmic counterpart of the curve if the counterpart fits
-        clearly better.
+        For comparisons, the linear or logarithmic counterpart of the curve if it fits clearly
+        better. Otherwise empty.
     """
 
     threshold_um_pp: Estimate
@@ -235,7 +236,7 @@ def over(found: Estimate, standard: float) -> Estimate:
 def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
     """Return half the distance between the 25 % and 75 % points on a curve, in units of the level.
 
-    On a logarithmic axis, the level ``middle`` is the centre of the two points.
+    For a curve on a logarithmic axis, ``middle`` is the level at the centre of the two points.
     """
     low, high = curve.inverse(np.array([0.25, 0.75]))
     shallow, steep = slope.interval
@@ -248,7 +249,7 @@ def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
 def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
-    """Return the linear or logarithmic counterpart of a curve if it fits clearly better."""
+    """Return a curve's linear or logarithmic counterpart, or "" unless it fits clearly better."""
     other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
     if levels.min() <= 0:
         return ""
@@ -261,7 +262,7 @@ def _better_curve(
 
 
 def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
-    """Return the numbers of correct and wrong answers to catch trials, whose errors are lapses."""
+    """Count correct and wrong answers to catch trials, in which wrong answers are lapses."""
     correct = catches["correct"].astype(bool)
     if METHODS[method].guess == "equal to lapse":
         more = catches["level_um_pp"] - catches["standard_um_pp"]
@@ -283,7 +284,7 @@ def _crossed(rows: pd.DataFrame) -> list[str]:
 
 
 def _combined(rows: pd.DataFrame, names: list[str]) -> pd.Series[str]:
-    """Return the labels of several columns, joined in each row."""
+    """Join the labels of several columns into one label per row."""
     return rows[names].astype(str).agg(COMBINED.join, axis=1)
 
 
@@ -307,7 +308,7 @@ def _factors(
     confidence: float,
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
-    """Yield thresholds by group, session and condition if every level has `FEWEST` people."""
+    """Yield thresholds by group, session or condition with at least `FEWEST` people per level."""
     names = _crossed(counted)
     by = {"group": counted["who"].map(group_of), "session": counted["session"]}
     by |= {name.removeprefix(FACTOR): counted[name].astype(str) for name in names}
@@ -339,7 +340,7 @@ def _fitted(
 
 
 def _deviations(factors: pd.DataFrame) -> Array:
-    """Return design columns for the deviations of factor levels from their mean."""
+    """Return design columns for the factor levels in deviation (sum-to-zero) coding."""
     columns = [
         (factors[name] == level).to_numpy(float) - (factors[name] == levels[0]).to_numpy(float)
         for name in factors

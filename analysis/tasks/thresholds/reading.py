@@ -1,6 +1,6 @@
-"""Read trials of forced choice and constant stimuli.
+"""Read forced-choice and constant-stimuli trials.
 
-Tables are recognised by their columns, because studies choose their own task labels.
+Tables are recognised by their columns, because task labels differ between studies.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def empty_choices() -> pd.DataFrame:
 
 
 def is_choice(header: frozenset[str]) -> bool:
-    """Return whether a table contains trials of forced choice or constant stimuli."""
+    """Return whether a table contains forced-choice or constant-stimuli trials."""
     return any(header.issuperset(marks) for marks in (FORCED_CHOICE, COMPARISON))
 
 
@@ -65,16 +65,17 @@ def read_choices(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Table files, each with the match of `slipscale.experiments.dataset.schema.TABLE_NAME` in the
-        file name.
+        Table files, each with the match object of `slipscale.experiments.dataset.schema.TABLE_NAME`
+        for its file name.
     counts : dict
-        Filled with the number of rows read, and the number of rows excluded for each reason.
+        Updated in place with the number of rows read and the number of rows excluded for each
+        reason.
 
     Returns
     -------
     trials, sources : DataFrame, list of Source
-        Trials have the columns `COLUMNS`, and one column per study factor, called `FACTOR` plus the
-        factor's name. ``method`` is a key of
+        Trials with the columns `COLUMNS` and one column per study factor, whose name is the
+        factor's name with the prefix `FACTOR`. ``method`` is a key of
         `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`; ``catch`` and
         ``correct`` are Boolean. In a comparison, ``correct`` means that the comparison stimulus was
         judged more slippery.
@@ -136,7 +137,7 @@ def _read(
 def _friction(
     frame: pd.DataFrame, sources: list[Source], problems: Problems
 ) -> dict[str, pd.Series[float]]:
-    """Return the coefficient in the target's interval, and the mean in the other intervals."""
+    """Return the friction coefficient in the target's interval and its mean in other intervals."""
     measured = frame.reindex(columns=list(FRICTION)).astype(float)
     for name in frame.columns.intersection(list(FRICTION)):
         measured[name] = numbers(frame, name, sources, problems, minimum=0.0)
@@ -180,8 +181,8 @@ def told_choices(
 def _methods(frame: pd.DataFrame) -> dict[str, str]:
     """Return the method of each task with constant stimuli.
 
-    If all comparisons lie on one side of the standard and the participant chooses an interval,
-    answers are right or wrong. All other tasks are comparisons around the standard.
+    Answers are right or wrong if all comparisons lie on one side of the standard and the
+    participant chooses an interval. All other tasks are comparisons around the standard.
     """
     found = {}
     for task, rows in frame.groupby("task"):
@@ -193,7 +194,7 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
 
 
 def _one_sided(frame: pd.DataFrame, quantity: Quantity) -> None:
-    """For one-sided tasks, convert levels to differences, and answers to right or wrong."""
+    """Convert levels to differences and answers to right or wrong in one-sided tasks."""
     rows = frame["method"] == "two_interval"
     apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
     right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])

@@ -1,9 +1,9 @@
 """Estimate the threshold of a staircase as the mean of its last reversals.
 
-The method follows Levitt (1971, Journal of the Acoustical Society of America 49, 467-477). The rule
-in the study file replays the recorded answers of each track, which yields the reversals of the
-session even if a trial was taken back. Tracks are separate for each condition, session and run.
-Tracks with fewer reversals than requested are omitted and counted.
+The method follows Levitt (1971, Journal of the Acoustical Society of America 49, 467-477). The
+recorded answers of each track are replayed with the rule in the study file. This yields the
+reversals of the session, even if a trial was taken back. Tracks are separate for each condition,
+session and run. Tracks with fewer reversals than requested are omitted and counted.
 
 A participant's value is the mean across tracks, or the geometric mean on a logarithmic scale. The
 value estimates the level at which steps up and down balance (`UpDown.target`), not the midpoint of

@@ -11,7 +11,7 @@ from slipscale.faults import UserError
 
 
 def rules_of(study_text: str) -> dict[str, Interleaved]:
-    """Return the tracks of each adaptive task before the first trial, keyed by task label.
+    """Return the initial state of the tracks of each adaptive task, keyed by task label.
 
     The result is empty if the study cannot be read.
     """

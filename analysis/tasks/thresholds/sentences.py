@@ -38,7 +38,7 @@ POOLED = ", because each curve pools all sessions and conditions, whose differen
 
 
 def title(found: TaskThresholds, quantity: Quantity) -> str:
-    """Return the name of a task in the report.
+    """Return the name under which the report lists a task.
 
     >>> from types import SimpleNamespace
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE
@@ -76,7 +76,7 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:
-    """Return a caveat if the curve on the other axis fits better."""
+    """Return a caveat if the curve fits clearly better on the other axis, linear or logarithmic."""
     if not task.population or not task.population.better_curve:
         return []
     better = task.population.better_curve

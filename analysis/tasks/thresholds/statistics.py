@@ -52,9 +52,10 @@ class ParticipantThreshold:
     participant : str
         Label of the participant.
     trials, correct : int
-        Counts of main trials and of correct answers.
+        Number of main trials, and number answered correctly.
     catch_trials, catch_correct : int
-        Counts of catch trials and of correct answers; catch trials are not part of this fit.
+        Number of catch trials, and number answered correctly. Catch trials are not part of this
+        fit.
     function : PsychometricFunction or NotComputed
         Posterior medians of threshold and slope, and posterior means of lapse and guess rates.
     weber_fraction : Estimate or NotComputed
@@ -80,15 +81,16 @@ class TaskThresholds:
     Parameters
     ----------
     task : str
-        Task label in file names.
+        Task label, as in file names.
     method : str
         A key of `slipscale.analysis.statistics.psychometrics.psychometric_function.METHODS`.
     curve : str
         A key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`.
     standard_um_pp : float or None
-        Level of the standard, µm peak to peak. None for detection tasks, or if standards differ.
+        Level of the standard, µm peak to peak. None for detection tasks, or if trials have
+        different standards.
     participants : tuple of ParticipantThreshold
-        Results of participants, in the order of their names.
+        Results of each participant, in the order of participant names.
     population : PopulationThreshold or NotComputed
         Population threshold or, for a comparison, point of subjective equality.
     weber_fraction : Estimate or NotComputed
@@ -124,7 +126,8 @@ def thresholds(
     trials : DataFrame
         Result of `slipscale.analysis.tasks.thresholds.reading.read_choices`.
     choices : AnalysisChoices, optional
-        Confidence level, curve, share and lapse rate chosen in the study file.
+        Analysis choices of the study: confidence level, curve, threshold share and largest lapse
+        rate.
     study_text : str
         Text of the study file, which defines the adaptive rules; empty if unknown.
     group_of : Mapping, optional
