@@ -48,7 +48,7 @@ COLUMN_OPTIONS = {
 
 
 class _Once(Action):
-    """Reject an option that is given twice; by default, argparse would use the last value."""
+    """Reject an option that is given twice, whereas argparse would use the last value."""
 
     def __call__(
         self,
@@ -139,7 +139,7 @@ def add_data(parser: ArgumentParser) -> None:
 def add_mapping(parser: ArgumentParser) -> None:
     """Add the options that specify what a table's columns contain."""
     group = parser.add_argument_group(
-        "your own data", "meaning of the columns of a table; see docs/how-to/your-data.md"
+        "your own data", "meaning of a table's columns; see docs/how-to/your-data.md"
     )
     for name, (metavar, text) in COLUMN_OPTIONS.items():
         option = f"--{name.replace('_', '-')}"

@@ -201,7 +201,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
 
 
 def assurance_of(text: str | None) -> Assurance | None:
-    """Return the distribution of the effect, if given."""
+    """Parse the option ``--assurance``, which gives the mean and SD of the effect."""
     from slipscale.analysis.planning.power.answers import Assurance  # noqa: PLC0415
 
     if text is None:

@@ -138,7 +138,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> int:
-    """Report on columns of continuous values, which have no finite number of data sets."""
+    """Report on columns with continuous values, for which data sets cannot be counted."""
     import json  # noqa: PLC0415
 
     from slipscale.analysis.reconstruction import report  # noqa: PLC0415

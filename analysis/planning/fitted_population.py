@@ -1,8 +1,8 @@
 """Fit a simulated population to a data set; parameters that cannot be fitted keep their defaults.
 
-Estimates are normalised to 0-100 as in the analysis. At each amplitude, estimates are converted to
-standard normal deviates from their mid-ranks. The variance of the deviates is divided into the
-components of the model: trials, and people's intercepts and exponents. The correlation between
+Estimates are normalised to 0-100 as in the analysis. At each amplitude, the mid-ranks of the
+estimates are converted to standard normal deviates. The variance of the deviates is divided into
+the components of the model: trials, and people's intercepts and exponents. The correlation between
 deviates at distant amplitudes separates intercepts from exponents.
 """
 

@@ -112,7 +112,7 @@ def _share(rows: pd.DataFrame, which: pd.Series[bool]) -> pd.Series[float]:
 
 
 def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Return outliers, drift and split-half correlation, computed on logarithms."""
+    """Compute outliers, drift and split-half correlation from logarithms."""
     positive = trials[trials["estimate"] > 0]
     logs = log_cell_means(positive)
     columns: dict[str, pd.Series[float]] = {}

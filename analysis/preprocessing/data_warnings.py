@@ -47,7 +47,7 @@ def absent(data: Dataset) -> list[str]:
 
 
 def changing_tops(data: Dataset) -> list[str]:
-    """Report participants who stated several scale maxima."""
+    """Report participants who declared more than one scale top."""
     tops = data.estimates.groupby(PARTICIPANT, observed=True)["scale_top"].nunique()
     several = tops.index[tops > 1].astype(str)
     if not len(several):
@@ -60,7 +60,7 @@ def changing_tops(data: Dataset) -> list[str]:
 
 
 def beyond_tops(data: Dataset) -> list[str]:
-    """Report the number of estimates that exceed their scale maximum."""
+    """Report the number of estimates above their trial's declared scale top."""
     above = data.estimates["estimate"] > data.estimates["scale_top"]
     if not above.any():
         return []

@@ -111,7 +111,7 @@ class Prepared:
 
     @property
     def logged(self) -> list[float]:
-        """Amplitudes (µm peak to peak) at which at least one participant has a logarithm."""
+        """Amplitudes (µm peak to peak) at which at least one participant has a mean logarithm."""
         return [float(value) for value in self.logs.columns[self.logs.notna().any()]]
 
     @property
@@ -129,7 +129,7 @@ class Prepared:
 def prepare(
     estimates: pd.DataFrame, choices: AnalysisChoices, quantity: Quantity = PLATE_AMPLITUDE
 ) -> Prepared:
-    """Return trials ready for inference.
+    """Prepare trials for inference.
 
     Parameters
     ----------

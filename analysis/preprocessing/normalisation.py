@@ -38,7 +38,7 @@ class Rule:
     source : str
         Reference that describes the rule.
     needs : str
-        Data that the rule requires, for the error message.
+        Data that the rule requires, as named in the error message.
     unit : str
         Unit of the result for axis labels, in which ``q`` is a placeholder for the quantity.
     """
@@ -185,7 +185,7 @@ RULES: dict[str, Rule] = {
 
 
 def default_rule(trials: pd.DataFrame) -> str:
-    """Return ``scale_top`` if every trial has a scale top, else ``grand_maximum``."""
+    """Return ``scale_top`` if every trial has a scale top, otherwise ``grand_maximum``."""
     tops = trials["scale_top"]
     return "scale_top" if len(tops) and bool((tops > 0).all()) else "grand_maximum"
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def sessions_of(data: Dataset) -> list[str]:
     """Return the labels of all sessions that contain trials, in the order of the study file.
 
-    Labels that the study file does not list follow, sorted.
+    Labels that are not in the study file follow in sorted order.
     """
     found: set[str] = set()
     for table in data.tables.values():

@@ -41,7 +41,7 @@ def check_plan(bundle: Bundle, analysis: Analysis, options: Sequence[str] = ()) 
     analysis : Analysis
         Analysis of the collected data.
     options : sequence of str
-        Command-line options that were used but that a plan cannot contain.
+        Command-line options that were used, but cannot be part of a plan.
 
     Raises
     ------

@@ -32,7 +32,7 @@ NOTES = "notes"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """The parts of a plan to freeze.
+    """Components of the plan to be frozen.
 
     Parameters
     ----------
@@ -41,10 +41,11 @@ class Wanted:
     population : Population
         Population from which the simulated participants are drawn.
     stopping_rule : str
-        Rule for ending data collection. If the rule is empty, data collection ends after the
-        planned number of participants.
+        Rule for ending data collection. If empty, data collection ends after the planned number of
+        participants.
     existing_data, sample_size : str
-        Data that already exist, and the rationale for the sample size; empty if not stated.
+        Statements on data that already exist and on the rationale for the sample size; empty if not
+        given.
     power : Path or None
         Folder with a finished result of `slipscale power --out`.
     notes : Path or None
@@ -63,7 +64,7 @@ class Wanted:
 def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     """Return the manifest of a plan, and all files of its bundle keyed by name.
 
-    The same plan and software produce identical bytes, except for the date.
+    With the same plan and software, the bundle is identical byte for byte, except for the date.
 
     Parameters
     ----------
@@ -128,7 +129,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
 
 
 def simulated(study_name: str, population: Population) -> Analysis:
-    """Return the analysis of a simulated study, to show how real data will be analysed."""
+    """Analyse a simulated study, to show how real data will be analysed."""
     plans = pilot_plans(
         study_name, participants=None, seed=None, language=None, population=population
     )
@@ -171,7 +172,7 @@ def _packages() -> str:
 
 
 def _power(folder: Path, study: str) -> dict[str, bytes]:
-    """Return the files of a finished power result for the study.
+    """Return the files in a finished power result, which must belong to the study.
 
     Raises
     ------

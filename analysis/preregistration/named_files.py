@@ -22,7 +22,7 @@ LONGEST = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NamedFile:
-    """A file and the key that refers to it; for nested files, all keys joined by ``>``."""
+    """A file, and the key that refers to it (for nested files, all keys joined by ``>``)."""
 
     key: str
     path: Path

@@ -44,7 +44,7 @@ def clean_estimates(
     quantity: Quantity = PLATE_AMPLITUDE,
     factors: Sequence[str] = (),
 ) -> pd.DataFrame:
-    """Return the rows of a tidy table of magnitude estimates, with numbers parsed.
+    """Parse the rows of a tidy table of magnitude estimates.
 
     Columns listed in ``factors`` are converted to labels, and `FACTOR` is prepended to their names.
     """
@@ -210,7 +210,7 @@ def _in_lower_case(answers: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd.Series[bool]:
-    """Identify catch steps by amplitude; report differences from the column of catch steps."""
+    """Identify catch steps by amplitude; report rows in which the column ``catch`` disagrees."""
     unchanged = clean["amplitude_before_um_pp"] == clean["amplitude_um_pp"]
     if "catch" in frame:
         marked = _in_lower_case(frame["catch"])
@@ -242,7 +242,7 @@ def tidied(names: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
-    """Return a column of names as categories, with missing names replaced by ``missing``."""
+    """Convert a column of names to categories, replacing missing names by ``missing``."""
     if column not in frame:
         return pd.Series(pd.Categorical([missing] * len(frame)), index=frame.index)
     values = tidied(frame[column])

@@ -1,4 +1,4 @@
-"""Represent the trials to analyse and their sources."""
+"""Define `Dataset`, which contains the trials to analyse and their sources."""
 
 from __future__ import annotations
 
@@ -37,16 +37,16 @@ class Dataset:
     study_text : str
         Text of the study file used in the sessions; empty if it is not in the folder.
     textures : DataFrame
-        Answered main trials of textures, with their ``texture``. Texture trials are not included in
-        ``estimates`` and ``answers``.
+        Answered main trials with textures, which are named in the column ``texture``. Texture
+        trials are not included in ``estimates`` and ``answers``.
     differences : DataFrame
         Answered steps of the descending difference task.
     trials : Mapping
         Answered main trials of all other kinds of task, keyed by the name of their `TaskTrials`.
         Kinds that were not run may be missing; the method `of` returns an empty table for them.
     others : Mapping
-        Main trials of tasks without a Slipscale analysis (a laboratory's own protocols), keyed by
-        task label, as returned by `slipscale.analysis.reading.labelled_tasks.read_others`.
+        Main trials of tasks that Slipscale cannot analyse (a laboratory's own protocols), keyed by
+        task label; see `slipscale.analysis.reading.labelled_tasks.read_others`.
     participants : DataFrame
         Content of ``participants.tsv``; empty if it does not exist.
     mode : {"pilot", "participant", "unknown"}
@@ -54,14 +54,14 @@ class Dataset:
     counts : Mapping
         Number of rows read, and number excluded for each reason.
     details : Mapping
-        Sidecar entries on study, seeds, languages, plates and software.
+        Sidecar entries that describe the study, seeds, languages, plates and software.
     choices : AnalysisChoices
         Analysis choices from the study file, or the defaults.
     frozen : tuple of str
         Keys of the analysis choices that the study file sets.
     unchanged : bool or None
-        Whether the sessions used this study file, so that the choices were made before data
-        collection; None if sidecars do not contain this information.
+        Whether the sessions used this study file, which means that the choices were made before
+        data collection. None if the sidecars do not contain this information.
     journal_differences : tuple of str or None
         Differences between tables and journals, one sentence each; None without journals.
     problems : tuple of str
@@ -71,7 +71,8 @@ class Dataset:
     folder : Path or None
         The data set folder; None for a single table.
     quantity : Quantity
-        Quantity in ``amplitude_um_pp``: the plate's amplitude, or a quantity that the data declare.
+        Quantity in the column ``amplitude_um_pp``: the plate's amplitude, or the quantity that the
+        data declare.
     """
 
     name: str

@@ -200,7 +200,7 @@ def _read_group(
     separator: str,
     columns: Sequence[str],
 ) -> pd.DataFrame:
-    """Read and join files with the same header; add the file and line of each row."""
+    """Read and join files with the same header; add columns for the file and line of each row."""
     first, sample = group[0]
 
     def parsed(part: Sequence[tuple[int, Lines]]) -> pd.DataFrame:
@@ -225,7 +225,7 @@ def _read_group(
 
 
 def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
-    """Split files into parts of about `PART_BYTES`, because pandas needs a multiple of this."""
+    """Split files into parts of about `PART_BYTES`, to limit the memory that pandas needs."""
     parts: list[list[tuple[int, Lines]]] = [[]]
     size = 0
     for entry in group:

@@ -1,7 +1,8 @@
 """Detect a table's format: encoding, separator, decimal mark and thousands separators.
 
-The format is detected once per file from all numbers, so that one invalid cell does not affect
-others. Ambiguous numbers are rejected unless other numbers in the file resolve the ambiguity.
+The format is detected once per file from all numbers, so that an invalid cell does not affect the
+interpretation of other cells. Ambiguous numbers are rejected unless other numbers in the file
+resolve the ambiguity.
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 def in_points(cell: str, decimal: Decimal) -> str:
     """Write a number with a decimal point and without thousands separators.
 
-    In the original numbers, the other mark, blanks and apostrophes may separate thousands. Cells
-    that are not numbers are not changed.
+    Thousands may be separated by the mark that is not the decimal mark, by blanks or by
+    apostrophes. Cells that are not numbers are not changed.
 
     >>> in_points("1.234,5", ",")
     '1234.5'
@@ -114,8 +115,8 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        If no number shows the decimal mark, and a comma, or a point in a column with whole numbers,
-        could also separate thousands; or if both decimal marks are equally frequent.
+        If no number shows the decimal mark although a comma (or a point in a column with whole
+        numbers) could also separate thousands, or if both decimal marks are equally frequent.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}

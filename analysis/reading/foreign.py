@@ -77,7 +77,8 @@ class ForeignTable:
         See `slipscale.analysis.reading.cleaning`.
     choices : DataFrame
         Forced-choice trials, or comparisons with stimuli above and below a reference; see
-        `slipscale.analysis.tasks.thresholds.reading`. Only one of the tables has rows.
+        `slipscale.analysis.tasks.thresholds.reading`. Only one of ``estimates``, ``differences``,
+        ``choices`` and ``pairs`` contains rows.
     pairs : DataFrame
         Ratings of pairs; see `slipscale.analysis.tasks.similarity.reading`.
     participants : DataFrame
@@ -311,7 +312,8 @@ def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
     """Return the method for fitting answers, or "" if all stimuli are on one side of the reference.
 
     If stimuli are both below and above the reference, the trials are comparisons with a standard.
-    Using only the size of the difference would cancel "more" answers below and above the reference.
+    If only the size of the difference were used, "more" answers below and above the reference would
+    cancel out.
     """
     if mapping.answers.alternatives:
         return {2: "two_interval", 3: "three_interval"}[mapping.answers.alternatives]
@@ -321,7 +323,7 @@ def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
 
 
 def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFrame:
-    """Return answers as forced-choice trials or comparisons with a standard."""
+    """Convert answers to forced-choice trials or comparisons with a standard."""
     # `_above_reference` has swapped the two columns.
     level, standard = steps[REFERENCE], steps[STIMULUS]
     if method != "comparison":
@@ -371,7 +373,7 @@ def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -
 
 
 def _steps(frame: pd.DataFrame) -> pd.DataFrame:
-    """Convert yes/no answers to steps from the reference, or from 0."""
+    """Convert yes/no answers to steps from the reference, or from 0 without a reference column."""
     found = frame.copy()
     if REFERENCE not in found:
         found[REFERENCE] = 0.0

@@ -52,7 +52,7 @@ class TaskTrials:
     empty : callable
         Function that returns an empty table with the columns of the answered trials.
     label : str
-        Default label of the protocol, if only one label of the kind is analysed.
+        The protocol's default task label, if only one label of this kind is analysed.
     divide : callable, optional
         Function that splits the rows into tables, keyed by name in `Dataset`. By default, all rows
         form a single table.
@@ -103,7 +103,7 @@ def header_of(path: Path) -> frozenset[str]:
 
 
 def kind_of(task: str, path: Path, kinds: Sequence[TaskTrials]) -> TaskTrials | None:
-    """Return the kind of a task, from its label or otherwise from its columns."""
+    """Identify the kind of a task by its label, or by its columns if the label is unknown."""
     by_label = next((kind for kind in kinds if kind.label == task), None)
     if by_label is not None:
         return by_label
@@ -117,7 +117,7 @@ def of_one_label(
     wanted: str | None,
     problems: Problems,
 ) -> Entries:
-    """Return the tables of the task label that is analysed, and report the labels left out.
+    """Return the tables with the analysed task label, and report the labels left out.
 
     Parameters
     ----------
@@ -130,8 +130,8 @@ def of_one_label(
     label = wanted if wanted is not None and wanted in tasks else usual
     if left := sorted(set(tasks) - {label}):
         problems.add(
-            f"{kind.title} occurs under several labels: only '{label}' is analysed, without "
-            f"{' and '.join(repr(each) for each in left)}; for another label, run "
+            f"{kind.title} occurs under several labels: only '{label}' is analysed, not "
+            f"{' and '.join(repr(each) for each in left)}; to analyse another label, run "
             f"slipscale analyse --task {left[0]}"
         )
     return tasks.get(label, [])

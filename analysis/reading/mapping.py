@@ -33,7 +33,7 @@ ColumnName = Annotated[str, StringConstraints(strip_whitespace=True, min_length=
 
 
 class Columns(FrozenTable):
-    """Names of the columns in the table."""
+    """Names of the table's columns."""
 
     participant: ColumnName
     stimulus: ColumnName | None = None

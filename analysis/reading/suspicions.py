@@ -39,7 +39,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     labels : sequence of str
         All distinct labels.
     column, file : str
-        Names of the column and the file, for messages.
+        Column and file names to use in messages.
 
     Raises
     ------

@@ -151,7 +151,7 @@ def _read_text(
 def _with_points(
     frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
 ) -> None:
-    """Convert all numbers in a file to decimal points."""
+    """Rewrite all numbers in a file with decimal points."""
     # TRUE and FALSE count as numbers here. They are rejected when columns are cleaned.
     written = {
         column: frame[column]

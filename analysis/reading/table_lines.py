@@ -29,7 +29,8 @@ class Lines:
     Parameters
     ----------
     header, body : bytes
-        UTF-8 with LF line endings and no byte-order mark; ``body`` ends with a line ending.
+        UTF-8 text with LF line endings and without a byte-order mark. ``body`` ends with a line
+        ending.
     names : tuple of str
         Column names, stripped of blanks.
     places : int array, shape (rows,)

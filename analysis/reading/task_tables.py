@@ -65,7 +65,7 @@ def task_trials(
     Parameters
     ----------
     name, title : str
-        See `TaskTrials`; the title also serves as the prefix of row counts.
+        See `TaskTrials`. The title is also the prefix of the keys for row counts.
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
@@ -76,12 +76,12 @@ def task_trials(
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str
-        Columns that must be filled for a trial to count as answered.
+        Columns that must contain a value for a trial to count as answered.
     required : tuple of str
         Required columns, in addition to ``marks``.
     levels : tuple of str
-        Columns of levels, which are rounded so that floating-point errors create no additional
-        levels.
+        Columns with levels. The levels are rounded so that floating-point errors do not create
+        additional levels.
     derive : callable
         Function that adds derived columns and sets unusable answers to NaN.
     """

@@ -1,4 +1,4 @@
-"""Declare the columns that the analysis reads from the table of each task.
+"""Declare the columns that the analysis reads from each task's table.
 
 All column names for reading are declared in this module. Importing this module fails if a name is
 not in the schema, so that renamed columns are noticed.
@@ -35,7 +35,7 @@ BLOCK, SERIES = "block", "series"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TrialTable:
-    """Columns that the analysis reads from the table of a task.
+    """Columns that the analysis reads from a task's table.
 
     Parameters
     ----------

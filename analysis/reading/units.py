@@ -38,7 +38,7 @@ def factor(given: str, wanted: str) -> float:
 
 
 def _readings(unit: str) -> list[tuple[str, int]]:
-    """Return all meanings of a unit as (base unit, power of ten), such as ("m", -3) for mm."""
+    """Return all interpretations of a unit as (base unit, power of ten); mm gives ("m", -3)."""
     return [
         (base, power)
         for prefix, power in PREFIXES.items()

@@ -104,7 +104,7 @@ class Distribution:
 
     @property
     def refused(self) -> Mapping[str, int]:
-        """Map each reason why a study could not be analysed to the number of such studies."""
+        """Number of studies that could not be analysed, keyed by reason."""
         return Counter(each.refused for each in self.results if each.refused)
 
     @property
@@ -145,7 +145,7 @@ class Distribution:
 
 
 def cell_name(amplitude_um_pp: float, statistic: str) -> str:
-    """Return the name of a cell of Table III.
+    """Return the name of a cell in Table III.
 
     >>> cell_name(0.5, "mean")
     'table3.0.5.mean'

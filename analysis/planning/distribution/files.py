@@ -34,7 +34,7 @@ def claim(folder: Path) -> None:
     Raises
     ------
     UserError
-        If the folder contains other files. The files are not changed.
+        If the folder contains other files, which are left unchanged.
     """
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
@@ -153,12 +153,12 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
         other.blocks.append(
             html.figure(
                 svg(figures["results"], salt="results"),
-                f"Number of studies that gave each value, for at most the first {PANELS} "
-                "results. Line: median; band: 5th to 95th percentile of the studies.",
+                f"Number of studies with each value, for the first {PANELS} results at most. "
+                "Line: median; band: 5th to 95th percentile of the studies.",
                 "Histograms of results across studies",
             )
         )
-        other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Chief"))
+        other.blocks.append(_spreads([(w, *values(s)) for s, w in found.headlines], "Main"))
     rows = [(found.quantity.key(s.name), *values(s)) for s in found.numbers if s.varies]
     other.blocks.append(html.details(f"All {len(rows)} numbers", [_spreads(rows, "All")]))
     return [s for s in (table, _conclusions(found), other) if s.blocks]

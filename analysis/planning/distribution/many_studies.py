@@ -134,7 +134,7 @@ class ManyStudies:
 def results(
     studies: ManyStudies, times: int, *, jobs: int = 1, patient: bool = False
 ) -> Iterator[StudyResult]:
-    """Yield the results of studies 1, 2, ... in this order, each as soon as possible.
+    """Yield the results of studies 1, 2, ... in order, each as soon as it is available.
 
     Parameters
     ----------

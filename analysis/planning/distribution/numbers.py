@@ -93,7 +93,7 @@ def _concludes(key: str) -> bool:
 
 
 def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
-    """Yield the names and values in a nested record, except skipped and replaced keys."""
+    """Yield names and values from a nested record, omitting skipped and replaced keys."""
     if isinstance(value, dict):
         yield from _of_record(_by_surface(value), name)
     elif isinstance(value, list):

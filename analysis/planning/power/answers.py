@@ -25,7 +25,7 @@ ROOM = 0.5
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """Summarise the simulated studies of one condition.
+    """Summary of one condition's simulated studies.
 
     Parameters
     ----------
@@ -34,10 +34,11 @@ class Row:
         Proportion of studies with a significant result, keyed by test or pair of neighbouring
         levels.
     decisive : tuple of str
-        Tests that must reach the target: the primary omnibus test, all neighbouring pairs, and
-        tests of factors with a simulated effect; all tests if there are none of these.
+        Tests that must reach the target: the primary omnibus test, the tests of all neighbouring
+        pairs, and the tests of factors with a simulated effect. If there are no such tests, all
+        tests.
     false_alarms : Mapping
-        Proportions as in ``power``, simulated without an effect.
+        Proportions as in ``power``, but from studies simulated without an effect.
     widths : Mapping
         Half-widths of the confidence interval, keyed by estimated quantity.
     steps : Mapping
@@ -84,13 +85,13 @@ class Row:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Assurance:
-    """Normal distribution that expresses the uncertainty about an effect."""
+    """Normal distribution that represents the uncertainty in an effect."""
 
     mean: float
     sd: float
 
     def effects(self, largest: float) -> list[tuple[float, float]]:
-        """Return effects between 0 and `largest`, with their weights."""
+        """Return effects between 0 and `largest`, with their quadrature weights."""
         nodes, weights = np.polynomial.hermite_e.hermegauss(EFFECTS)
         values = np.clip(self.mean + self.sd * nodes, 0.0, largest)
         # Rounded, because a difference in the last bit would give a different condition on another

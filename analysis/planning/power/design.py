@@ -28,7 +28,7 @@ SLOW = ("page_trend", "mixed_model")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """The properties of a study that affect power and are the same in all conditions.
+    """Properties of a study that affect power and are the same in all conditions.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class Design:
 
     @property
     def factor_tests(self) -> dict[str, bool]:
-        """Map each test of a factor to whether the population has the effect.
+        """Whether the population has the tested effect, keyed by factor test.
 
         Each factor is tested twice: its effect on means, and its interaction with the amplitude.
         """
@@ -97,7 +97,7 @@ class Design:
 
     @property
     def mixed_tests(self) -> dict[str, tuple[str, str, str]]:
-        """Factor, level and key of `TERMS` for each test of a factor in the mixed model.
+        """Factor, level and `TERMS` key for each mixed-model test of a factor.
 
         Each level is compared with the factor's first level. Because each fit takes a fraction of a
         second, the mapping is empty unless the study lists ``factors`` in its tests.
@@ -118,7 +118,7 @@ class Design:
         return self.choices.tests is None or "pairwise" in self.choices.tests
 
     def task_of(self, condition: Condition) -> Task:
-        """Return the task with the repetitions, order and catch steps of a condition."""
+        """Adapt the task to a condition's repetitions, order and catch steps."""
         task = replace(self.task, repetitions=condition.repetitions)
         if condition.order is not None:
             task = replace(task, order=condition.order)

@@ -103,7 +103,7 @@ def catch_figure(found: Sequence[Row]) -> Figure:
 
 @styled
 def precision_figure(found: Sequence[Row]) -> Figure:
-    """Map the half-width of the exponent's interval by sample size and repetitions."""
+    """Plot a map of the exponent interval's half-width against sample size and repetitions."""
     figure, axes = canvas(size=(6.6, 3.6))
     # Only one condition can be shown: the largest effect, with the smallest other values.
     first = max(found, key=lambda row: row.condition.effect).condition

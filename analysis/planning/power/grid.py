@@ -109,7 +109,7 @@ EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
 
 
 def option(axis: str) -> str:
-    """Return the name of a command-line option.
+    """Convert the name of a field to a command-line option.
 
     >>> option("catch_steps")
     '--catch-steps'
@@ -123,7 +123,7 @@ def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
     Raises
     ------
     UserError
-        If there are no names, or if a name is unknown.
+        If no name is given, or if a name is unknown.
     """
     known = get_args(Rule)
     named = [word.strip() for word in ",".join(words).split(",") if word.strip()]

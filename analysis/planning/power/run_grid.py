@@ -24,7 +24,7 @@ TRIED = (5, 45)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Shards to compute: part ``number`` of ``of`` parts, from 1. By default, all shards."""
+    """Shards to compute: part ``number`` (from 1) of ``of`` parts. By default, all shards."""
 
     number: int = 1
     of: int = 1
@@ -180,7 +180,7 @@ def _kept(shard: Shard, cache: ShardCache | None = None) -> tuple[Shard, Outcome
 
 
 def _on_cluster(left: Sequence[Shard], scheduler: str) -> Iterator[tuple[Shard, Outcome]]:
-    """Yield shards computed by a Dask cluster, which repeats the shards of a lost worker."""
+    """Compute shards on a Dask cluster, which recomputes the shards of a lost worker."""
     try:
         from distributed import Client, as_completed  # noqa: PLC0415 - an extra
     except ModuleNotFoundError:

@@ -1,7 +1,7 @@
 """Simulate a shard: at most 250 studies of one condition, with a seed for the shard.
 
-The seed is the SHA-256 of everything that is simulated (not the analysis choices), the shard and
-the user's seed, so a shard gives the same result on every machine and in every run.
+The seed is the SHA-256 of the user's seed, the shard and everything that is simulated, but not of
+the analysis choices. A shard therefore gives the same result on every machine and in every run.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def print_power(design: Design, found: Sequence[Row], target: float) -> None:
 def _columns(
     design: Design, first: Row, target: float, *, brief: bool
 ) -> dict[str, Callable[[Row], str]]:
-    """Return table columns, as functions that format a condition's value, keyed by heading."""
+    """Return functions that format a condition's value for each column, keyed by heading."""
     columns: dict[str, Callable[[Row], str]] = {}
     amplitudes = [name for name in first.decisive if name not in design.factor_tests]
     for name in amplitudes[: 1 if brief else None]:
@@ -103,8 +103,9 @@ def _of_factors(design: Design) -> list[str]:
         )
     if some := [name for name in absent if name in bounded]:
         lines.append(
-            f"{', '.join(some)}: without any simulated change in growth, there is an interaction, "
-            "because answers end at the top of the scale, where an effect is a smaller ratio."
+            f"{', '.join(some)}: although no change in growth is simulated, there is an "
+            "interaction, because the top of the scale limits answers, so that an effect changes "
+            "large answers by a smaller ratio."
         )
     if mixed := design.mixed_tests:
         lines.append(

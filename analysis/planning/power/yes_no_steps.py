@@ -27,7 +27,7 @@ CATCH_WIDTH, D_PRIME_LOW = "yes at catch steps", "lower bound of d'"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepTask:
-    """The properties of a descending difference task that affect answers.
+    """Properties of a descending difference task that affect the answers.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class StepTask:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class StepAnswers:
-    """Answers to the steps of simulated studies, arrays of shape (studies, participants, trials).
+    """Step answers in simulated studies, as arrays of shape (studies, participants, trials).
 
     Parameters
     ----------

@@ -43,7 +43,7 @@ class Answered(NamedTuple):
 
 
 class StudyAnswers(NamedTuple):
-    """Answers (or None) and durations of all people in a simulated study."""
+    """Answers (None if a person gave none) and durations for all people in a simulated study."""
 
     people: list[Answered | None]
     minutes: list[float]
@@ -75,7 +75,7 @@ def rows_of(
 
 
 def _rows(study: ProtocolStudy, plan: RunPlan, steps: list[BareStep]) -> pd.DataFrame:
-    """Return the main trials of a run as rows of its table."""
+    """Return the main trials of a run as rows of the task's table."""
     protocol = next(each for each, _ in plan.tasks() if each.task == study.task)
     trials = gather(_records(steps)).trials.get(study.task, [])
     main = [trial for trial in trials if trial.trial.phase == MAIN]

@@ -141,7 +141,7 @@ def _axis_values(
 def _rows(
     values: Array, factors: Sequence[Factor], alpha: float, *, logarithmic: bool
 ) -> Iterator[ConditionPower]:
-    """Yield the power of every pair of levels; values have shape (studies, participants, ...)."""
+    """Yield the power for each pair of levels from values of shape (studies, participants, ...)."""
     studies, people = values.shape[:2]
     for place, factor in enumerate(factors):
         names = [factor_level(level) for level in factor.levels]
@@ -214,7 +214,8 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
         (
             "The report's model can have more power: with 6 people and 40 answers per condition, "
             "it found a large simulated difference in 51 % of 100 studies; the t tests, in 18 %. "
-            "Without a difference, each test was significant in 3 % (benchmarks.threshold_tests)."
+            "Without a difference, each test was significant in 3 % of the studies "
+            "(benchmarks.threshold_tests)."
         ),
     ]
     sizes = enough(found, population, target)

@@ -1,7 +1,7 @@
 """Define the studies whose protocols are compared: estimated quantity, length and duration.
 
-The first task in a study that yields an exponent or a threshold is compared. This task's number of
-trials is chosen so that the study takes the given time. Other tasks are unchanged.
+In each study, the first task that yields an exponent or a threshold is compared. This task's number
+of trials is chosen so that the study takes the given time. Other tasks are unchanged.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class ProtocolStudy:
     own_name : str
         The study's name in its file. Seeds depend on this name and not on the file's location.
     text : str
-        Text of the study file, with the number of trials set.
+        Text of the study file with the chosen number of trials.
     place : int
         Index of the compared task, counted from 0.
     task, title : str
@@ -179,6 +179,6 @@ def minutes_of(steps: Iterable[BareStep]) -> float:
 
 
 def seed_of(*purpose: str | int) -> int:
-    """Derive a seed from its purpose by SHA-256, so that it is the same on all machines."""
+    """Derive a seed from the SHA-256 of its purpose, so that it is the same on all machines."""
     key = "\x1f".join(map(str, purpose))
     return int.from_bytes(hashlib.sha256(key.encode()).digest()[:4], "big")

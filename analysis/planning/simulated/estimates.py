@@ -98,7 +98,7 @@ class Ratings:
         Estimates in % of the participant's scale; NaN after the participant dropped out.
     scale_top : array, shape (studies, participants)
     condition : int array, shape as ``amplitude``
-        Index of each trial's condition; 0 without factors.
+        Index of each trial's condition; 0 if the study has no factors.
     """
 
     amplitude: NDArray[np.int64]
@@ -191,7 +191,7 @@ def simulate_ratings(
 
 
 class _People:
-    """All participants of several simulated studies, with their trial history."""
+    """All participants in several simulated studies, with their trial history."""
 
     def __init__(
         self, task: Task, shape: tuple[int, int], population: Population, rng: np.random.Generator

@@ -237,7 +237,7 @@ OMNIBUS: dict[Primary, str] = {"ranks": "friedman", "logarithms": "rm_anova"}
 
 
 def pairs(amplitudes_um_pp: Sequence[float]) -> list[tuple[float, float]]:
-    """Return all pairs of amplitudes in the order of the report."""
+    """Return all pairs of amplitudes, in the same order as in the report."""
     return list(combinations(amplitudes_um_pp, 2))
 
 

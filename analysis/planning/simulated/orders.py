@@ -1,10 +1,10 @@
 """Draw orders of surfaces for thousands of simulated participants.
 
 Orders have the same distribution as in the protocol
-(`slipscale.experiments.protocol_parts.ordering.orders`). Blocks are shuffled as whole arrays. For
-all other rules, the protocol's code generates a pool of random designs, each for one or more
-people. Each simulated person or group is assigned a design from the pool, and the surfaces are
-renumbered at random. Renumbering does not change the probability of any order.
+(`slipscale.experiments.protocol_parts.ordering.orders`). Blocks are shuffled for all participants
+at once. For all other rules, the protocol's code generates a pool of random designs, each for one
+or more people. Each simulated person or group is assigned a design from the pool, and the surfaces
+are renumbered at random. Renumbering does not change the probability of any order.
 """
 
 from __future__ import annotations
@@ -111,7 +111,7 @@ def _from_pool(
 
 @cache
 def _pool(rule: Rule, surfaces: int, repetitions: int, apart: bool) -> Orders:
-    """Draw a pool of orders with the protocol, shape (groups, participants, trials)."""
+    """Draw a pool of orders with the protocol's code, shape (groups, participants, trials)."""
     size = 1
     if rule == "williams":
         size = williams_group(surfaces, repetitions, no_immediate_repeat=apart)

@@ -48,7 +48,9 @@ def read(content: bytes, path: Path) -> pd.DataFrame:
     trials = _trials(text, path)
     for number, trial in enumerate(trials, start=1):
         if not isinstance(trial, dict):
-            raise UserError(f"{path}: entry {number} is {trial!r:.40}; expected a trial's fields")
+            raise UserError(
+                f"{path}: entry {number} is {trial!r:.40}; expected an object with a trial's fields"
+            )
     return _without_emptied(
         framed([dict(_flat(trial)) for trial in trials], range(1, len(trials) + 1))
     )

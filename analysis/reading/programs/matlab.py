@@ -37,7 +37,7 @@ def recognises(_content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Return one row per element, all cells as text; ``line`` is the row number from 1.
+    """Read one row per element, with all cells as text; ``line`` is the row number, from 1.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ def _tables(content: bytes, path: Path) -> dict[str, Table]:
 
 
 def _table(value: object) -> Table | None:
-    """Convert a structure of vectors or an array of structures to a table; otherwise None."""
+    """Convert a structure of vectors or an array of structures to a table, or return None."""
     if isinstance(value, dict):
         cells = {str(name): _cells(part) for name, part in value.items()}
         whole = {name: part for name, part in cells.items() if part is not None}

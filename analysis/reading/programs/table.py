@@ -22,7 +22,7 @@ SPSS = (".sav", ".zsav")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """Options for reading a file: columns of words, and a sheet or variable."""
+    """Options for reading a file: columns with labels, and the sheet or variable to read."""
 
     words: Sequence[str]
     sheet: str | None

@@ -44,7 +44,7 @@ def test_of_several_labels_one_is_analysed_and_the_rest_is_told(twice):
     data = load(twice)
     assert (data.counts["analysed"], len(data.differences) > 0) == (2 * 3, True)
     [told] = [each for each in data.problems if "several labels" in each]
-    assert "only 'roughness' is analysed, without 'slipperiness'" in told
+    assert "only 'roughness' is analysed, not 'slipperiness'" in told
     assert not data.others
 
 
