@@ -34,8 +34,8 @@ class PlateReading:
     Parameters
     ----------
     used_tolerance : float or None
-        Difference between the measured and the commanded amplitude, as a fraction of the
-        difference allowed by the plate's limits. None if the amplitude was not measured.
+        Deviation of the measured from the commanded amplitude, as a fraction of the deviation
+        allowed by the plate's limits. None if the amplitude was not measured.
     temperature_c : float or None
         The plate's temperature. None if the plate does not report a temperature.
     """
@@ -62,7 +62,8 @@ class RunSummary:
     readings : tuple of PlateReading
         The plate's readings, one per presentation.
     doing : str
-        The step that started last: its type, a colon, and the name of the question, if any.
+        The most recently started step: its type, followed by a colon and the question's name, if
+        any.
     consent : {"", "yes", "no"}
         The participant's last answer; empty if the participant was not asked.
     """
@@ -114,7 +115,7 @@ def _summary(path: Path, _inode: int, _changed_ns: int, _size: int) -> RunSummar
 
 
 def _consent(records: list[Record]) -> str:
-    """Return the last answer to the consent question, because answers can be corrected."""
+    """Return the last answer to the consent question, which includes any correction."""
     question, given = "", ""
     for record in records:
         if record.kind in ("begin", "answered_again"):

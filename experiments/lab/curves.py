@@ -48,7 +48,7 @@ class Curve:
     Parameters
     ----------
     label, task : str
-        The participant's label, and the task label in the file name.
+        Label of the participant, and label of the task in the file name.
     x, y : str
         Columns of the table.
     points : tuple of (float, float)

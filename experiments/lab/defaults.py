@@ -1,7 +1,7 @@
-"""Defaults of the commands: the laboratory folder's settings or the built-in defaults.
+"""Command defaults: the laboratory folder's settings or, without one, built-in defaults.
 
-Every command's parser imports this module, so modules outside the standard library are imported
-only if there is a ``slipscale.toml``.
+The parsers of all commands import this module. It therefore imports modules outside the standard
+library only if there is a ``slipscale.toml``.
 """
 
 from __future__ import annotations

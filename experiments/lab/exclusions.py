@@ -19,15 +19,15 @@ RESULTS = Path("derivatives", "slipscale", "results.json")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Exclusions:
-    """The exclusions in the last analysis of a data set.
+    """Participants excluded in the last analysis of a data set.
 
     Parameters
     ----------
     flags : Mapping
-        The flags that led to each exclusion, by participant label.
+        Flags that led to each participant's exclusion, by participant label.
     analysed_utc : str
-        Time of the analysis in ISO 8601. Empty if there was no analysis, or if its results are
-        incomplete or cannot be read.
+        Time of the analysis in ISO 8601. Empty if no analysis has been run, or if its results are
+        incomplete or unreadable.
     """
 
     flags: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

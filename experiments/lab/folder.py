@@ -94,12 +94,12 @@ def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] |
     Parameters
     ----------
     folder : Path
-        A new folder, or a folder without this file.
+        A new folder, or an existing folder that does not contain the file.
     answers : dict
         Values given on the command line, by settings key.
     ask : callable or None
-        Called with a question and the value that an empty answer selects; returns the answer. If
-        None, keys without a value in ``answers`` keep their defaults.
+        Called with a question and the default for an empty answer; returns the answer. If None,
+        keys without a value in ``answers`` keep their defaults.
 
     Raises
     ------

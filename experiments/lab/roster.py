@@ -25,14 +25,14 @@ PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
-    """A planned or begun run of a participant.
+    """A participant's run, which may be planned only or already begun.
 
     Parameters
     ----------
     started_utc : str
         Start time in ISO 8601; empty before the run has begun.
     planned : bool
-        Whether this run is part of the study's plan.
+        Whether the run was planned in the study.
     """
 
     session: str
@@ -49,18 +49,19 @@ class Visit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Person:
-    """A participant of a data set.
+    """A participant in a data set.
 
     Parameters
     ----------
     state : str
-        "returns" if a planned run has not begun; "done" if all runs are complete.
+        State of the participant: "returns" means that a planned run has not begun, "done" that all
+        runs are complete.
     place : int or None
         Position in the counterbalancing, from 1; None for a participant who withdrew.
     order : tuple of str
         The tasks in the order of the participant's first run.
     excluded : tuple of str
-        The study's rules that excluded the participant from the last analysis.
+        Exclusion rules of the study that applied to the participant in the last analysis.
     """
 
     label: str
@@ -93,7 +94,7 @@ class Roster:
     new : str or None
         Label of the next new participant; None once all planned participants have begun.
     exclusions : tuple of str
-        The study's exclusion rules, which an analysis applies.
+        The study's exclusion rules, which are applied in the analysis.
     analysed_utc : str
         Time of the last analysis in ISO 8601; empty if there is none.
     """
@@ -105,7 +106,7 @@ class Roster:
     analysed_utc: str = ""
 
     def of(self, state: PersonState) -> list[Person]:
-        """Return the participants in the given state."""
+        """Return all participants in a given state."""
         return [person for person in self.people if person.state == state]
 
     def person(self, label: str) -> Person | None:
@@ -247,7 +248,7 @@ def _number(label: str) -> int:
 
 
 def _next_label(labels: list[str], gone: list[str], planned: int) -> str | None:
-    """Return the label of the next new participant: replacements first, then the next number.
+    """Return the label for the next new participant: first replacements, then a new number.
 
     Numbers follow the existing format: P01, P02 are followed by P03.
     """

@@ -1,1 +1,1 @@
-"""Carry out complete runs: laboratory sessions, pilots, and the checks before a session."""
+"""Carry out complete runs (laboratory sessions and pilots), and the checks before a session."""

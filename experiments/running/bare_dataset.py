@@ -42,14 +42,14 @@ NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
 
 
 def why_sessions(plan: RunPlan) -> str:
-    """Return the reason why a study requires full sessions; empty if there is none."""
+    """Return why a study requires full sessions; empty if it does not."""
     return next((why for why, has in NEED_SESSIONS.items() if has(plan)), "")
 
 
 def write_simulated(
     folder: Path, plans: Sequence[RunPlan], population: Population, *, sessions: bool
 ) -> None:
-    """Write the tables of a simulated study.
+    """Simulate a study and write its tables.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
 
 
 def _as_in_a_session(answer: Answer) -> Answer:
-    """Convert a simulated answer to the form in which a session records answers."""
+    """Convert a simulated answer to the format in which sessions record answers."""
     if not isinstance(answer, Reply):
         return answer
     time_s = None if answer.timed_out else answer.response_time_s

@@ -100,15 +100,15 @@ def run_plan(
     plate : PlateDriver
         The connected plate.
     journal : Journal
-        A reopened journal, or a new journal, to which this function writes the header.
+        A reopened journal or a new one. The header of a new journal is written by this function.
     sources : Mapping, optional
-        Connected sources of position and force.
+        Connected finger-position and force sources.
     tracking : ResonanceTracking, optional
         Re-tunes the resonance between trials.
     backup : Path, optional
         Folder to which the journal is copied at the end.
     warnings : tuple of str, optional
-        Warnings that the operator should see from the beginning.
+        Warnings that are shown to the operator from the start of the session.
     steps : generator, optional
         Steps to carry out instead of the plan's own steps.
     """

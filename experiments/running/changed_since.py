@@ -19,7 +19,7 @@ from slipscale.hardware.address import with_plate_file
 
 
 def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]:
-    """Yield one sentence per difference between now and earlier runs of a study.
+    """Compare with earlier runs of a study, and yield one sentence per change.
 
     Parameters
     ----------
@@ -59,6 +59,6 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
 
 
 def _begun(path: Path, study: str) -> tuple[RunPlan, Record] | None:
-    """Return the plan and header of a run of a study; None for journals of other studies."""
+    """Return the plan and header of a run; None if the journal belongs to a different study."""
     plan, reading = read_usable(path, most=1)
     return (plan, reading.records[0]) if plan and plan.study.name == study else None

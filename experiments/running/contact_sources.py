@@ -33,7 +33,7 @@ class ContactSpecs:
     Parameters
     ----------
     position, force : str or None
-        SPEC of the source; "none" means no source, and None means that none is specified.
+        SPEC of the source, or "none" to use no source. None means that nothing is specified.
     """
 
     position: str | None = None
@@ -76,7 +76,7 @@ def of_plate(file: PlateFile | None) -> ContactSpecs:
 
 
 def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> ContactSpecs:
-    """Return the command's sources; the study, then the plate file supply missing sources."""
+    """Return the sources given by the command, else by the study, else by the plate file."""
     return named.otherwise(of_study(study)).otherwise(of_plate(file))
 
 
@@ -90,7 +90,7 @@ def simulated(specs: ContactSpecs) -> ContactSpecs:
 
 
 def with_stage(specs: ContactSpecs, study: Study) -> ContactSpecs:
-    """Return a pilot's sources, with an emulated stage if the study's strokes are passive."""
+    """Return a pilot's sources; use an emulated stage if the study's strokes are passive."""
     passive = study.stroke is not None and study.stroke.passive
     return (
         replace(specs, position=EMULATED_STAGE)
@@ -100,7 +100,7 @@ def with_stage(specs: ContactSpecs, study: Study) -> ContactSpecs:
 
 
 def of_records(records: list[Record]) -> ContactSpecs:
-    """Return the sources that a run used most recently."""
+    """Return the sources used in the most recent session of a run."""
     last = [r.data for r in records if r.kind in ("header", "resume")][-1]
     described = last.get("contact") or {}
     specs = {
@@ -112,7 +112,7 @@ def of_records(records: list[Record]) -> ContactSpecs:
 def open_sources(
     specs: ContactSpecs, surroundings: Surroundings, stack: ExitStack
 ) -> dict[Kind, NamedSource]:
-    """Connect the sources; they stay connected until the stack closes.
+    """Connect the sources, which stay connected until the stack is closed.
 
     Raises
     ------

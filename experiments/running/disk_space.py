@@ -1,4 +1,4 @@
-"""Check that disk space is available despite quotas, by allocating the space."""
+"""Check that disk space is available, including under quotas, by allocating the space."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ BLOCK = 1_000_000
 
 
 def why_not_taken(folder: Path, size: int) -> str:
-    """Return the reason why a folder cannot store a file of ``size`` bytes; empty if it can.
+    """Return why a folder cannot store a file of ``size`` bytes; empty if it can.
 
     The test file is anonymous and temporary. Raises OSError if no file can be created.
     """

@@ -244,7 +244,7 @@ def _conduct(
 def _perform(
     stack: ExitStack, dataset: Path, plan: RunPlan, setting: Setting, journal: Journal
 ) -> RunOutcome:
-    """Open the remaining equipment on the stack, then run the session."""
+    """Open the remaining equipment, to be closed by the stack, and run the session."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
@@ -300,7 +300,7 @@ def _perform(
 
 
 def _enter(stack: ExitStack, context: Context) -> Context:
-    """Enter a context; its exit is registered first, so that a signal cannot leak resources."""
+    """Enter a context after registering its exit, so that a signal cannot leak resources."""
     stack.push(context)
     context.__enter__()
     return context
@@ -309,7 +309,7 @@ def _enter(stack: ExitStack, context: Context) -> Context:
 def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
     """Raise `UserError` if a participant's run would use a plate that nobody can feel.
 
-    The plate itself is queried, because an emulated board has a port like a real board.
+    The driver is queried, because an emulated board has a port just like a real board.
     """
     if plan.mode == "participant" and plate.unfelt:
         who = plate.identity
@@ -347,7 +347,7 @@ def _leave(
     error: BaseException | None,
     _trace: TracebackType | None,
 ) -> None:
-    """Build the data set. After an error, add how to resume the run."""
+    """Build the data set. If the session failed, add to the error how to resume the run."""
     if not journal.records:
         return
     if journal.lost:

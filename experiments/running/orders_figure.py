@@ -32,8 +32,8 @@ def orders_figure(
     Parameters
     ----------
     people : sequence of (str, sequence)
-        For each participant, the label, and the trials of one run in order of presentation, each
-        with its surface.
+        One (label, trials) pair per participant, where ``trials`` lists the trials of one run in
+        order of presentation as (trial, surface) pairs.
     quantity : Quantity
         Quantity and unit of the levels.
     """

@@ -1,7 +1,7 @@
 """Pilots: complete studies with simulated participants on the mock plate, in virtual time.
 
-A pilot runs the same session code as a session with a person. Only the clock, the plate and the
-participant are simulated.
+A pilot runs the same session code as a session with a person. The clock, the plate, the sensors and
+the participant are simulated.
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def next_folder(parent: Path) -> Path:
 
 
 def claim(folder: Path, plans: list[RunPlan]) -> None:
-    """Check that a folder is new, or contains an unfinished part of this pilot.
+    """Check that a folder is new or contains only part of this pilot.
 
     Raises
     ------
@@ -166,12 +166,12 @@ def run_pilot(
     contact: ContactSpecs | None = None,
     tell: Callable[[str], None],
 ) -> None:
-    """Run the incomplete runs of a pilot, then build its data set.
+    """Carry out the unfinished runs of a pilot, and then build its data set.
 
     Parameters
     ----------
     folder : Path
-        The pilot's data set; see `claim`.
+        Folder for the pilot's data set; for the conditions, see `claim`.
     plans : list of RunPlan
     spec : str
         Plate specification (SPEC) for a mock plate, optionally with simulated faults.
@@ -204,7 +204,7 @@ def run_simulated(
     *,
     synced: bool | None = None,
 ) -> None:
-    """Run one simulated participant, or the rest of an interrupted run.
+    """Carry out a run with a simulated participant, or resume an interrupted run.
 
     The plate has the limits from the study's plate file, and reports their source. The study's
     finger sensors are simulated unless other sensors are specified. Participants who drop out
@@ -283,7 +283,7 @@ def run_simulated(
 
 
 def _steady(spec: str, plan: RunPlan) -> str:
-    """Return the SPEC of a mock plate within the study's tolerance; keep a SPEC with options."""
+    """Return a mock SPEC with noise within the study's tolerance; keep a SPEC with options."""
     wanted_um, study = plan.study.plate.tolerance_level, plan.study
     if wanted_um is not None and not study.plate_quantity.in_um_pp:
         wanted_um *= PlateLimits().level / study.plate.level  # the mock scales its levels

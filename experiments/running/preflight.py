@@ -1,7 +1,7 @@
 """Check study, folder, plate, sensors, sound and display before the participant arrives.
 
-Each check in the table tests one thing and, if it fails, reports what to do. No check changes the
-data set, but one check tests whether the folder is writable.
+Each check in the table tests a single condition and, if this is not met, recommends an action. The
+checks do not change the data set, except that one tests whether the folder is writable.
 """
 
 from __future__ import annotations
@@ -214,7 +214,7 @@ def check_participant(planned: PlannedSession) -> Finding:
 def check_plate(planned: PlannedSession) -> Finding:
     """Check that the plate responds, presents the study's largest amplitude, and stops.
 
-    The plate must also support all other surfaces. Textures are not played.
+    The plate must also support all other surfaces of the study. Textures are not played.
     """
     plan = _plan(planned)
     study = plan.study
@@ -289,7 +289,7 @@ def check_contact(planned: PlannedSession) -> Finding:
 def check_display(planned: PlannedSession) -> Finding:
     """Open the participant's window as in a session, and check that key presses reach it.
 
-    If the keyboard does not provide time stamps, response times come from the window.
+    If the keyboard does not provide time stamps, the window measures the response times.
     """
     # Imported here, because PsychoPy takes seconds to load and earlier checks may fail first.
     from slipscale.experiments.participants.psychopy_window import PsychoPyWindow  # noqa: PLC0415
@@ -391,7 +391,7 @@ NEED_STUDY = ("plate", "finger", "sound")
 
 
 def _measures_finger(planned: PlannedSession) -> bool:
-    """Return whether the command, the study or the plate names a finger sensor."""
+    """Return whether the command, the study or the plate file specifies a finger sensor."""
     try:
         return bool(_contact_specs(planned).used)
     except UserError:
@@ -411,7 +411,8 @@ def check(
 ) -> list[Finding]:
     """Run all checks in order, or only one; call ``tell`` with each finding.
 
-    User errors and rig faults are findings, not exceptions, so the list is always complete.
+    User errors and rig faults are returned as findings instead of being raised, so the list is
+    always complete.
     """
     if only is not None and only not in CHECKS:
         raise UserError(f"--only {only}: no such check; expected {', '.join(CHECKS)}")

@@ -1,7 +1,7 @@
 """Step through a run in advance, without a participant, a plate or a screen.
 
-The steps of a run can depend on the answers. A dry run therefore tries several patterns of
-answers, and a protocol declares the amplitudes that it may present (`Protocol.possible_levels`).
+The steps of a run can depend on the answers. Therefore, several patterns of answers are tried, and
+protocols declare the amplitudes that they may present (`Protocol.possible_levels`).
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ MOST_STEPS_BETWEEN = 10_000
 
 
 def bounded(steps: Steps, plan: RunPlan) -> Steps:
-    """Yield a run's steps, and reject a protocol that never ends a trial.
+    """Yield a run's steps; raise an error if a trial has too many steps.
 
-    Only unsupervised runs use this limit, because a person may need many attempts.
+    The limit applies only to unsupervised runs, because a person may need many attempts.
 
     Raises
     ------
@@ -102,19 +102,19 @@ def check_ways(plan: RunPlan) -> None:
 
 
 def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step]:
-    """Yield a run's steps, assuming that every question is answered and no trial is voided.
+    """Yield a run's steps, assuming that all questions are answered and no trials are voided.
 
     Parameters
     ----------
     plan : RunPlan
     way : callable
-        Maps the number of a question to the position of its answer in the range of possible
-        answers; 0 is "yes" or the first option.
+        Pattern of answers: maps the number of a question to a position in the range of its possible
+        answers, where 0 is "yes" or the first option.
 
     Raises
     ------
     UserError
-        If a question has no column in the protocol's table, the table redefines a common column, or
+        If the protocol's table has no column for a question or redefines a common column, or if
         there are more trials than declared.
     """
     quantity = plan.study.quantity
@@ -158,7 +158,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
 
 
 def _answer(step: Step, place: float) -> Answer:
-    """Return a simulated answer; ``place`` selects it from the range of possible answers."""
+    """Return an answer to a step; ``place`` is its position in the range of possible answers."""
     if isinstance(step, EndTrial | EndBlock):
         return Voided()
     if isinstance(step, Silence):

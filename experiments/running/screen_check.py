@@ -35,9 +35,9 @@ class Seen:
     Parameters
     ----------
     task : str
-        Label of the screen's task; empty between trials.
+        Label of the task to which the screen belongs; empty between trials.
     step : str
-        Type of the step that shows the screen.
+        Type of the session step that shows the screen.
     faults : tuple of str
         Reasons why the screen is not readable; empty if there are none.
     """
@@ -54,8 +54,8 @@ def check_screens(plan: RunPlan) -> None:
     Parameters
     ----------
     plan : RunPlan
-        The plan of any one participant. Questions without texts in a language are skipped, except
-        in the plan's own language.
+        The plan of any one participant. Questions that are not translated into a language are
+        skipped, except in the plan's own language.
     """
     faults = [
         f"{spoken.language}: {fault}"
@@ -84,7 +84,7 @@ def in_each_language(plan: RunPlan) -> Iterator[RunPlan]:
 
 
 def every_screen(plan: RunPlan) -> Iterator[Seen]:
-    """Yield each distinct screen of a run once, in order of first appearance."""
+    """Yield the distinct screens of a run in order of first appearance."""
     seen: set[Scene] = set()
     for way in WAYS.values():
         for step in dry_run(plan, way):

@@ -111,7 +111,7 @@ def validate(name: str) -> str:
 
 
 def _textures(study: Study) -> Iterator[str]:
-    """Describe how well plate and air film follow each texture and each varied level."""
+    """Describe how well the plate and the air film reproduce each texture and each varied level."""
     surfaces: list[tuple[str, Surface]] = [
         (f"texture {each.name}", each) for each in study.texture_surfaces
     ]
@@ -130,10 +130,10 @@ def _textures(study: Study) -> Iterator[str]:
 
 
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
-    """Describe a study and the order of surfaces for a participant.
+    """Describe a study, and the order of surfaces for one participant.
 
-    The description is for planning and unblinds its reader, so a session's operator should not see
-    it.
+    The description is meant for planning. It lists the amplitudes, so a session's operator should
+    not see it.
 
     Parameters
     ----------

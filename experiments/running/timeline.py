@@ -1,8 +1,8 @@
 """Estimate a participant's time, the plate's on-time, the number of exposures and the cost.
 
-The estimate is based on simulated participants without a plate or a screen. Real sessions take
-longer, because participants are welcomed, wait and ask questions; the study's ``[cost]`` table has
-a setting for this time.
+The estimate is based on simulated participants and uses neither a plate nor a screen. Real sessions
+take longer, because participants have to be welcomed, wait, and ask questions. This time can be set
+in the study's ``[cost]`` table.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Timeline:
     total_min, plate_on_min : Spread
         Minutes in total, and minutes with the plate vibrating.
     exposures : Spread
-        Number of presented surfaces whose level is above 0.
+        Number of presented surfaces with a level above 0.
     longest_on_s : Spread
         Longest continuous vibration.
     duty : Spread
@@ -228,7 +228,7 @@ def _with_cost(found: Timeline, study: Study, minutes: Array) -> Timeline:
 
 
 def _part(step: Step, plan: RunPlan) -> str:
-    """Return the part of a run to which a step belongs."""
+    """Return the name of the part of a run to which a step belongs."""
     if isinstance(step, Rest) or isinstance(getattr(step, "screen", None), Rest):
         return RESTS
     trial = step.trial
@@ -240,7 +240,7 @@ def _part(step: Step, plan: RunPlan) -> str:
 
 
 def as_json(found: Timeline) -> str:
-    """Return a timeline as JSON."""
+    """Convert a timeline to JSON."""
     content = asdict(found)
     content["parts"] = [{"part": part, **asdict(minutes)} for part, minutes in found.parts]
     return json.dumps(content, indent=2, ensure_ascii=False)

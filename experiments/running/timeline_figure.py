@@ -1,4 +1,4 @@
-"""Draw a participant's timeline: minutes per part, plate limits and cost."""
+"""Plot a participant's timeline: minutes per part, plate limits and cost."""
 
 from __future__ import annotations
 

@@ -40,7 +40,7 @@ class Following:
         self._moved = False  # the plate has left the level at which it settled
 
     def presented_as(self, surface: Surface) -> Surface:
-        """Return the surface to present first; a followed texture settles at a constant level."""
+        """Return the surface to present first: a constant level if the texture will be followed."""
         self._followed = followed_texture(surface, self._plate, self._sensors)
         self._surface, self._moved = surface if self._followed else None, False
         self._sensor, self._triggers = surface.sensor, surface.change() is not None
@@ -54,13 +54,13 @@ class Following:
         return VirtualSurface(level=surface.settled_level, label=surface.label)
 
     def see(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Command the amplitude for the finger's current state.
+        """Set the amplitude command for the finger's current state.
 
         Returns
         -------
         list of float or None
-            Session times of the changes triggered by these samples; None if this sensor cannot
-            trigger changes.
+            Session times at which these samples triggered a texture change; None if this sensor
+            cannot trigger changes.
         """
         if self._followed is None or kind != self._sensor:
             return None

@@ -1,7 +1,7 @@
 """Handle interruptions of a session's steps: operator requests and rig faults.
 
-This module is independent of the protocol and its steps. An interrupted action is restarted after a
-pause, or once the rig works again.
+This module is independent of the protocol and its steps. An interrupted action is restarted after
+the pause ends or the fault is cleared.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class _Paused(Exception):
 
 
 def stop_of(request: Request) -> StopRequested:
-    """Return the exception that ends the session, including the operator's reason, if any."""
+    """Return the exception that ends the session, with the operator's reason, if any."""
     reason = f": {request.reason}" if request.reason else ""
     return StopRequested(f"requested by the operator{reason}")
 
@@ -100,7 +100,7 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Check the plate, disk and operator; called on every frame of a participant's step."""
+        """Check the plate, disk and operator. Called on every frame of a step."""
         self._surface.check()
         self._journal.check()
         self.watch_operator()
@@ -171,7 +171,7 @@ class Interruptions:
             self.reject(trial, request.reason, repeated=True)
 
     def reject(self, trial: Trial, reason: str, *, repeated: bool) -> None:
-        """Void a trial unless it is already voided; the protocol repeats it if requested."""
+        """Void a trial unless it is already voided. If ``repeated``, the protocol repeats it."""
         if (trial.task, trial.number) in self._voided():
             return
         void = {"task": trial.task, "trial": trial.number, "reason": reason}
@@ -184,7 +184,7 @@ class Interruptions:
             self._progress.say(f"trial {trial.number} was rejected ({reason})")
 
     def _ask_again(self, request: Request) -> None:
-        """Mark a question about the run or the participant to be repeated."""
+        """Register a question about the run or the participant for repetition."""
         question = request.question
         if question is None or not self._progress.was_asked(question):
             self._progress.say("this question cannot be asked again")
@@ -199,7 +199,7 @@ class Interruptions:
         self._progress.say("the note was saved in the journal")
 
     def _unblind(self) -> None:
-        """Show the operator the amplitude from now on, and record the unblinding."""
+        """Unblind the operator: show the amplitude from now on, and record this."""
         if not self._progress.unblinded:
             self._journal.write("note", text=UNBLINDED)
             self._progress.unblind()
@@ -210,7 +210,7 @@ class Interruptions:
         return [(void["task"], void["trial"]) for void in voids]
 
     def _hold(self) -> None:
-        """Pause: silence the plate and wait for the operator."""
+        """Pause the session: silence the plate and wait until the operator resumes."""
         with self._progress.away():
             self._surface.hush()
             self._markers.mark(Event.PAUSE)
@@ -242,7 +242,7 @@ class Interruptions:
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Keep the participant waiting until the operator makes the expected request or stops."""
+        """Keep the participant waiting until the operator makes the wanted request or stops."""
         self._noise.stop()
         self._progress.tell(state, message=message)
 

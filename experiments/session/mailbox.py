@@ -2,9 +2,9 @@
 
 The mailbox is a folder next to the run's journal that only its owner can access. The session writes
 ``status.json`` there and reads the request files that other processes (a second terminal, the
-console) put there. Neither side waits for the other, so a missing or crashed console does not
-affect the session. The session deletes the folder when it ends; the next session removes the
-remains of a crashed session.
+console) put there. The session and the console never wait for each other, so a missing or crashed
+console does not affect the session. The session deletes the folder when it ends; the next session
+removes the remains of a crashed session.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ class TrialName(FrozenTable):
 
 
 class LiveStatus(BaseModel):
-    """The published status of a session; see `SessionStatus` and `Mailbox` for its fields."""
+    """The published status of a session. For its fields, see `SessionStatus` and `Mailbox`."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -92,7 +92,7 @@ def mailbox_of(journal: Path) -> Path:
 
 
 class Mailbox:
-    """The session's end of the mailbox: an operator that relays requests from other processes.
+    """An operator that relays requests from other processes to the session.
 
     Parameters
     ----------
@@ -208,7 +208,7 @@ class Mailbox:
         )
 
     def move(self, folder: Path) -> None:
-        """Continue in another folder, because the journal's folder is no longer available."""
+        """Move to a new folder after the journal's folder has become unavailable."""
         shutil.rmtree(self._folder, ignore_errors=True)
         self._folder = folder
         self.__enter__()
@@ -259,7 +259,7 @@ def post(journal: Path, request: LiveRequest) -> None:
     Raises
     ------
     UserError
-        If the mailbox does not exist, because the session is over or never had one.
+        If there is no mailbox, because the session has ended or never had one.
     """
     folder = mailbox_of(journal) / REQUESTS
     try:

@@ -52,7 +52,7 @@ class LabStream:
         self._outlet: Any = pylsl.StreamOutlet(info)
 
     def send(self, event: Event, trial: int | None) -> None:
-        """Push one sample, whose trial field is empty between trials."""
+        """Push one sample. Its trial field is empty between trials."""
         self._outlet.push_sample([event.name.lower(), "" if trial is None else str(trial)])
 
     def close(self) -> None:
@@ -141,7 +141,7 @@ NEED_AN_ARGUMENT = ("serial", "parallel")
 
 @contextmanager
 def open_markers(specs: Sequence[str]) -> Iterator[Markers]:
-    """Open the specified outputs, and close them at the end.
+    """Open the specified outputs, and close them on exit from the context.
 
     Parameters
     ----------

@@ -15,9 +15,9 @@ from slipscale.experiments.steps.steps import Step
 
 
 class Event(IntEnum):
-    """The events that are marked, and their trigger codes.
+    """Events that are sent as markers, and their trigger codes.
 
-    The codes are powers of two, so that each event uses its own wire of an eight-wire port.
+    The codes are powers of two, so that each event has its own line on an eight-line port.
     """
 
     BEGIN = 1  # the run begins or resumes
@@ -35,7 +35,7 @@ class MarkerOutput(Protocol):
     name: str
 
     def send(self, event: Event, trial: int | None) -> None:
-        """Send an event without delay. Raises OSError if the device does not accept it."""
+        """Send an event without delay. Raises OSError if the device rejects the event."""
 
     def close(self) -> None:
         """Close the output, and set all its signal lines to inactive."""
@@ -44,7 +44,7 @@ class MarkerOutput(Protocol):
 class Markers:
     """All marker outputs of a session.
 
-    If an output fails, the session reports and records the failure and continues without this
+    If an output fails, the failure is reported and recorded, and the session continues without that
     output.
 
     Parameters

@@ -23,7 +23,7 @@ NoiseState = Literal["absent", "silent", "playing"]
 
 
 class Noise(Protocol):
-    """The interface for masking noise."""
+    """Common interface for masking noise."""
 
     @property
     def state(self) -> NoiseState:
@@ -80,7 +80,7 @@ class Playback:
     noise : ndarray, shape (n,)
         One period of the noise.
     fade_samples : int
-        Length of a fade from silence to full level.
+        Number of samples in a fade from silence to full level.
     """
 
     def __init__(self, noise: NDArray[np.float32], fade_samples: int) -> None:

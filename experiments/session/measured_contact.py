@@ -108,7 +108,7 @@ class _Trace:
         return new
 
     def note_changes(self, times_s: list[float] | None) -> None:
-        """Add the times at which this source triggered a change; None if it has no trigger."""
+        """Store when this source triggered texture changes; None means that it cannot."""
         if times_s is not None:
             self._changes_s = [*(self._changes_s or ()), *times_s]
 

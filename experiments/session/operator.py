@@ -18,7 +18,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionStatus:
-    """The state of a session, including the amplitude only if the session is unblinded.
+    """The state of a session. It includes the amplitude only if the session is unblinded.
 
     Parameters
     ----------
@@ -28,14 +28,14 @@ class SessionStatus:
     task : str
         The task label.
     trial, total : int
-        Trial k of n within the task; 0 before the first trial.
+        Number of the current trial and of all trials in the task; 0 before the first trial.
     voidable : Trial or None
-        The trial that a void request refers to by default: the current trial, or the last trial.
+        Default trial for a void request: the current or the last trial.
     answered : Trial or None
         The trial before the current trial. This earlier trial can also be voided, because a slip of
         the finger is often noticed only when the next surface has been presented.
     asked : tuple of Ask
-        The questions about the run and the participant so far, all of which can be repeated.
+        Questions asked so far about the run and the participant; all of them can be repeated.
     answering : Ask or None
         The question awaiting the operator's answer (a verbal report or a decision).
     done, planned : int
@@ -50,8 +50,8 @@ class SessionStatus:
     noise : str
         Whether the masking noise is "playing", "silent" or "absent".
     plate : str
-        The plate's state according to its readback: "silent", "as commanded", "not measured" (there
-        is no sensor, or it did not respond) or "lost".
+        State of the plate according to its readback: "silent", "as commanded", "not measured" (no
+        sensor, or no response from it) or "lost".
     temperature_c : float or None
         The plate's last temperature reading; None if the plate does not report its temperature.
     message : str
@@ -129,7 +129,7 @@ class Operator(Protocol):
 
 
 def answer_wanted(ask: Ask) -> str:
-    """Return the text of a question for the operator, with numbered options if there are any.
+    """Return the question to show to the operator, with numbered options, if any.
 
     >>> from slipscale.experiments.steps.questions import ChoiceQuestion
     >>> from slipscale.experiments.steps.steps import Ask
@@ -145,7 +145,7 @@ def answer_wanted(ask: Ask) -> str:
 
 
 class Operators:
-    """Several operators of one session, who all see the status and can all make requests."""
+    """Combines several operators of a session: all see the status, and all can make requests."""
 
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators

@@ -1,4 +1,4 @@
-"""Let the operator answer questions: enter the participant's verbal reports, or decide.
+"""Let the operator answer questions, by entering verbal reports or making decisions.
 
 The participant's screen shows the question until the operator has answered. The operator's entries
 are validated in the same way as a participant's entries.

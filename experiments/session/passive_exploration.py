@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> Stage | None:
-    """Return the stage for a study with passive strokes; None for other studies.
+    """Return the stage for a study with passive strokes; None if the strokes are not passive.
 
     Raises
     ------
     UserError
-        If a study with passive strokes has no stage, if a study without passive strokes has a
-        stage, or if the strokes exceed the stage's limits.
+        If there is no stage for passive strokes, if there is a stage but no passive strokes, or if
+        the strokes exceed the stage's limits.
     """
     position, passive = sources.get("position"), stroke is not None and stroke.passive
     if passive and not isinstance(position, Stage):

@@ -1,4 +1,4 @@
-"""Keep track of the session's progress for the operator's status."""
+"""Track the session's progress and report it in the operator's status."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ class Progress:
         return question in self._status.asked
 
     def before(self, question: Ask) -> Ask | None:
-        """Return the previous question, if the participant can return to it."""
+        """Return the previous question if the participant can go back to it, otherwise None."""
         asked = self.asked
         place = asked.index(question) if question in asked else len(asked)
         if not _is_lasting(question) or place == 0 or asked[place - 1].by != "participant":
@@ -118,7 +118,7 @@ class Progress:
             self._away_s += self._clock.now() - began_s
 
     def replayed(self) -> None:
-        """Mark the end of the replay; the pace is measured from this point."""
+        """Mark the end of the replay, from which the pace is measured."""
         self._done_before = self._status.done
 
     def begins(self, step: Step) -> None:
@@ -133,7 +133,7 @@ class Progress:
             )
 
     def ends(self, step: Step) -> None:
-        """Update the counts and the trials at the end of a step."""
+        """Update the trial counts and the current trial at the end of a step."""
         self.begins(step)
         self._closing = False
         if isinstance(step, Ask) and _is_lasting(step) and not self.was_asked(step):
@@ -160,16 +160,16 @@ class Progress:
         self._operator.tell(self._status)
 
     def warn(self, warning: str) -> None:
-        """Add a persistent warning to the operator's status."""
+        """Add a warning to the operator's status, where it remains visible."""
         self._status = replace(self._status, warnings=(*self._status.warnings, warning))
         self.say(warning)
 
     def say(self, message: str) -> None:
-        """Show the operator a message, without changing the state."""
+        """Show the operator a message without changing the session's state."""
         self.tell(self._status.state, message=message)
 
     def tell(self, state: State, *, message: str = "", level: float | None = None) -> None:
-        """Update the operator's status; it includes the amplitude if the session is unblinded."""
+        """Update the status shown to the operator, with the amplitude only if unblinded."""
         elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)

@@ -1,6 +1,7 @@
-"""Play the sounds that accompany a question.
+"""Play sounds that accompany questions, as in the headphone test.
 
-A session starts and stops `Sounds`. Only `SoundOutput` opens the sound device, when a sound starts.
+A session starts and stops `Sounds`. The sound device is opened only by `SoundOutput`, and only when
+a sound starts.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from slipscale.stimuli.headphone_sounds import HeadphoneSound
 
 
 class Sounds(Protocol):
-    """The interface for sounds in the headphones."""
+    """Common interface for playing sounds in the headphones."""
 
     @property
     def missing(self) -> str:
@@ -30,7 +31,7 @@ class Sounds(Protocol):
 
 
 class NoSounds:
-    """A stand-in for a missing sound output."""
+    """Replaces the sound output if there is none."""
 
     def __init__(self, missing: str) -> None:
         self.missing = missing
@@ -65,7 +66,7 @@ class Once:
 
 
 class SoundOutput:
-    """The system's sound output; use `masking_noise.check_device` to check that it works."""
+    """The system's sound output. To check that it works, use `masking_noise.check_device`."""
 
     missing = ""
 

@@ -3,8 +3,8 @@
 A step is complete when its answer is in the journal; only then is the answer passed to the
 protocol. The next question is asked only after the previous answer is on disk. A crash therefore
 loses at most the step in progress, and a power cut at most the last answer. A resumed run uses the
-same loop, which reads the first answers from the journal. Data are flushed to disk while surfaces
-are presented and explored.
+same loop, which takes the answers given so far from the journal. Records are flushed to disk while
+surfaces are being presented and explored.
 """
 
 from __future__ import annotations
@@ -70,8 +70,8 @@ class Session:
     steps : generator
         The protocol's steps.
     plate, participant, journal, clock, operator
-        All objects with which a session interacts. With a virtual clock, a mock plate and a
-        simulated participant, a session can therefore be replayed byte for byte.
+        All objects with which a session interacts. A session with a virtual clock, a mock plate and
+        a simulated participant can therefore be reproduced byte for byte.
     texts : Mapping
         Texts for the screen that asks the participant to wait.
     planned : int
@@ -85,7 +85,7 @@ class Session:
     unblind : bool
         Whether the operator sees the amplitude.
     sources : Mapping, optional
-        Connected sources of position and force, whose samples are recorded. If the position is
+        Connected finger-position and force sources, whose samples are recorded. If the position is
         measured, textures follow the finger on plates that support this.
     tracking : ResonanceTracking, optional
         Tracks the resonance between trials.
@@ -235,7 +235,7 @@ class Session:
         return "complete"
 
     def _loop(self) -> None:
-        """Replay the steps in the journal, then carry out the remaining steps."""
+        """Replay the steps in the journal, and then carry out the remaining steps."""
         past = finished(self._journal.records)
         answer: Answer = None
         number = 0
@@ -299,7 +299,6 @@ class Session:
         return reply
 
     def _feel(self, step: Explore) -> Reply:
-        """Let the participant explore the plate."""
         self._wait()
         with (
             moved(self._stage, step, self._interruptions.watch) as moving,
@@ -345,7 +344,7 @@ class Session:
         return self._interruptions.take_voids()
 
     def _moved(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Pass samples to the surface, and the position from a sensor to the screen.
+        """Pass samples to the surface, and a measured finger position to the screen.
 
         Returns the times at which the samples triggered a texture change; see
         `SurfaceState.follow`.

@@ -1,8 +1,8 @@
 """Compare explorations with the study's stroke windows, inform participants, and reject trials.
 
-Each outcome is written to the journal before the exploration's answer. At the end of a trial, the
-last outcome of each interval decides whether the trial is rejected. A resumed session therefore
-makes the same decision as an uninterrupted session.
+Each outcome is written to the journal before the exploration's answer. Whether a trial is rejected
+is decided at its end, from the last outcome of each interval. A resumed session therefore makes the
+same decision as an uninterrupted session.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class StrokeControl:
     stroke : Stroke
     journal : Journal
     texts : Mapping
-        The text that the participant reads after each outcome.
+        Text shown to the participant after each outcome.
     """
 
     def __init__(self, stroke: Stroke, journal: Journal, texts: Texts) -> None:
@@ -74,7 +74,7 @@ class StrokeControl:
         return REASON + ", ".join(outside) if outside and self._stroke.reject else ""
 
     def repeats(self, trial: Trial) -> bool:
-        """Return whether a rejected trial may be repeated once more."""
+        """Return whether a rejected trial may be repeated again."""
         rejected = {
             record.data["trial"]
             for record in self._journal.records
@@ -95,7 +95,7 @@ class StrokeControl:
 
 
 def measured(samples: Mapping[Kind, list[Sample]]) -> Stroked:
-    """Return the measures of an exploration that are compared with the windows."""
+    """Compute the measures of an exploration that are compared with the stroke windows."""
     places = samples.get("position", [])
     moved = movement(places)
     return Stroked(

@@ -3,14 +3,15 @@
 The *script* of a trial is its sequence of presentations: one surface and its exploration, or
 several intervals with the silences between them. After a fault, a pause or a crash, the trial's
 script is repeated from its first step before the participant continues. An answer is recorded only
-if the surface is present and the participant has just felt it.
+if the surface is on the plate and the participant has just felt it.
 
-Outside a trial, a surface remains on the plate until the protocol silences the plate. If a trial
-silences its surface before the question, the surface remains part of the trial's script
+Outside a trial, a surface remains on the plate until the protocol silences the plate. If the
+surface of a trial is silenced before the question, it remains part of the trial's script
 (docs/decisions/interrupted-trials.md).
 
 A surface that was explored and silenced outside a trial is a *standard*, the reference for the
-following trials. After an interruption, the standard is repeated before the next of these trials.
+following trials. After an interruption, the standard is repeated before the next trial that refers
+to it.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ MEASURED = ("measured", "applied")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """A completed step of a trial's script, and its start time if it is a presentation."""
+    """A completed step of a trial's script, with its start time if it is a presentation."""
 
     step: Present | Explore | Silence
     began_s: float = 0.0
@@ -81,7 +82,7 @@ class SurfaceState:
 
     @property
     def state(self) -> PlateState:
-        """The plate's state according to its last reading, without the amplitude."""
+        """State of the plate according to its last reading, without revealing the amplitude."""
         if self._wanted is None or self._hushed:
             return "silent"
         if not self._held:
@@ -109,7 +110,7 @@ class SurfaceState:
         return self._wanted.surface if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
-        """Return whether a step requires a surface that was interrupted."""
+        """Return whether a step requires a surface that was lost in an interruption."""
         if self._held or not self._script:
             return False
         if self._wanted is not None:
@@ -124,7 +125,7 @@ class SurfaceState:
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
-        """Present a surface, preceded by its lead-in unless the lead-in is on the plate."""
+        """Present a surface, preceded by its lead-in unless this is already on the plate."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -187,14 +188,14 @@ class SurfaceState:
         return made
 
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
-        """Repeat the presentations of the trial up to the point of interruption.
+        """Repeat the trial's presentations up to the interruption.
 
         Call this method when `must_be_felt_again` returns True.
 
         Parameters
         ----------
         at : callable
-            Called with the original start time of each presentation before its repetition.
+            Called before each repetition with the original start time of the presentation.
 
         Returns
         -------
@@ -222,9 +223,9 @@ class SurfaceState:
     def confirm(self) -> None:
         """Raise a `PlateFault` unless the commanded surface is still on the plate.
 
-        The driver defines the tolerance, which is the same as at presentation
-        (docs/decisions/one-tolerance.md). For a texture, the mean command and the mean readback are
-        compared.
+        The tolerance is defined by the driver and is the same as during presentation
+        (docs/decisions/one-tolerance.md). For a texture, the mean readback is compared with the
+        mean command.
         """
         if self._wanted is not None:
             self.read_back_level()
@@ -245,7 +246,7 @@ class SurfaceState:
             self._plate.check()
 
     def follow(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Command the amplitude while a texture follows the finger; see `Following.see`."""
+        """Set the amplitude command while a texture follows the finger; see `Following.see`."""
         if self._wanted is None or not self._held:
             return None
         return self._following.see(kind, samples)
@@ -296,7 +297,7 @@ class SurfaceState:
         self._hushed = True
 
     def shut_down(self) -> None:
-        """Silence the plate at the end or after a fault; if this fails, close the connection."""
+        """Silence the plate at the end or after a fault. If this fails, close the connection."""
         self.interrupt()
         try:
             self._plate.silence()
@@ -330,7 +331,7 @@ class SurfaceState:
         return self._drive(step)
 
     def _drive(self, step: Present) -> Presented:
-        """Present a surface; return when it has settled and the readback matches the command."""
+        """Present a surface, and wait until it has settled and the readback matches the command."""
         self._wanted, self._held = None, True
         return self._make(step)
 

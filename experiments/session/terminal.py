@@ -76,7 +76,7 @@ class Prompt:
 
 
 def void_prompt(trial: Trial) -> Prompt:
-    """Return the prompt for the reason for voiding a trial. A reason is required."""
+    """Return the prompt that asks for a reason for voiding a trial. A reason is required."""
 
     def request(reason: str) -> Request | None:
         return Request(what="void", reason=reason, trial=trial) if reason else None
@@ -86,7 +86,7 @@ def void_prompt(trial: Trial) -> Prompt:
 
 
 def stop_prompt() -> Prompt:
-    """Return the prompt for the reason for stopping the session. The reason is optional."""
+    """Return the prompt that asks for an (optional) reason for stopping the session."""
     return Prompt(
         "stop the session because (Enter to stop, Esc to continue)",
         lambda reason: Request(what="stop", reason=reason),
@@ -94,7 +94,7 @@ def stop_prompt() -> Prompt:
 
 
 def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
-    """Return the prompt for the number of the question to ask again."""
+    """Return the prompt that asks for the number of the question to repeat."""
 
     def request(number: str) -> Request | None:
         known = number.isdecimal() and 1 <= int(number) <= len(asked)
@@ -135,7 +135,8 @@ class PromptKey(NamedTuple):
     open : callable
         Returns the prompt, or None if there is nothing to enter.
     without : Request or None
-        The request to send if there is nothing to enter; the session refuses it and states why.
+        Request that is sent if there is nothing to enter, so that the session can state why it is
+        refused.
     """
 
     states: tuple[State, ...]
@@ -226,7 +227,7 @@ class TerminalOperator:
         return KEYS.get(state, RUNNING).get(key)
 
     def _type(self, prompt: Prompt, key: str) -> Request | None:
-        """Process one key of the entry in the open prompt."""
+        """Process a key pressed at the open prompt."""
         if not key:
             return None
         prompt.told = ""
@@ -297,7 +298,7 @@ class TerminalOperator:
 
 
 class Keys:
-    """Reads single keys from a terminal without blocking; without a terminal there are no keys."""
+    """Reads single key presses from a terminal, if there is one, without blocking."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
         self._stream: TextIO | None = stream or sys.stdin  # may be None
@@ -305,7 +306,7 @@ class Keys:
         self._read: Callable[[], str] = lambda: ""
 
     def __call__(self) -> str:
-        """Return the next key; empty if there is none."""
+        """Return the next key press, or an empty string if there is none."""
         return self._read()
 
     def __enter__(self) -> Self:

@@ -62,7 +62,7 @@ CANNOT = 409
 
 
 class Console:
-    """The state of the application: laboratory folder, started jobs, and whether it is closing."""
+    """The application's state: laboratory folder, started jobs, and whether it is closing."""
 
     def __init__(self, access: Access, jobs: Jobs) -> None:
         self.access = access
@@ -121,7 +121,7 @@ class Console:
         return response
 
     def _view(self, request: Request) -> View:
-        """Return the input of a page, in the reader's language."""
+        """Return the input to a page, with texts in the reader's language."""
         chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
         t = Words(preferred(request.headers.get("accept-language", ""), chosen))
         return View(found=self.state.now(), jobs=self.jobs, t=t, query=request.query_params)
@@ -152,7 +152,7 @@ class Console:
         return await self._answer(request, edited)
 
     async def later(self, request: Request) -> Response:
-        """Return the slower results for a study's text: minutes, cost and orders."""
+        """Return the results for a study's text that take longer: minutes, cost and orders."""
         sent = await request.body()
 
         def followed(view: View) -> dict[str, Any]:
@@ -181,7 +181,7 @@ class Console:
         return await run_in_threadpool(answered)
 
     async def events(self, _: Request) -> Response:
-        """Return a stream that sends an event after every change."""
+        """Return an event stream that reports every change."""
         return StreamingResponse(
             self._changes(), media_type="text/event-stream", headers={"x-accel-buffering": "no"}
         )
@@ -201,7 +201,7 @@ class Console:
                 await self.closing.wait()
 
     def _pulse(self) -> object:
-        """Return a value that changes when the session or a started job changes its state."""
+        """Return a value that changes with the state of the session or of any started job."""
         jobs = (self.jobs.last(kind) for kind in KINDS)
         return self.state.pulse(), [job and job.status for job in jobs]
 
@@ -306,9 +306,9 @@ def make_app(access: Access, jobs: Jobs) -> tuple[Starlette, Console]:
     Parameters
     ----------
     access : Access
-        The console's address, and who may see the console.
+        The console's address, and the users who may open it.
     jobs : Jobs
-        Starts processes in the laboratory folder, which is the current folder.
+        Starts processes in the laboratory folder, which is the current working directory.
     """
     console = Console(access, jobs)
 
@@ -352,7 +352,7 @@ def _page_of(console: Console, name: str) -> Any:
 
 
 def _result(dataset: Path | None, name: str) -> Response:
-    """Return a file of a data set's results; 404 if the file does not exist."""
+    """Return a file with results of a data set; 404 if the file does not exist."""
     kinds = {"report.html": "text/html", "fig15.svg": "image/svg+xml"}
     try:
         content = (dataset / RESULTS / name).read_bytes() if dataset else None

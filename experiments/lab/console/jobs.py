@@ -66,7 +66,7 @@ class Job:
     kind : str
         The type of job. At most one job of each kind runs at a time.
     about : str
-        Subject of the job in messages, such as "participant 03" or "the calibration".
+        Name of the job in messages, such as "participant 03" or "the calibration".
     parts : int
         Number of parts of the work; 0 if this number is unknown.
     """
@@ -122,7 +122,7 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the last error message with all its lines; without errors, the last message."""
+        """Return the last error message with all its lines, or the last line if there is none."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         _, *errors = ERROR.split("\n".join(lines))
         return (errors or lines or [""])[-1]

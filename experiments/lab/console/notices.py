@@ -1,7 +1,7 @@
 """Notices about irregularities in the laboratory folder, which every page shows.
 
-A notice informs the operator about something that the table of participants does not show. Notices
-never prevent a session.
+A notice reports something that is not visible in the table of participants. Notices never prevent a
+session.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
 
 
 def _edited(visits: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
-    """Return a notice about a study that was edited after a run, whose journal has the old text."""
+    """Return a notice if the study was edited after a run, whose journal has the earlier text."""
     other = [label for label, visit in visits if _has_another_text(visit.path, name, text)]
     if not other:
         return ""

@@ -22,7 +22,7 @@ LANGUAGES = ("en", "fr")
 
 @cache
 def page_texts(language: str) -> Mapping[str, str]:
-    """Return the texts of a language by key."""
+    """Return the page text in a language, by key."""
     source = files(PACKAGE).joinpath("texts", f"{language}.toml")
     texts = flatten(tomllib.loads(source.read_text(encoding="utf-8")))
     return {key: _typeset(text) for key, text in texts.items()}
@@ -82,7 +82,7 @@ def _translated(sentence: str, language: str) -> str:
 
 
 def _each_translated(sentence: str, joints: Mapping[str, str], language: str) -> str:
-    """Split a text at the first separator that yields a known part, and translate the parts."""
+    """Split a text at the first separator that gives a known part, and translate all parts."""
     for joint, typeset in joints.items():
         parts = sentence.split(joint) if joint in sentence else []
         translated = [_translated(each, language) for each in parts]
@@ -93,7 +93,7 @@ def _each_translated(sentence: str, joints: Mapping[str, str], language: str) ->
 
 @dataclass(frozen=True, slots=True)
 class Words:
-    """The texts of one language; call it with a key and values for the text's {placeholders}."""
+    """Page text in one language; call it with a key and values for the {placeholders}."""
 
     language: str
 
@@ -102,7 +102,7 @@ class Words:
         return page_texts(self.language)[key].format(**blanks)
 
     def say(self, sentence: str) -> str:
-        r"""Return one of Slipscale's sentences in this language; return other text unchanged.
+        r"""Translate one of Slipscale's sentences into this language; return other text unchanged.
 
         Sentences that are joined by punctuation or line feeds are translated separately.
 
@@ -117,7 +117,7 @@ class Words:
         return re.sub(r"(?<=\d)\.(?=\d)", mark, shown) if shown[:1].isdigit() else shown
 
     def exact(self, words: str) -> str:
-        """Return one of Slipscale's sentences in this language; return other text unchanged."""
+        """Translate a whole sentence into this language; return unknown text unchanged."""
         return sentences(self.language).get(words, words)
 
     def task(self, options: Options, protocol: Protocol, study: Study) -> str:

@@ -47,8 +47,8 @@ class Scatter:
 def scatter(series: Sequence[Sequence[float]]) -> Scatter | None:
     """Plot the response times of several runs against trial number, with the median per trial.
 
-    Returns None if there are no response times. The 95th percentile sets the scale; larger times
-    are drawn at the top of the frame.
+    Returns None if there are no response times. The scale is determined by the 95th percentile;
+    times that exceed the scale are drawn at the frame's top edge.
     """
     rows = [(number, time) for times in series for number, time in enumerate(times, start=1)]
     rows = rows[-MOST_POINTS:]

@@ -1,7 +1,7 @@
 """Track which consoles are open on a folder, using one file lock per console.
 
 The operating system releases the lock when the process ends, so a killed console leaves only an
-unlocked file. Only the user can write to the folder with these files.
+unlocked file. The folder that contains these files is writable only by the user.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class Presence:
         self._held: IO[bytes] | None = None
 
     def announce(self) -> None:
-        """Announce this console to the others until it is closed."""
+        """Announce this console to the other consoles until it is closed."""
         with suppress(OSError, portalocker.LockException):  # the other consoles ignore it
             self._held = self._own.open("wb")
             portalocker.lock(self._held, portalocker.LOCK_EX | portalocker.LOCK_NB)
@@ -46,7 +46,7 @@ class Presence:
         return [_port(path) for path in self._open() if path != self._own]
 
     def first(self) -> bool:
-        """Whether this console was opened first and therefore performs the shared tasks."""
+        """Return whether this console was opened first and therefore performs the shared tasks."""
         return next((path == self._own for path in self._open()), True)
 
     def notices(self) -> tuple[str, ...]:

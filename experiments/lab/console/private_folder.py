@@ -1,4 +1,4 @@
-"""A private folder for the files of a running console, without access for other users."""
+"""A private folder for a running console's files, which other users cannot access."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 Every request that does not clearly come from the operator's own browser is rejected before it
 reaches a page:
 
-- All connections from other users of this computer are rejected. Cookies are not tied to a port, so
+- Connections from other users of this computer are rejected. Cookies are not tied to a port, so
   another user's web page could otherwise receive the console's cookie.
 - The address shown in the terminal contains a token that works once, in one browser. The browser
   then receives a secret in a cookie, and a new token is generated for the next browser.
@@ -52,12 +52,12 @@ REPORT_POLICY = (
 
 
 class Entrance:
-    """The token that admits the next browser, and the secret that admitted browsers store.
+    """The token that admits the next browser, and the secret stored in admitted browsers.
 
     Attributes
     ----------
     renewed : callable
-        Called after a token has been used and replaced.
+        Called after a used token has been replaced.
     """
 
     def __init__(self) -> None:
@@ -66,7 +66,7 @@ class Entrance:
         self.renewed: Callable[[], None] = lambda: None
 
     def opens(self, given: str) -> bool:
-        """Return whether a token is valid. A valid token is used up and replaced."""
+        """Return whether a token is valid. A valid token is replaced, because it works once."""
         opened = secrets.compare_digest(given.encode(), self.token.encode())
         if opened:
             self.token = secrets.token_urlsafe(24)
@@ -80,7 +80,7 @@ class Entrance:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Access:
-    """The console's address, and who may use it.
+    """The console's address, and the rules for access to it.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ class Access:
 
     @property
     def cookie(self) -> str:
-        """The cookie's name, which includes the port, because cookies are not tied to a port."""
+        """The cookie's name; it includes the port because cookies are not tied to one."""
         return f"slipscale-{self.port}"
 
 
@@ -210,8 +210,8 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
     Parameters
     ----------
     client : tuple
-        Host and port of the connection's other end. A test client's host is a name instead of an IP
-        address; it is treated like None.
+        Host and port of the client. A test client's host is a name instead of an IP address; it is
+        treated like None.
     """
     if client is None or not CONNECTIONS.exists():
         return False

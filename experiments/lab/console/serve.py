@@ -79,7 +79,7 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
 
 
 def _renew(access: Access, door: Path) -> None:
-    """Print the address for the next browser, and write it to the file that opens a browser."""
+    """Print the address for the next browser, and write it to the file used to open a browser."""
     write_private(door, TO_THE_PAGES.format(access.address))
     print(f"opened; for another browser: {access.address}", flush=True)
 
@@ -140,7 +140,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _check_address(lan: str) -> None:
-    """Raise `UserError` unless this is a single address, not a wildcard."""
+    """Raise `UserError` unless ``lan`` is a single address instead of a wildcard."""
     try:
         address = ipaddress.ip_address(lan)
     except ValueError:
@@ -177,7 +177,8 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 def _open(address: str) -> None:
     """Open the file that leads to the console in a browser, if a browser is available.
 
-    The token is not passed as an argument, because other users can read a program's arguments.
+    The address is not passed as an argument, because other users can read a program's arguments and
+    the address contains the token.
     """
     try:
         opened = webbrowser.open(address)

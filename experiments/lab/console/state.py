@@ -42,13 +42,13 @@ class Live:
     Parameters
     ----------
     status : LiveStatus or None
-        None if the session reports no status, because an older Slipscale started it or its mailbox
-        could not be created.
+        None if the session reports no status, because it was started by an older version of
+        Slipscale or its mailbox could not be created.
     pilot : bool
         Whether the session is a rehearsal, which is recorded as a pilot.
     left_s : float or None
-        Remaining time, estimated from the session's own pace or, before its first trial, from
-        earlier runs.
+        Estimated remaining time, based on the session's pace or, before the end of its first trial,
+        on earlier runs.
     silent_s : int
         Time since the session's last activity; 0 if it was recent.
     """
@@ -69,7 +69,7 @@ class Snapshot:
     Parameters
     ----------
     problem : str
-        The reason why there is nothing to show; empty if there is none.
+        Reason why the folder cannot be shown; empty if it can.
     rehearsals : Roster
         The participants in the rehearsal folder.
     seen : bool
@@ -102,7 +102,7 @@ class Snapshot:
 
 
 class Pulse(NamedTuple):
-    """The times of a running session's last status and last record, and whether it still runs."""
+    """Times of a running session's last status and last record, and whether it is still running."""
 
     told_ns: int | None = None
     recorded_ns: int | None = None
@@ -120,7 +120,7 @@ class State:
         self._beat: tuple[int | None, float] = (None, 0.0)
 
     def now(self, *, fresh: bool = False) -> Snapshot:
-        """Return a snapshot at most one second old, with the running session's current state.
+        """Return a snapshot, at most one second old, with the running session's current state.
 
         If ``fresh`` is True, the whole snapshot is read again.
         """

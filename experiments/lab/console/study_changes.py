@@ -36,7 +36,7 @@ class Change(Form):
     kind : str
         Input type of the form field, which determines the type of ``value``.
     value : str
-        The new value of a field, the protocol of a new task, or the key of a new entry.
+        New value for a field, protocol for a new task, or key for a new entry.
     to : int
         Index at which a moved item is inserted.
     """
@@ -49,7 +49,7 @@ class Change(Form):
 
 
 class Edit(Form):
-    """The text of a study from the page, and the change to make.
+    """The study's text as sent by the page, and the requested change.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def changed(text: str, change: Change) -> str:
 
 
 def value_of(kind: Kind, typed: str) -> Any:
-    """Convert typed text to a TOML value; an invalid number remains text.
+    """Convert typed text to a TOML value; leave invalid numbers as text.
 
     >>> value_of("number", "0,5"), value_of("numbers", "0, 1.5; 2"), value_of("number", "many")
     (0.5, [0, 1.5, 2], 'many')
@@ -152,7 +152,7 @@ def _put(table: Any, key: Any, value: Any) -> None:
 
 
 def _append(table: Any, key: Any, protocol: str) -> None:
-    """Add an item to an array of tables, and create the array if necessary."""
+    """Append an item to an array of tables, which is created if necessary."""
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
     item = tomlkit.table()

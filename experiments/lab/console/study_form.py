@@ -27,7 +27,7 @@ KINDS: Mapping[str, Kind] = {"boolean": "switch", "integer": "number", "number":
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """An element of the form, and its position in the study file.
+    """A form element, and its position in the study file.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Part:
 
     @property
     def path(self) -> str:
-        """The position as JSON, for the page's script."""
+        """The position as JSON, for use in the page's script."""
         return json.dumps(self.place)
 
     @property
@@ -59,7 +59,7 @@ class Part:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field(Part):
-    """A field for a value: its input type, the displayed value and the allowed values."""
+    """A form field: its input type, displayed value and allowed values."""
 
     kind: Kind
     value: str
@@ -70,13 +70,13 @@ class Field(Part):
 
     @property
     def shown(self) -> bool:
-        """Whether the field is set, required or wrong and is therefore displayed first."""
+        """Whether the field is displayed first, because it is set, required or invalid."""
         return bool(self.value or self.needed or self.faults)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table(Part):
-    """A table with its fields, tables and lists of tables, and the tables that can be added.
+    """A table of the study file: its fields, tables, lists of tables and tables that can be added.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def _schema() -> Schema:
 
 
 class StudyForm:
-    """The form of a study file.
+    """The form for editing a study file.
 
     Parameters
     ----------
@@ -127,7 +127,7 @@ class StudyForm:
         self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
-        """Return the errors at a position and, if ``items`` is True, in the items of a list."""
+        """Return the errors at a position and, if ``items`` is True, at the items of its list."""
         where = place_in_words(place)
         found = [
             each
@@ -152,7 +152,7 @@ class StudyForm:
         }
 
     def _quantity(self, place: Place) -> Quantity:
-        """Return the quantity of the levels at a position, which may be a varied parameter."""
+        """Return the quantity of the levels at a position (possibly a varied parameter)."""
         return self._names.quantity_in(place[0])
 
     def _name(self, place: Place) -> str:
@@ -301,7 +301,7 @@ def _holds_tables(schema: Schema) -> bool:
 
 
 def _words(value: Any, between: str = ", ") -> str:
-    """Return a value as text for an input."""
+    """Format a value as the text of a form input."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, list):

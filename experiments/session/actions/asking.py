@@ -1,8 +1,8 @@
 """Ask the participant or the operator questions, and repeat earlier questions on request.
 
-The answer to a repeated question is recorded and replaces the old answer in the data. The protocol
-does not receive the new answer, so its earlier steps are unchanged. No shipped protocol bases
-decisions on these answers.
+The answer to a repeated question is recorded and replaces the old answer in the data. The new
+answer is not passed to the protocol, so the steps already carried out remain valid. No shipped
+protocol bases decisions on these answers.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ class Asking:
             self._again(before)
 
     def repeat_requested(self) -> None:
-        """Ask the questions that the operator selected again."""
+        """Repeat the questions selected by the operator."""
         for question in self.interruptions.take_questions():
             self._again(question)
 
@@ -89,7 +89,7 @@ class Asking:
             raise StopRequested("the participant withdrew consent")
 
     def _ask_apart(self, question: Ask) -> Reply:
-        """Ask a question with the plate silent; the current surface is lost."""
+        """Ask a question while the plate is silent. The current surface is lost."""
         self.surface.hush()
         self.noise.stop()
         self.wait()
@@ -140,7 +140,7 @@ class Asking:
 
 
 def _last_unfinished(records: list[Record], step: Ask) -> Unfinished:
-    """Return the unfinished entry of an interrupted answer, read from the journal."""
+    """Return the entry that was unfinished when an answer was interrupted, from the journal."""
     trial = step.trial.number if step.trial else None
     for record in reversed(records):
         if record.kind in ("done", "answered_again"):

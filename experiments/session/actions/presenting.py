@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, kw_only=True)
 class Presenting:
-    """Carries out `Present` steps, and restores lost surfaces.
+    """Carries out `Present` steps and restores lost surfaces.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ class Presenting:
         return made
 
     def take_up(self) -> None:
-        """Record that the run is resumed and that its surface was lost."""
+        """Record that the run is resumed and that the surface on the plate was lost."""
         virtual = isinstance(self.clock, VirtualClock)
         self.journal.write("take_up", virtual=virtual)
         self._rewinds = virtual
@@ -82,7 +82,7 @@ class Presenting:
 
     @contextmanager
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
-        """Yield a function that sets a resumed pilot's clock to a presentation's original time.
+        """Yield a function that sets a resumed pilot's clock to the original presentation time.
 
         On exit from the context, the clock is reset to its previous time. Because textures change
         with time, a resumed pilot explores each texture at its original time.

@@ -21,11 +21,11 @@ TYPED = "typed"  # the operator types the readings, point by point
 
 
 class Calibrate(Form):
-    """Calibrate the folder's plate; without ``keep``, the plate is only measured.
+    """Calibrate the folder's plate. If ``keep`` is False, only measure the plate.
 
-    ``table`` names a CSV file with earlier readings, and ``serial`` the device that drove the plate
-    at that time. With `TYPED`, the operator types each reading. The sweep range is in Hz and V
-    peak; empty fields take the command's defaults.
+    ``table`` is the name of a CSV file with earlier readings, and ``serial`` identifies the device
+    that drove the plate when they were taken. With `TYPED`, the operator types each reading. The
+    sweep range is in Hz and V peak. Empty fields stand for the command's defaults.
     """
 
     by: Annotated[str, Field(min_length=1, max_length=200)]
@@ -53,7 +53,7 @@ class Reading(Form):
 
 
 class Surface(Form):
-    """Present a surface until the page releases the plate; ``level`` is in the plate's quantity."""
+    """Present a surface at a level, in the plate's quantity, until the page releases the plate."""
 
     level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 

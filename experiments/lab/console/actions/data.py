@@ -46,7 +46,7 @@ def _unblind(desk: Desk, request: Unblind) -> str:
 
 
 class Work(Form):
-    """Start a job on the whole data set."""
+    """Start a job that processes the whole data set."""
 
     what: Literal["verify", "build", "export"]
 
@@ -120,8 +120,8 @@ def _start_analysis(desk: Desk, found: Snapshot) -> None:
 def renew(desk: Desk) -> None:
     """Repeat the analysis if runs have ended since the last analysis and results may be seen.
 
-    No analysis starts during a session, so that the session can present its frames on time. A
-    failed analysis is repeated only after another run has ended.
+    No analysis starts during a session, because it could delay the session's frames. A failed
+    analysis is repeated only after another run has ended.
     """
     found = desk.state.now()
     job = desk.jobs.last("analysis")

@@ -34,7 +34,7 @@ class Warnings:
         return [each for each in tuple(self._found) if each not in self._acknowledged]
 
     def acknowledge(self, session: str, sentence: str) -> None:
-        """Mark a warning as acknowledged, so that it is no longer shown."""
+        """Acknowledge a warning, so that it is no longer shown."""
         self._acknowledged.add((session, sentence))
 
 
@@ -59,7 +59,7 @@ class Desk:
         self.analysed: frozenset[tuple[Path, int]] = frozenset()
 
     def now(self) -> Snapshot:
-        """Return a new snapshot of the folder; raise `UserError` if the folder is unusable."""
+        """Return a new snapshot of the folder; raise `UserError` if the folder cannot be used."""
         found = self.state.now(fresh=True)
         if found.problem:
             raise UserError(found.problem)

@@ -41,7 +41,7 @@ class Settings(Form):
     @field_validator("settings", mode="before")
     @classmethod
     def _listed(cls, value: object) -> object:
-        """Split typed markers into words."""
+        """Convert typed markers, separated by spaces, to a list."""
         if isinstance(value, dict) and isinstance(value.get("markers"), str):
             return value | {"markers": value["markers"].split()}
         return value

@@ -1,4 +1,4 @@
-"""Code that the forms of all actions share; each action declares its form."""
+"""Common code for the forms that actions declare."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ LARGEST_STUDY = 500_000
 
 
 class Form(FrozenTable):
-    """The base class of all forms, which rejects unknown fields."""
+    """Base class for all forms, which rejects unknown fields."""
 
 
 FormType = TypeVar("FormType", bound=Form)
@@ -39,7 +39,7 @@ class Nothing(Form):
 
 
 def text_hash(text: str) -> str:
-    """Return a digest of a text that is used to detect later changes."""
+    """Return a digest of a text, used to detect later changes."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 

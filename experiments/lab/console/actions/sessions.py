@@ -16,7 +16,7 @@ from slipscale.hardware.address import is_mock
 
 
 class Begin(Form):
-    """Begin a session; ``participant`` is the label that the page showed as next."""
+    """Begin a session; ``participant`` is the label shown as next on the page."""
 
     participant: Label
     pilot: bool = False

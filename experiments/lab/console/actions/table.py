@@ -1,7 +1,7 @@
 """The table of all actions that a page can request.
 
-Pages refer to participants, runs and pilots by label, never by path. Only existing labels are
-accepted. Each action returns the sentence that the page shows.
+Pages refer to participants, runs and pilots by label, never by path, and only existing labels are
+accepted. Each action returns a sentence that is shown on the page.
 """
 
 from __future__ import annotations

@@ -1,1 +1,1 @@
-"""The contents of the pages, derived from a snapshot as values for the templates."""
+"""Page contents: values for the templates, derived from a snapshot."""

@@ -128,14 +128,14 @@ def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
 
 
 def _said(job: Job | None) -> list[str]:
-    """Return the lines that a successful job has printed."""
+    """Return the lines printed by a job, or an empty list unless it succeeded."""
     over = job is not None and job.status == 0
     # The prompts for typed readings do not end with a line feed.
     return job.said().rpartition("µm peak to peak: ")[2].splitlines() if job and over else []
 
 
 def _failed(job: Job | None) -> str:
-    """Return the reason why a bench job ended early; empty if its page released the plate."""
+    """Return why a bench job failed; empty if it did not, or if its page released the plate."""
     return "" if job is None or job.released or job.status == 1 else failure(job)
 
 

@@ -129,7 +129,7 @@ def _told(row: Row) -> str:
 
 
 def _work(view: View, kind: Kind) -> dict[str, Any]:
-    """Return the status of a job on the whole data set: state, end and problems."""
+    """Return the state, end time and problems of a job that processes the whole data set."""
     job = view.jobs.last(kind)
     over = job is not None and not job.running
     problems = findings(job.said()) if job and over else None
@@ -183,7 +183,7 @@ def parts_done(found: Snapshot, jobs: Jobs) -> int:
 
 
 def curve_plots(found: Sequence[Curve], view: View) -> list[CurvePlot]:
-    """Draw the individual curves; curves of the same task have the same axes."""
+    """Draw the individual curves, with the same axes for all curves of a task."""
     titles = titles_of(view.found, view.t)
     by_task: dict[str, list[Curve]] = {}
     for curve in found:

@@ -149,7 +149,7 @@ def _began(found: Snapshot, job: Job | None) -> bool:
 
 
 def _since_s(started_utc: str) -> float | None:
-    """Return the time in seconds since the start of a run; None if it has no start time."""
+    """Return the time since the start of a run, in s; None if there is no start time."""
     if not started_utc:
         return None
     return (datetime.now(UTC) - datetime.fromisoformat(started_utc)).total_seconds()

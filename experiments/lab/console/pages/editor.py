@@ -1,4 +1,4 @@
-"""The study editor: a form for the edited text, and results computed from the text."""
+"""The study editor: a form for editing a study's text, and results computed from the text."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ def simulated_minutes(whole: str, source: str) -> Timeline | None:
 
 
 def _drawings(content: Mapping[str, object]) -> dict[str, list[Drawing]]:
-    """Return a drawing for each valid surface, keyed by its position in the file."""
+    """Return a drawing of each valid surface, by its position in the file."""
     names = file_names(dict(content))
     in_code = names.to_code(dict(content))
     made: dict[str, list[tuple[Surface, str]]] = {"levels": []}

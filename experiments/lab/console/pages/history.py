@@ -1,7 +1,7 @@
 """Draw the plate's history during a run: readback deviation, temperature and faults.
 
-The deviation of a single presentation could reveal its amplitude. Therefore only the largest and
-the median deviation of complete groups of eight presentations are shown.
+The deviation of a single presentation could reveal its amplitude. Therefore, only the largest and
+the median deviation in each complete group of eight presentations are shown.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ LEAST_SPAN_C = 2.0  # least range of the temperature axis, so that noise does no
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Deviation:
-    """Readback deviation in eight consecutive presentations, relative to the allowed deviation."""
+    """Readback deviation in eight consecutive presentations, as a fraction of the allowed one."""
 
     begin_s: float
     end_s: float
@@ -32,7 +32,7 @@ class Deviation:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Bar:
-    """A bar of the drawing, which represents a group of presentations, in SVG units."""
+    """A bar that represents a group of presentations, in SVG units."""
 
     x: float
     width: float
@@ -69,7 +69,7 @@ class History:
 
 
 def deviations(readings: Sequence[PlateReading]) -> list[Deviation]:
-    """Return the deviations of each complete group of eight presentations, in order."""
+    """Return the deviations for each complete group of eight presentations, in order of time."""
     measured = [
         (reading.time_s, reading.used_tolerance)
         for reading in readings

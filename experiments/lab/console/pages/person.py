@@ -13,7 +13,7 @@ from slipscale.faults import UserError
 
 
 def person(view: View) -> dict[str, object]:
-    """Return the values for a participant's page, or for the page of their rehearsals."""
+    """Return the values for a participant's page, or for their rehearsal page."""
     found, pilot = view.found, "pilot" in view.query
     roster = found.rehearsals if pilot else found.roster
     label = view.query.get("label", "")
@@ -43,7 +43,7 @@ def person(view: View) -> dict[str, object]:
 
 
 def _decisions(dataset: Path, label: str) -> tuple[tuple[Decision, ...], str]:
-    """Return the exclusion decisions about a participant, and the error if they are unreadable."""
+    """Return a participant's exclusion decisions, and the error if they cannot be read."""
     path = dataset / "sourcedata" / f"sub-{label}" / RECORD
     try:
         return (decisions(path) if path.exists() else ()), ""

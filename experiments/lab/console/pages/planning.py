@@ -26,7 +26,7 @@ PROTOCOL = "magnitude_estimation"  # the task whose power is planned
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Slider:
-    """One axis of the grid: its values, and the index of the selected value."""
+    """A slider for one axis of the grid: the axis values, and the index of the selected value."""
 
     axis: str
     values: tuple[float, ...]

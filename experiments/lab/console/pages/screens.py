@@ -1,4 +1,4 @@
-"""The page of all screens that participants see, by language and screen size."""
+"""The page that shows every participant screen, by language and screen size."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ SIZE = re.compile(r"([0-9]{3,4})x([0-9]{3,4})")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Picture:
-    """One screen on the page: its title, its drawing (SVG), and why it is not readable."""
+    """A screen on the page: its title, an SVG drawing, and the reasons why it is not readable."""
 
     title: str
     svg: str
@@ -89,7 +89,7 @@ def _pixels(size: str) -> tuple[int, int]:
 
 
 def _size_of_the_check(jobs: Jobs) -> str:
-    """Return the screen's size according to the last checklist; empty if it is unknown."""
+    """Return the screen size reported by the last checklist; empty if it is unknown."""
     check = jobs.last("check")
     for finding in findings(check.said()) or () if check else ():
         size = re.search(r"([0-9]{3,4}) x ([0-9]{3,4})", str(finding.get("detail", "")))

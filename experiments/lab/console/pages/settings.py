@@ -20,7 +20,7 @@ from slipscale.hardware.cli.ports import listing
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Field:
-    """One setting on the page: input type, value, choices and explanation."""
+    """A setting on the page: its input type, value, choices and explanation."""
 
     key: str
     kind: str

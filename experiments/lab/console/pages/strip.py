@@ -14,7 +14,7 @@ LOW_GB = 1.0  # a run needs only a few megabytes, but a nearly full disk also ca
 
 
 def strip(found: Snapshot, t: Words, lab: str) -> list[tuple[str, str, str]]:
-    """Return the entries of the status line as (label, value, status)."""
+    """Return the status line's entries as (label, value, status) tuples."""
     live, status = found.live, found.live.status if found.live else None
     session = t("strip.running", label=live.label) if live else t("strip.none")
     if live and status and status.state in ("paused", "fault"):

@@ -19,14 +19,14 @@ KINDS = {"+": "now", "-": "before", "@": "gap"}
 
 
 class Line(NamedTuple):
-    """A line in a comparison: only in the current file, only in the earlier file, or in both."""
+    """A line of a comparison, which is in the current file, the earlier file or both."""
 
     kind: str
     words: str
 
 
 def study(view: View) -> dict[str, object]:
-    """Return the values for the study page; the contents of texts files are not shown."""
+    """Return the values for the study page, which does not show the contents of texts files."""
     found = view.found
     template = view.query.get("from", "")
     template = template if template in shipped_studies() else ""
@@ -58,7 +58,7 @@ def _text(found: Snapshot, template: str) -> str:
 
 
 def _compared(found: Snapshot) -> tuple[str, list[Line]]:
-    """Return the participant of the study's last run, and the changes of the study since then."""
+    """Return the participant of the study's last run, and how the study has changed since then."""
     begun = [
         (visit.started_utc, person.label, visit)
         for person in (found.roster.people if found.roster else ())

@@ -61,7 +61,7 @@ def failure(job: Job | None) -> str:
 
 
 def plan_of(found: Snapshot, participant: str) -> RunPlan:
-    """Return the plan of a participant's first run; raise LookupError without a study."""
+    """Return the plan of a participant's first run; raise LookupError if there is no study."""
     if found.study is None:
         raise LookupError("there is no study to plan with")
     return RunPlan(
