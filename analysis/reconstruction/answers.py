@@ -31,7 +31,7 @@ SHOWN_SUMS = 100
 
 @dataclass(frozen=True, kw_only=True)
 class OrderStatistic:
-    """Sharp bounds and mean of one order statistic over all data sets."""
+    """Exact minimum, maximum and mean of one order statistic over all data sets."""
 
     rank: int
     minimum: float
@@ -124,12 +124,12 @@ class Across:
     Parameters
     ----------
     bounds : tuple of Conclusion
-        Conclusions over all data sets and pairings. If there are too many data sets to list, only
-        sums and sums of squares are used for the bounds.
+        Conclusions that cover all data sets and pairings. If there are too many data sets to list,
+        only sums and sums of squares are used for the bounds.
     not_listed : tuple of str
         Labels of the columns with too many data sets to list.
     distributions : tuple of Distribution
-        Distributions of test statistics over uniform samples.
+        Distributions of test statistics, estimated from uniform samples.
     """
 
     bounds: tuple[Conclusion, ...]

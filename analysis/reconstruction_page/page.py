@@ -167,7 +167,7 @@ def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
 # Questions to the authors of an impossible table, starting with harmless causes.
 ASK = (
     "Is n the number of ratings in each column, or are some ratings missing?",
-    "What are the ends of the scale, and in which steps could participants answer?",
+    "What are the smallest and largest possible answers, and what is the step between answers?",
     "Is the printed spread a sample SD, a population SD or a standard error?",
     "Were numbers truncated, or rounded more than once?",
     "Can the raw ratings be shared?",
@@ -176,22 +176,22 @@ MEANINGS = (
     (
         "GRIM",
         (
-            "the mean of n whole ratings is a multiple of 1/n; other means are impossible (Brown "
-            "and Heathers 2017)"
+            "checks the mean: the mean of n whole ratings is always a multiple of 1/n (Brown and "
+            "Heathers 2017)"
         ),
     ),
     (
         "GRIMMER",
         (
-            "the sum of squares is a whole number; SDs that would need another sum of squares "
-            "are impossible (Anaya 2016)"
+            "checks the SD: the sum of squares of whole ratings is always a whole number (Anaya "
+            "2016)"
         ),
     ),
     (
         "Multisets",
         (
-            "the collections of ratings with all printed numbers of a column; if there are none, "
-            "the column is impossible"
+            "sets of ratings, in any order, that match all numbers printed for a column; if there "
+            "are none, the column is impossible"
         ),
     ),
 )

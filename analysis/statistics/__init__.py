@@ -1,1 +1,1 @@
-"""Functions that compute statistics, or return the reason why a result is missing."""
+"""Compute statistics, or return the reason why a result is missing."""

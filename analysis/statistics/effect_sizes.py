@@ -143,7 +143,7 @@ def _sums(centred: Array, leave_out: bool = False) -> tuple[Array, Array]:
 
 
 def eta_squared(values: Array) -> float:
-    """Return generalised eta squared for a complete table, shape (participants, amplitudes)."""
+    """Return generalised eta squared for a complete table of shape (participants, amplitudes)."""
     effect, total = _sums(values - values.mean())
     return float((effect / total)[0])
 

@@ -23,7 +23,7 @@ LARGEST_LOG = 709.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Equivalence:
-    """Two one-sided tests (TOST) of a ratio of geometric means.
+    """The result of two one-sided tests (TOST) for a ratio of geometric means.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Equivalence:
         Interval for the ratio at confidence level 1 - 2 α, where α is the significance level. The
         interval lies inside the bounds if and only if ``p`` < α.
     p : float
-        Larger p-value of the two one-sided tests.
+        The larger of the two one-sided p-values.
     """
 
     bound: float

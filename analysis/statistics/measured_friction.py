@@ -112,7 +112,7 @@ def used_trials(prepared: Prepared) -> pd.DataFrame:
 
 
 def measured_friction(prepared: Prepared | None) -> MeasuredFriction | None:
-    """Return the relation between ratings and friction, or None if friction was not measured."""
+    """Relate ratings to measured friction, or return None if friction was not measured."""
     if prepared is None or COEFFICIENT not in prepared.trials:
         return None
     if not prepared.trials[COEFFICIENT].notna().any():

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PowerLaw:
-    """The group exponent.
+    """The exponent of the group's power function.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ class Lines:
 
 
 def fit_lines(x: Array, y: Array) -> Lines:
-    """Fit a separate least-squares line along the last axis.
+    """Fit a least-squares line to each series along the last axis.
 
     Parameters
     ----------

@@ -60,7 +60,7 @@ class Reliability:
     variance_participants, variance_interaction, variance_repetitions : float
         Variance components of the log estimates, each at least 0.
     n, amplitudes, trials : int
-        Number of participants, number of amplitudes and number of trials.
+        Numbers of participants, amplitudes and trials.
     repetitions : float
         Number of repetitions per participant and amplitude, or its harmonic mean if the numbers
         differ.

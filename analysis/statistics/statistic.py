@@ -1,7 +1,7 @@
 """Define how a statistic is declared and how results are stored.
 
-A declaration contains everything that the report, its files, a pre-registration and a pilot need
-about a statistic. Rules:
+A declaration contains everything about a statistic that is needed for the report, its files, a
+pre-registration and a pilot. Rules:
 
 - if the study did not choose a statistic, or the data do not support it, its result is a
   `NotComputed` with the reason;

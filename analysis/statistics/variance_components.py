@@ -29,11 +29,11 @@ def reml_components(
     Parameters
     ----------
     means : array, shape (participants, levels)
-        Mean estimate per participant and level; ignored if there are no estimates.
+        Mean estimate per participant and level. Values without estimates are ignored.
     counts : array, shape (participants, levels)
-        Number of estimates per participant and level; 0 if there are none.
+        Number of estimates per participant and level, which may be 0.
     squares : array, shape (participants,)
-        Sum of squares of each participant's estimates around their means per level.
+        Sum of squared deviations of each participant's estimates from their means per level.
     starts : sequence of (float, float)
         Starting values of the two variance ratios; see `STARTS`.
     """

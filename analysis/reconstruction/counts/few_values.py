@@ -59,7 +59,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     values : sequence of int
         Values in ascending order.
     n : int
-        Size of a multiset.
+        Number of values in a multiset.
     of_sum : dict of int to list of (int, int)
         Runs of possible sums of squares for each sum. A run increases in steps of two and is given
         by its first and last element.

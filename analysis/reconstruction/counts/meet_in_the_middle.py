@@ -83,7 +83,7 @@ class Glimpse:
     Parameters
     ----------
     ks : ndarray, shape (planes,)
-        Numbers of values.
+        Numbers of values k.
     cells : ndarray, shape (planes,)
         Number of cells in each of these planes.
     sizes : ndarray, shape (planes, distances)
@@ -100,7 +100,7 @@ class Glimpse:
 
 @dataclass(frozen=True)
 class _Half:
-    """The values on one side of the centre, with bounds on their sums in any solution.
+    """The values on one side of the centre, and the bounds on their sums in any solution.
 
     If k values in [low, high] have the sum a, their sum of squares is at least a²/k and at most
     (low + high) a - k low high. These bounds also apply to the n - k remaining values, whose signed

@@ -82,7 +82,7 @@ class Problem:
 
     @property
     def count_bytes(self) -> int:
-        """Memory for counting multisets."""
+        """Memory in bytes for counting multisets."""
         return 8 * plane_by_plane.cells(self.below, self.above, self.goals)
 
     @cached_property
@@ -91,7 +91,7 @@ class Problem:
         return _rough(self)
 
     def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
-        """Return the two state tables after adding all values."""
+        """Return both state tables, filled with all values."""
         return StateTable(self.below, measure, modulus).fill(), StateTable(
             self.above, measure, modulus
         ).fill()
@@ -114,7 +114,7 @@ class Rough:
     Parameters
     ----------
     table_gib, count_gib : float
-        Memory for both state tables, and memory for a count.
+        Memory in GiB for both state tables, and for a count.
     additions : float
         Number of additions for a count with one modulus.
     """

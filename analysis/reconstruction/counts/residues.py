@@ -56,7 +56,7 @@ def weights(moduli: tuple[int, ...]) -> tuple[tuple[int, ...], int]:
 
 
 def join(residues: tuple[int, ...], moduli: tuple[int, ...]) -> int:
-    """Return the smallest non-negative number with these `residues`.
+    """Return the smallest non-negative integer with these residues.
 
     Examples
     --------

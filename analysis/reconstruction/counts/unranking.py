@@ -24,7 +24,7 @@ WORTH_DROPPING = 0.7
 
 
 class Ranking:
-    """A fixed order of the solutions of one problem, numbered from 0.
+    """A fixed order of one problem's solutions, which are numbered from 0.
 
     Parameters
     ----------

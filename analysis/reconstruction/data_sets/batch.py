@@ -104,7 +104,7 @@ def digest(row: Row) -> str:
 def verdicts(
     rows: Sequence[Row], memory_gib: float, minutes: float, workers: int
 ) -> Iterator[Verdict]:
-    """Yield the verdict on each row, in the order of the rows.
+    """Yield one verdict per row, in the order of the rows.
 
     Parameters
     ----------

@@ -34,7 +34,8 @@ def log10_multisets(targets: Targets) -> float | None:
     """Estimate the decimal logarithm of the number of multisets, or return None.
 
     Returns None if the method does not converge, if a median is printed, if few multisets contain a
-    printed extreme, if the frequency of a rating is not exact, or if the scale has too many values.
+    printed extreme, if a printed percentage leaves several possible frequencies of a rating, or if
+    the scale has too many values.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:

@@ -100,8 +100,9 @@ class Solutions:
                 return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
             return (
-                "quartiles must be checked in each data set, but the other statistics allow "
-                f"{self._unfiltered:,} data sets, but at most {LISTED:,} can be listed"
+                "quartiles must be checked in each data set, but at most "
+                f"{LISTED:,} data sets can be listed, and the other statistics allow "
+                f"{self._unfiltered:,}"
             )
         return ""
 

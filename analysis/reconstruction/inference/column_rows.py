@@ -2,7 +2,7 @@
 
 Sums and sums of squares follow directly from the printed numbers, but lists and samples require a
 count of data sets, which can be slow. If sums and sums of squares are sufficient, set `sums_first`.
-Data sets are then only searched for when they are needed.
+Data sets are then searched for only when they are needed.
 """
 
 from __future__ import annotations

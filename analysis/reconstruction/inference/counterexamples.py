@@ -50,7 +50,7 @@ def why_not(extent: tuple[float, float]) -> str:
     """Explain why a test is impossible, given the bounds on its statistic (NaN if undefined)."""
     if isnan(extent[0]):
         return "the statistic is undefined for every data set, because its denominator is zero"
-    return "no sums, sums of squares and products of whole ratings give the printed value"
+    return "no sums, sums of squares and products of whole ratings can give the printed value"
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:

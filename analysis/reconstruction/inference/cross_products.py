@@ -2,10 +2,11 @@
 
 For k columns of the same n participants, C is the sum of the products of all pairs of columns, with
 ratings in steps. C, sums and sums of squares together determine the paired t, Pearson's r and the
-repeated-measures F. For each pair of columns the sum of products is largest if both are sorted in
-the same order and smallest in opposite order (rearrangement inequality). If the data sets are not
-listed, the Cauchy-Schwarz inequality gives bounds on C. To decide whether an intermediate value
-occurs, ratings are exchanged between participants and, for small n, all pairings are tried.
+repeated-measures F. For each pair of columns, the sum of products is largest if both are sorted in
+the same order, and smallest if they are sorted in opposite order (rearrangement inequality). If the
+data sets are not listed, the Cauchy-Schwarz inequality gives bounds on C. To decide whether an
+intermediate value occurs, ratings are exchanged between participants and, for small n, all pairings
+are tried.
 """
 
 from __future__ import annotations
@@ -110,7 +111,7 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
 
 
 def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array]:
-    """Return bounds on two columns' sum of products, for each choice of moments."""
+    """Return bounds on the sum of products of two columns, for each choice of moments."""
     if a.listed is not None and b.listed is not None and len(a.listed) * len(b.listed) <= SEARCHED:
         pairs, at = np.unique(places, axis=0, return_inverse=True)
         low, high = np.empty(len(pairs), np.int64), np.empty(len(pairs), np.int64)
@@ -153,7 +154,7 @@ def example(
         Smallest and largest sum of cross products C for each choice. Choices whose smallest C
         exceeds the largest C are excluded.
     generator : numpy.random.Generator
-        Random generator for data sets and starting pairings.
+        Random generator for selecting data sets and starting pairings.
     """
     width = wanted[1] - wanted[0]
     usable = np.flatnonzero(width >= 0)

@@ -57,8 +57,8 @@ class Distribution:
         Whether the pairing is random ("drawn"), the exact extreme ("exact"), or the most extreme
         one found ("heuristic").
     quantiles : tuple of (float, float)
-        Pairs of a probability and its quantile. The quantiles for probabilities 0 and 1 are the
-        smallest and largest value drawn.
+        Pairs of probability and quantile. The quantiles for probabilities 0 and 1 are the smallest
+        and largest value drawn.
     significant : float or None
         Proportion of samples with p < 0.05, or None if the statistic has no test.
     samples, seed, measure : int, int, str

@@ -1,10 +1,10 @@
 """Find the smallest and largest paired t over all data sets and pairings.
 
 For fixed sums and sums of squares, t depends only on the sum of products. The sum of products is
-largest if both columns are sorted in the same order, and smallest in opposite orders. Among many
-data sets, the sum is largest for the two standardised columns that are closest to each other, which
-a nearest-neighbour search finds. If no data sets are listed, sums and sums of squares give bounds
-on t by the Cauchy-Schwarz inequality.
+largest if both columns are sorted in the same order, and smallest if they are sorted in opposite
+order. Among many data sets, the sum is largest for the two standardised columns that are closest to
+each other, which a nearest-neighbour search finds. If no data sets are listed, bounds on t follow
+from sums and sums of squares by the Cauchy-Schwarz inequality.
 """
 
 from __future__ import annotations
@@ -139,8 +139,8 @@ def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
 def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
     """Return the row of `x` and the row of `y` whose sum of products is extreme.
 
-    This sum is largest if `same` is True, otherwise smallest. All rows of `x` must have the same
-    sum and the same sum of squares, and this also applies to `y`.
+    The sum is the largest one if `same` is True, otherwise the smallest one. All rows of `x` must
+    have the same sum and the same sum of squares, and this also applies to `y`.
     """
     if len(x) * len(y) <= SEARCHED:
         # Whole numbers below 2^53 are exact in floating point.

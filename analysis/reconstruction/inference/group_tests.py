@@ -1,4 +1,4 @@
-"""Check printed tests on independent groups, using n, sums and sums of squares."""
+"""Check tests that are printed for independent groups, using n, sums and sums of squares."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Check a printed test on independent groups, counting data sets only if necessary."""
+    """Check a test that is printed for independent groups, counting data sets only if necessary."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)

@@ -1,4 +1,4 @@
-"""Check printed tests on columns of continuous values.
+"""Check tests that are printed for columns of continuous values.
 
 Each statistic is a continuous function of means, SDs and, for paired columns, correlations. A
 statistic takes every value between its extremes over the printed intervals, and no other value. A

@@ -1,4 +1,4 @@
-"""Check printed tests on columns from the same participants."""
+"""Check tests that are printed for columns from the same participants."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def of_pairs(case: Case) -> PrintedTestAnswer:
-    """Check a printed test on paired columns, using the possible sums of cross products."""
+    """Check a test that is printed for paired columns, using possible sums of cross products."""
     rows = [ColumnRows.quickest(solutions) for solutions in case.columns]
     empty = next((row for row in rows if not row.moments), None)
     if empty is not None:

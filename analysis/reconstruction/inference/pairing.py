@@ -65,11 +65,11 @@ def searched(
     Parameters
     ----------
     tables : ndarray, shape (tables, participants, columns)
-        Tables whose columns are rearranged.
+        Tables to rearrange.
     statistic : callable
         Function that returns one value per table.
     sign : {+1, -1}
-        Whether the search looks for large values (+1) or small values (-1).
+        Whether to search for large values (+1) or small values (-1).
     generator : numpy.random.Generator
         Random generator for the random starting pairing and, with more than 17 participants, for
         the choice of exchanges.

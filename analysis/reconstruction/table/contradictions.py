@@ -1,4 +1,4 @@
-"""Find printed numbers that are impossible on the scale, or that contradict each other."""
+"""Find printed numbers that are impossible on the scale or contradict each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Represent a printed column of continuous values by intervals of its mean and SD.
+"""Represent a printed column of continuous values by intervals for its mean and SD.
 
 Infinitely many data sets of continuous values are consistent with a column, so they are not
 counted. If the table states no scale, every mean and SD in these intervals is possible. On a scale
@@ -27,7 +27,7 @@ LOG_OF_BASE = {"10": log(10), "2": log(2), "e": 1.0}
 
 @dataclass(frozen=True, kw_only=True)
 class IntervalColumn:
-    """The intervals of the mean and SD (n - 1) of a column of continuous values.
+    """Intervals for the mean and SD (n - 1) of a column of continuous values.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class IntervalColumn:
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
-        Intervals of the mean and the SD that follow from the printed numbers. If `logarithms` is
+        Intervals for the mean and the SD that follow from the printed numbers. If `logarithms` is
         True, both intervals are for natural logarithms.
     scale : tuple of (float, float)
         Ends of the scale, in the unit of the mean. An end that is not stated is infinite.
@@ -65,7 +65,7 @@ class IntervalColumn:
 
 
 def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
-    """Return the intervals of the mean and SD of continuous values.
+    """Return the intervals for the mean and SD of continuous values.
 
     Raises
     ------

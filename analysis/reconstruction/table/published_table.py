@@ -217,7 +217,7 @@ class Summary(FrozenTable):
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield each printed form of the mean with its ratio to the mean."""
+        """Yield each printed form of the mean (such as a sum) with its ratio to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),

@@ -41,7 +41,7 @@ def lower_places(n: int) -> dict[str, Fraction]:
 
 
 def are_met(column: Column, rows: Array) -> Array:
-    """Return which rows of sorted ratings, in steps, have the printed quartiles.
+    """Return a mask of the rows of sorted ratings that have the printed quartiles.
 
     Parameters
     ----------

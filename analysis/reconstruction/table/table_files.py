@@ -1,4 +1,4 @@
-"""Read published tables from TOML or CSV files, and report all errors with their lines."""
+"""Read published tables from TOML or CSV files, and report all errors with line numbers."""
 
 from __future__ import annotations
 

@@ -34,7 +34,8 @@ class GoodnessOfFit:
     Parameters
     ----------
     deviance : float
-        Twice the difference in log likelihood between observed proportions and fitted curve.
+        Twice the difference in log likelihood between the observed proportions and the fitted
+        curve.
     p : float
         Proportion of simulated and refitted data sets with at least this deviance.
     simulations : int
@@ -56,12 +57,12 @@ def goodness_of_fit(
     simulations: int = 1000,
     seed: int = 2001,
 ) -> GoodnessOfFit | NotComputed:
-    """Test a curve's deviance against data sets simulated from the curve and refitted.
+    """Compare a curve's deviance with the deviances of simulated and refitted data sets.
 
     With few answers per level, the deviance does not follow a chi-square distribution, so its
     distribution is simulated (Wichmann and Hill 2001, Perception & Psychophysics 63, 1293-1313). If
     an adaptive rule chose the levels, the same rule chooses the levels of each simulated data set,
-    and the simulated answers follow the curve of the posterior. With few adaptive answers, the
+    and the answers are simulated from the curve ``generating``. With few adaptive answers, the
     maximum-likelihood curve is too steep, so data simulated from it are too regular. In 80 runs of
     a 60-trial staircase, 5 had p < .05 with this method, and 9 with the maximum-likelihood curve.
     Simulation at the observed levels gave p < .05 in 21 of 100 runs.

@@ -58,12 +58,12 @@ LAPSES, WIDTHS = (0.005, 0.03, 0.1), (3.0, 1.5, 0.8)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Trials:
-    """Numbers of answers from several people, with one row per person, condition and level.
+    """Answer counts from several people, with one row per person, condition and level.
 
     Parameters
     ----------
     person, condition : int array, shape (rows,)
-        Indices, counted from 0.
+        Indices of persons and of conditions, counted from 0.
     design : array, shape (rows, coefficients)
         Design matrix of the thresholds, whose rows are equal for the same person and condition.
     u : array, shape (rows,)

@@ -2,7 +2,8 @@
 
 The posterior is computed on a grid of the parameters of `psychometric_fit`. The priors are:
 
-- threshold: uniform in its coordinate, up to one range of the levels beyond the outermost levels;
+- threshold: uniform in the curve's coordinate, from one range of the levels below the lowest level
+  to one range above the highest level;
 - slope: log-normal with standard deviation `SLOPE_SD`. For a logarithmic curve, the median is
   `USUAL_SLOPE`, which lies between 1.3 (d' proportional to the level) and 3.5 (contrast detection,
   Watson and Pelli 1983, Perception & Psychophysics 33, 113-120). For other curves, a curve with the

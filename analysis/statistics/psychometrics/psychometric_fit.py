@@ -89,7 +89,7 @@ class Model:
     guess : {"fixed", "free", "equal to lapse"}
         Whether the lower asymptote is fixed, estimated or equal to the lapse rate.
     guess_rate : float
-        Value of the lower asymptote if this asymptote is fixed.
+        Value of the lower asymptote, if it is fixed.
     largest_lapse : float
         Upper bound of the lapse rate; a bound of 0 fixes the rate at 0.
     """

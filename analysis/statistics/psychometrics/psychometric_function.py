@@ -29,7 +29,7 @@ class Method:
     guess : {"fixed", "free", "equal to lapse"}
         Whether the lower asymptote is fixed, estimated or equal to the lapse rate.
     guess_rate : float
-        Value of the lower asymptote if this asymptote is fixed.
+        Value of the lower asymptote, if it is fixed.
     """
 
     guess: Guess
@@ -126,7 +126,7 @@ class PsychometricFunction:
     slope_value : float
         Estimated slope, which is given even if the data do not determine it.
     trials, levels : int
-        Number of trials, and number of levels.
+        Numbers of trials and levels.
     """
 
     estimator: Literal["maximum likelihood", "posterior"]

@@ -1,4 +1,4 @@
-"""Compute the report's tests for thousands of simulated tables at once.
+"""Compute the tests of the report for thousands of simulated tables at once.
 
 A table has one row per participant and one column per stimulus. Unless stated otherwise, a
 function takes an array of tables, shape (tables, participants, columns), and returns one value per

@@ -54,9 +54,10 @@ class RmAnova:
         Mauchly's test of sphericity. None with two amplitudes, because sphericity then always
         holds, and with fewer participants than amplitudes, because the test is then not defined.
     shapiro_w, shapiro_p : float or None
-        Shapiro-Wilk test of the residuals' normality; None if there are too many values for SciPy.
+        Shapiro-Wilk test of the residuals' normality, or None if there are too many values for
+        SciPy.
     n, n_incomplete : int
-        Number of participants tested, and number of participants without a log estimate at some
+        Number of participants tested, and number excluded because they have no log estimate at some
         amplitude.
     amplitudes_um_pp, left_out_um_pp : tuple of float
         Amplitudes that are compared, and amplitudes that are omitted because every estimate is
@@ -123,7 +124,7 @@ class LinearTrend:
     log_slope_per_um_pp : MeanOverParticipants or NotComputed
         Change in the natural logarithm of the estimate per µm peak to peak.
     n, n_incomplete : int
-        Number of participants tested, and number of participants without a log estimate at some
+        Number of participants tested, and number excluded because they have no log estimate at some
         amplitude.
     """
 

@@ -95,9 +95,9 @@ class PairComparison:
     from_um_pp, to_um_pp : float
         The smaller and the larger amplitude in µm peak to peak.
     n, n_logs : int
-        Number of participants with an estimate at both amplitudes, and number with a logarithm at
-        both amplitudes. A participant without a value at one amplitude is still included in the
-        other pairs.
+        Number of participants with an estimate at both amplitudes, and number of those who also
+        have both logarithms. A participant without a value at one amplitude is still included in
+        the other pairs.
     logs, ranks
         Results of the t test (``n_logs`` participants) and of the Wilcoxon test (``n``
         participants).

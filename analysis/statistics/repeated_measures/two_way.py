@@ -62,7 +62,7 @@ def two_way(
 ) -> tuple[Effect, Effect, Effect] | NotComputed:
     """Test two within-participant factors, with the Greenhouse-Geisser correction.
 
-    The computation uses pingouin, whose sums of squares and epsilons agree with R if no value is
+    The test is computed by pingouin, whose sums of squares and epsilons agree with R if no value is
     missing.
 
     Parameters
@@ -73,8 +73,8 @@ def two_way(
     confidence : float
         Confidence level of the intervals for effect sizes.
     cells : str
-        Required combinations of conditions for the message, such as "every amplitude in every
-        session".
+        Description of the required values, which is used in the message, such as "every amplitude
+        in every session".
 
     Returns
     -------
