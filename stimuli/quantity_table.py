@@ -18,7 +18,7 @@ class QuantityTable(FrozenTable):
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = setting(
         PLATE_AMPLITUDE.name, "Name of the quantity, a lower-case noun such as voltage."
     )
-    unit: Text = setting(PLATE_AMPLITUDE.unit, "Unit as it is written, such as V, m/s² or N.")
+    unit: Text = setting(PLATE_AMPLITUDE.unit, "Symbol of the unit, such as V, m/s² or N.")
     convention: Literal["peak to peak", "peak", "RMS", ""] = setting(
         "peak to peak", "Convention that the unit does not contain, such as RMS; may be empty."
     )

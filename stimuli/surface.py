@@ -119,8 +119,8 @@ class VirtualSurface:
     def __post_init__(self) -> None:
         if not (math.isfinite(self.level) and self.level >= 0):
             raise UserError(
-                f"surface '{self.label}': its level is {self.level}, expected a finite number, "
-                "0 or more"
+                f"surface '{self.label}': level must be a finite number of 0 or more, "
+                f"but is {self.level}"
             )
 
     @property

@@ -30,7 +30,7 @@ def add_lab(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--lan",
         metavar="ADDRESS",
-        help="show the console at this computer's network address, with TLS and read-only",
+        help="serve the console at this network address of the computer, read-only and with TLS",
     )
     commands = parser.add_subparsers(dest="what", metavar="[init]")
     init = commands.add_parser(

@@ -168,7 +168,7 @@ def add_run(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--add-study",
         action="store_true",
-        help="add this study to a data set that already contains another one",
+        help="add this study to a data set that already contains a different study",
     )
     parser.add_argument(
         "--unblind", action="store_true", help=("show the amplitude to the operator")

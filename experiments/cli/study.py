@@ -58,22 +58,22 @@ def add_study(parser: ArgumentParser) -> Commands:
         "--participant",
         default="01",
         metavar="01",
-        help="participant label for the orders (default: 01)",
+        help="participant whose trial orders are shown (default: 01)",
     )
     show.add_argument(
         "--session",
         default="",
         metavar="01",
-        help="session label for the orders (default: the study's first session)",
+        help="session whose trial orders are shown (default: the study's first)",
     )
     show.add_argument(
-        "--run", default="01", metavar="01", help=("run number for the orders (default: 01)")
+        "--run", default="01", metavar="01", help=("run whose orders are shown (default: 01)")
     )
     show.add_argument(
         "--timeline",
         action="store_true",
-        help="print a participant's timeline instead: minutes with their spread, vibration time, "
-        "and cost",
+        help="print a participant's timeline instead of the orders: durations with their spread, "
+        "vibration time and cost",
     )
     show.add_argument(
         "--people",
@@ -106,7 +106,7 @@ def add_study(parser: ArgumentParser) -> Commands:
     validate.add_argument("study", metavar="STUDY", help=WHICH, **optional)
     texts = commands.add_parser(
         "texts",
-        help="write a file for the study's texts in another language",
+        help="write a file in which the study's text can be translated into another language",
         epilog="example: slipscale study texts matching --language de --out texts.de.toml",
     )
     texts.add_argument("study", metavar="STUDY", help=WHICH, **optional)

@@ -156,8 +156,8 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
-            f"the table has {len(before)} rows, but its journal gives {len(rows)}; the table was "
-            "left unchanged. Restore the journal, or delete the table and build again"
+            f"the table has {len(before)} rows, but only {len(rows)} are in its journal; the "
+            "table was left unchanged. Restore the journal, or delete the table and build again"
         )
     erased = sum(
         row.get(column) == MISSING and cell != MISSING

@@ -42,8 +42,8 @@ FLAGS: Mapping[str, str] = {
     PAUSED: "the operator paused the session during this trial",
     REPRESENTED: "the surface was presented and explored again before the answer",
     RESUMED: "the run was interrupted during this trial and resumed",
-    SENSOR: "the measurements cannot come from a finger (a wrong column, unit or connection), or a "
-    "tenth of the readings could not be read",
+    SENSOR: "the measurements cannot come from a finger (a wrong column, unit or connection), or "
+    "more than a tenth of the readings were unreadable",
     UNCHANGED: "the finger did not trigger the change of a transient while it explored the surface",
     DAMAGED: "a journal record of this trial, or next to it, is damaged; not to be analysed",
 }
@@ -285,7 +285,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
                 "ptb": "the key event's own time stamp",
                 "window": "when the window was notified of the key",
                 "operator": "when the operator submitted an answer that the participant "
-                "spoke: the response time includes hearing and typing",
+                "spoke: the response time includes the time taken to listen and type",
                 "simulated": "drawn by a simulated participant",
                 "scripted": "set by a script",
             },

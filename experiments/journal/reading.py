@@ -173,7 +173,7 @@ def _report_moved(chosen: list[_Line], reading: Reading) -> None:
         if length == wanted:
             wanted -= 1
         else:
-            reason = f"record {line.record.number} is out of place: moved"
+            reason = f"record {line.record.number} is not in its original position"
             reading.damage.append(Damage(line=line.place + 1, reason=reason))
 
 

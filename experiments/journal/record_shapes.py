@@ -280,7 +280,7 @@ class _Order:
 def _misshapen(record: Record) -> str:
     """Describe the error in a record, or return an empty string if the record is valid."""
     if not abs(record.time_s) <= LONGEST_S:
-        return f"the record's time is {record.time_s:g} s; expected the seconds since the run began"
+        return f"the record's time is {record.time_s:g} s; expected the time since the run began"
     shape = RECORDS.get(record.kind)
     try:
         if shape:

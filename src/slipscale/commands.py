@@ -94,7 +94,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "lab": (
             "slipscale.experiments.cli.lab",
-            "open the console of a laboratory folder (lab init makes one)",
+            "open the console of a laboratory folder (created by lab init)",
             "slipscale lab init our-lab --study matching",
         ),
         "next": (
@@ -104,7 +104,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "participants": (
             "slipscale.experiments.cli.lab",
-            "in a laboratory folder: list the participants and the next one",
+            "in a laboratory folder: list the participants and show who is next",
             "slipscale participants",
         ),
     },

@@ -130,7 +130,9 @@ class FilmState:
             disturbance = slower / np.abs(slower).max()
             if abs(found - before) < _RATE_TOLERANCE * found:
                 return found
-        raise ReynoldsDiverged("two disturbances of the film are equally slow; none is the slowest")
+        raise ReynoldsDiverged(
+            "two disturbances of the film decay equally slowly, so none is slowest"
+        )
 
     @property
     def overpressure(self) -> float:

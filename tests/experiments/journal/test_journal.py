@@ -106,7 +106,7 @@ def test_damage_in_the_middle_is_refused_with_its_line(tmp_path):
 @pytest.mark.parametrize(
     "order, line, reason",
     [
-        ((0, 2, 1, 3), 2, "record 2 is out of place: moved"),
+        ((0, 2, 1, 3), 2, "record 2 is not in its original position"),
         ((0, 1, 1, 2), 3, "record 1 is also on line 2: repeated"),
         ((0, 2, 3), 2, "expected record 1, found 2: records were removed"),
         ((1, 2, 3), 1, "expected record 0, found 1: records were removed"),

@@ -49,7 +49,7 @@ def test_a_time_that_no_session_has_is_named(records, time_s):
     """The plate's twin, gone on with there, would be computed at that time."""
     _, damage = checked([records[0], replace(records[1], time_s=time_s)])
     assert damage[0].line == 2
-    assert "expected the seconds since the run began" in damage[0].reason
+    assert "expected the time since the run began" in damage[0].reason
 
 
 def test_a_number_that_no_float_can_hold_is_damage_of_its_line(records):
