@@ -38,7 +38,7 @@ class NoPermission(PlateFault):
 
     code = "no_permission"
     remedy = (
-        "On Linux join the group that owns the port (sudo usermod -aG dialout $USER), "
+        "On Linux, join the group that owns the port (sudo usermod -aG dialout $USER), "
         "then log out and in again."
     )
 
@@ -127,9 +127,9 @@ class NotReached(PlateFault):
 
     code = "not_reached"
     remedy = (
-        "Check that the amplifier is on, and ask for less finger pressure; otherwise lower "
-        "the study's largest amplitude or recalibrate: the drive may have reached its highest "
-        "voltage."
+        "Check that the amplifier is on, and ask the participant to press less. If this does not "
+        "help, lower the study's largest amplitude or recalibrate: the drive may have reached its "
+        "highest voltage."
     )
 
     def blinded(self) -> PlateFault:

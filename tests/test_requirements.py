@@ -206,7 +206,7 @@ def test_a_port_that_may_not_be_opened_is_named_before_the_first_question(tmp_pa
     monkeypatch.setattr(os, "access", lambda path, _mode: Path(path) != port)
     words = ["--participant", "01", "--plate", f"serial:{port},q=50", "--out", str(tmp_path)]
     args = commands.load_command("run")[0].parse_args(words)
-    with pytest.raises(UserError, match=f"no permission to open {port}. On Linux join the group"):
+    with pytest.raises(UserError, match=f"no permission to open {port}. On Linux, join the group"):
         check("run", args)
 
 

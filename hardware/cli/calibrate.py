@@ -29,7 +29,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--plate",
         metavar="SPEC",
-        help=("plate to calibrate (default: the laboratory folder's plate, or else mock)"),
+        help=("plate to calibrate (default: the laboratory folder's plate, or mock)"),
     )
     source = parser.add_mutually_exclusive_group()
     source.add_argument(
@@ -67,10 +67,10 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--temperature", type=float, metavar="C", help=("temperature of the plate, in °C")
     )
     parser.add_argument(
-        "--point", default="", help="point on the plate at which amplitude was measured"
+        "--point", default="", help="point on the plate at which the amplitude was measured"
     )
     parser.add_argument(
-        "--finger", action="store_true", help="record that a finger rested on the plate"
+        "--finger", action="store_true", help="record that a finger was resting on the plate"
     )
     parser.add_argument(
         "--centre",
@@ -104,13 +104,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--voltage-convention",
         default="V peak",
         choices=["V peak", "V peak-to-peak", "V RMS"],
-        help="convention for all voltages, which are voltages at the plate (default: V peak)",
+        help="convention for all voltages, measured at the plate (default: V peak)",
     )
     parser.add_argument(
         "--amplifier-gain",
         type=float,
         metavar="G",
-        help="check that the plate's SPEC has this gain; set the gain itself in the SPEC "
+        help="check that the plate's SPEC sets this gain; this option does not set it "
         "(scpi:RESOURCE,gain=G)",
     )
     parser.add_argument(
@@ -142,7 +142,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--steps",
         action="store_true",
-        help="print each reading (Hz, V, µm peak to peak) on a line of standard error; with "
+        help="print each reading (Hz, V, µm peak to peak) as a line to standard error; with "
         "--prompt, also print each question (Hz, V, question mark)",
     )
     parser.set_defaults(of_folder=without_calibration)

@@ -65,7 +65,7 @@ class Bench:
         while not any(map(wire.parse_reply, self.answers_to(self.frame("*IDN?")))):
             if self._clock.now() > end_s:
                 raise Departure(
-                    "no answer to *IDN?, expected at most 2.5 s after the port was opened"
+                    "no answer to *IDN?; expected an answer within 2.5 s of opening the port"
                 )
         self.ask("*RST")
         unit = self.run("UNIT?")
