@@ -133,7 +133,6 @@ def compare_conditions(args: Namespace, study: Study) -> int:
 
 
 def _show(table: Sequence[Sequence[str]], sentences: Sequence[str]) -> None:
-    """Print a table and sentences below it."""
     from rich import box  # noqa: PLC0415 - `slipscale --help` stays instant
     from rich.console import Console  # noqa: PLC0415
     from rich.table import Table  # noqa: PLC0415

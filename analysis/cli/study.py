@@ -1,4 +1,4 @@
-"""Implement ``slipscale study freeze``, and add it to the other actions on studies."""
+"""Implement ``slipscale study freeze``, and add it to the other ``slipscale study`` actions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def add_study(parser: ArgumentParser) -> None:
         "--power",
         type=Path,
         metavar="DIR",
-        help="include a power analysis: folder that slipscale power --out has written",
+        help="include a power analysis: the folder written by slipscale power --out",
     )
     freeze.add_argument(
         "--compute-power",
@@ -97,7 +97,7 @@ def _freeze(args: Namespace) -> int:
 
 
 def _compute_power(args: Namespace, folder: Path) -> None:
-    """Compute power for numbers of participants around the planned one, as `slipscale power`."""
+    """Compute power for sample sizes around the planned one, as in ``slipscale power``."""
     from slipscale.analysis.cli.power import add_power, run_power  # noqa: PLC0415
     from slipscale.analysis.planning.power.grid import FEWEST_PARTICIPANTS  # noqa: PLC0415
     from slipscale.experiments.study.file import read_study  # noqa: PLC0415

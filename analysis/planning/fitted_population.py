@@ -1,9 +1,9 @@
 """Fit a simulated population to a data set; parameters that cannot be fitted keep their defaults.
 
 Estimates are normalised to 0-100 as in the analysis. At each amplitude, the mid-ranks of the
-estimates are converted to standard normal deviates. The variance of the deviates is divided into
-the components of the model: trials, and people's intercepts and exponents. The correlation between
-deviates at distant amplitudes separates intercepts from exponents.
+estimates are converted to standard normal deviates. The variance of the deviates is partitioned
+into the model's components: trials, people's intercepts and people's exponents. The correlation
+between deviates at distant amplitudes separates intercepts from exponents.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class FittedPopulation:
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """One line per fitted parameter, and a line with the assumed parameters."""
+        """One line per fitted parameter, and one line with all assumed parameters."""
         values = self.population.model_dump()
         lines = [
             f"fitted   {name} = {_shown(_value(values, name))}, from {source}"

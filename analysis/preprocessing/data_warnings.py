@@ -89,7 +89,7 @@ def nothing(data: Dataset, kinds: Sequence[TaskTrials]) -> str:
 
 
 def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
-    """Report limits due to few participants or amplitudes, only zeros, or missing estimates."""
+    """Report limitations: few participants or amplitudes, only zeros, or missing estimates."""
     notes = []
     participants, amplitudes = cells.shape
     if not participants:

@@ -1,9 +1,9 @@
 """Normalise estimates to a common scale, using named rules.
 
 The paper states only that estimates "were multiplied in order to bring them to 100" (Section IV-B).
-This statement has several interpretations, which docs/how-to/your-data.md compares. Every rule
-except ``modulus_equalisation`` divides by a positive number, so zeros remain zeros and the
-exponents of participants' power functions do not change.
+This statement can be interpreted in several ways, which are compared in docs/how-to/your-data.md.
+Every rule except ``modulus_equalisation`` divides by a positive number, so zeros remain zeros and
+the exponents of participants' power functions do not change.
 """
 
 from __future__ import annotations
@@ -170,14 +170,16 @@ RULES: dict[str, Rule] = {
         "the group's geometric means do not change",
         zeros="remain zero; they are excluded from the mean logarithms",
         table3="cannot be decided from the table, which gives no geometric means",
-        source="Lane, Catania and Stevens (1961), J Acoust Soc Am 33, 160-167",
+        source="Lane, Catania and Stevens (1961), Journal of the Acoustical Society of America "
+        "33, 160-167",
         unit="equalised modulus",
     ),
     "standard_referenced": Rule(
         divisor=lambda trials: trials["modulus"],
         formula="each estimate divided by the number given to the standard, times 100",
         table3="not the paper's procedure: the paper mentions no standard",
-        source="Stevens (1956), Am J Psychol 69, 1-25; ASTM E1697, external modulus",
+        source="Stevens (1956), American Journal of Psychology 69, 1-25; ASTM E1697, external "
+        "modulus",
         needs="a number above 0 for the standard in every trial (column modulus)",
         unit="% of the standard",
     ),

@@ -70,7 +70,7 @@ def freeze(wanted: Wanted, when: datetime) -> tuple[Manifest, dict[str, bytes]]:
     ----------
     wanted : Wanted
     when : datetime
-        Current time, with time zone.
+        Current time, including the time zone.
 
     Raises
     ------
@@ -149,7 +149,6 @@ def _listed(files: dict[str, tuple[bytes, Role, str]]) -> tuple[FrozenFile, ...]
 
 
 def _folder_of(study_name: str) -> Path | None:
-    """Return the folder of a study file; None for a shipped study."""
     path = Path(study_name)
     return path.parent if path.is_file() else None
 

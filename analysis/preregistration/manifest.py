@@ -29,8 +29,9 @@ class Manifest(FrozenTable):
     """The manifest of a frozen plan.
 
     ``normalisation`` is the rule that `analyse` uses for simulated data from the study; ``tests``
-    lists the fields of `slipscale.analysis.statistics.statistic.Inference` that then have a result.
-    ``digest`` is the SHA-256 of all other fields, which contain the SHA-256 of every file.
+    lists the fields of `slipscale.analysis.statistics.statistic.Inference` that have a result for
+    these data. ``digest`` is the SHA-256 of all other fields, which contain the SHA-256 of every
+    file.
     """
 
     format: Literal[1] = FORMAT

@@ -1,8 +1,8 @@
 """Find the files that a study file refers to.
 
-A string in the study file counts as a file name if the file exists, so new study keys need no
-change in this module. TOML files found this way are also searched, because a plate file names its
-calibration.
+A string in the study file is treated as a file name if such a file exists, so new study keys need
+no change in this module. TOML files found this way are also searched, because a plate file names
+its calibration.
 """
 
 from __future__ import annotations

@@ -149,7 +149,7 @@ def _power(plan: Manifest, contents: Mapping[str, bytes]) -> list[html.ReportSec
 
 
 def _remarks(power: dict[str, Any], participants: int) -> list[str]:
-    """Return remarks on the power with the planned number of participants."""
+    """Return remarks on the power for the planned number of participants."""
     planned = [
         each for each in power.get("conditions", []) if each.get("participants") == participants
     ]

@@ -83,7 +83,7 @@ def _measured(study: Study) -> str:
 
 
 def _families(analysis: Analysis) -> tuple[str, str]:
-    """Return the names of the primary and of all other families of tests."""
+    """Return the names of the primary test family and of all other test families."""
     choices = analysis.dataset.choices
     found = multiplicity(
         analysis.inference, choices.primary, choices.confidence, analysis.dataset.quantity

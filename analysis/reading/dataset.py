@@ -30,7 +30,7 @@ class Dataset:
     estimates : DataFrame
         Trials of magnitude estimation: ``participant_id session run trial amplitude_um_pp estimate
         response_time scale_top modulus flag timed_out faulty``, one row per answered main trial, in
-        order of presentation. The table is empty without magnitude estimation.
+        order of presentation. The table is empty if the data contain no magnitude estimates.
     answers : DataFrame
         Main trials of magnitude estimation that were not voided, including unanswered trials,
         for assessing data quality.

@@ -122,9 +122,9 @@ def of_one_label(
     Parameters
     ----------
     tasks : Mapping
-        Task label -> tables.
+        Tables, keyed by task label.
     wanted : str or None
-        The requested label, if the label is of this kind.
+        The requested label, if it belongs to this kind of task.
     """
     usual = kind.label if kind.label in tasks else min(tasks, default=kind.label)
     label = wanted if wanted is not None and wanted in tasks else usual
@@ -200,7 +200,7 @@ def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
 def read_others(
     others: Mapping[str, Entries], folder: Path, problems: Problems, counts: dict[str, int]
 ) -> tuple[dict[str, pd.DataFrame], list[Source]]:
-    """Read the main trials of tasks without a Slipscale analysis; return them by label.
+    """Read main trials of tasks that Slipscale cannot analyse; return tables keyed by label.
 
     The tables contain all columns of the files (with numbers parsed), and the columns
     ``participant_id session task run``, which are taken from the file names. Unanswered trials are

@@ -223,7 +223,7 @@ class TableMapping(FrozenTable):
 
     @property
     def quantity(self) -> Quantity:
-        """Quantity that was presented and judged."""
+        """Quantity of the stimuli, with its name, unit and judged attribute."""
         name = self.stimulus.name or _words(self.columns.stimulus or "stimulus")
         judged = self.stimulus.judged or _words(self.columns.response or UNNAMED)
         unit = self.stimulus.in_unit or self.stimulus.unit

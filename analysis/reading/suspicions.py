@@ -109,5 +109,5 @@ def notes_on_answers(
 
 
 def _alike(own: tuple[tuple[float, float], ...]) -> bool:
-    """Return whether answers vary enough that equality by chance is unlikely."""
+    """Return whether answers are numerous and varied enough that a chance match is unlikely."""
     return len(own) >= FEWEST_ALIKE and len({answer for _, answer in own}) >= FEWEST_VALUES

@@ -47,7 +47,7 @@ class Spread:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conclusion:
-    """A conclusion, and the proportion of all studies in which it holds.
+    """A conclusion, and the proportion of studies in which it holds.
 
     Parameters
     ----------
@@ -55,8 +55,8 @@ class Conclusion:
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
-        Proportion of studies in which the conclusion holds. Conclusions do not hold in studies that
-        could not be analysed.
+        Proportion of studies in which the conclusion holds. Studies that could not be analysed
+        count as studies in which it does not hold.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Plot many simulated studies: cells of Table III, curves as in Fig. 15, other results."""
+"""Plot results across simulated studies: Table III cells, Fig. 15 curves, and other results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ COLUMNS = 3
 
 @styled
 def cells_figure(found: Distribution) -> Figure:
-    """Plot each cell of Table III: median, 5 % and 95 % quantiles across studies."""
+    """Plot the median and the 5 % and 95 % quantiles across studies for each Table III cell."""
     figure, panels = canvas(1, len(STATISTICS), size=(7.8, 3.4))
     amplitudes = np.array(found.amplitudes_um_pp)
     for axes, (statistic, title) in zip(panels, STATISTICS.items(), strict=True):

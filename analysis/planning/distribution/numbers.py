@@ -54,8 +54,8 @@ class Findings:
         Available numeric results, keyed by name (such as ``table3.0.5.mean`` or
         ``power_law.exponent``).
     conclusions : Mapping
-        Whether each conclusion holds (a significant p-value, or a true statement), keyed by name,
-        such as ``friedman.p``.
+        Whether each conclusion holds (a p-value is significant, or a statement is true), keyed by
+        name (such as ``friedman.p``).
     """
 
     numbers: Mapping[str, float] = field(default_factory=dict)

@@ -1,1 +1,1 @@
-"""Estimate the power of tests for differences between amplitudes, by simulation."""
+"""Simulate studies to estimate the power of tests for differences between amplitudes."""

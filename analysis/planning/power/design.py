@@ -35,9 +35,9 @@ class Design:
     name : str
         Name of the study.
     task : Task
-        Its magnitude-estimation task.
+        The study's magnitude-estimation task.
     steps : StepTask or None
-        Its descending difference task.
+        The study's descending difference task.
     declared : bool
         Whether participants state the maximum of their scale.
     choices : AnalysisChoices

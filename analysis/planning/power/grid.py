@@ -34,7 +34,8 @@ class Condition:
     lapses, dropout : float
         Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
-        Exponent of the mean sensation above 0 µm. A value of 0 keeps the population's curve.
+        Exponent of the power function for the mean sensation above 0 µm. If 0, the population's
+        curve is used.
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
@@ -207,5 +208,5 @@ def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
 
 
 def without_its_effect(condition: Condition) -> Condition:
-    """Return a copy of a condition without effect, for its false-alarm rate."""
+    """Return a copy of a condition with the effect removed, to estimate its false-alarm rate."""
     return replace(condition, effect=0.0, exponent=0.0)

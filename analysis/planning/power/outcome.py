@@ -22,7 +22,7 @@ class Share:
     ----------
     value : float
     low, high : float
-        95 % interval (Wilson, 1927, J Am Stat Assoc 22, 209-212).
+        95 % interval (Wilson, 1927, Journal of the American Statistical Association 22, 209-212).
     studies : int
     """
 

@@ -2,8 +2,8 @@
 
 The method is alpha spending (Lan and DeMets, 1983, Biometrika 70, 659-663), with the spending
 functions for O'Brien-Fleming and Pocock boundaries. The levels follow from the recursive
-integration of Armitage, McPherson and Rowe (1969, J R Stat Soc A 132, 235-244), computed by Gauss
-quadrature between the boundaries.
+integration of Armitage, McPherson and Rowe (1969, Journal of the Royal Statistical Society A 132,
+235-244), computed by Gauss quadrature between the boundaries.
 """
 
 from __future__ import annotations

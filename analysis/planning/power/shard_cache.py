@@ -20,12 +20,12 @@ MARK = "slipscale-power.json"
 
 
 class ShardCache:
-    """Folder of finished shards.
+    """Cache of finished shards in a folder.
 
     Parameters
     ----------
     folder : Path
-        Folder of the cache; created if it does not exist.
+        Cache folder, which is created if it does not exist.
 
     Raises
     ------

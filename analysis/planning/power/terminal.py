@@ -114,7 +114,8 @@ def _of_factors(design: Design) -> list[str]:
         )
     else:
         lines.append(
-            "To add the mixed model's changes, list factors in tests of [analysis] (slow)."
+            "To add changes estimated by the mixed model (slow), list factors under tests in the "
+            "[analysis] table."
         )
     differing = dict(design.population.effect_sds)
     if same := [name for name in known if name not in differing]:
@@ -139,7 +140,7 @@ def _width(row: Row) -> str:
 
 
 def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
-    """Return one sentence per conclusion from the table."""
+    """Summarise the table in sentences, one per conclusion."""
     lines = []
     others = [axis for axis in varying(found) if axis != "participants"]
     for condition, size in fewest(found, target).items():

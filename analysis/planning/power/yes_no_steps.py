@@ -34,7 +34,7 @@ class StepTask:
     descent_um_pp : tuple of float
         Amplitudes in a series, descending.
     series, catch_steps : int
-        Number of series, and of steps without a change in each.
+        Number of series, and number of catch steps (without a change) in each series.
     trials_before, trials_after : int
         Number of trials in the run's other tasks, before and after this task.
     """

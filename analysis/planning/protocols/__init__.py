@@ -1,1 +1,1 @@
-"""Estimate the precision and power of studies with any protocol, by simulation."""
+"""Simulate studies with any protocol to estimate their precision and power."""

@@ -75,7 +75,8 @@ def condition_power(
     Parameters
     ----------
     studies : int
-        Number of simulated studies; smaller sizes use the first participants of the largest size.
+        Number of simulated studies. Smaller sample sizes use the first participants of the largest
+        sample.
 
     Raises
     ------

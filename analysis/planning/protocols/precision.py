@@ -2,9 +2,9 @@
 
 Precision is the half-width of the group's confidence interval in % of the estimate. The estimate is
 the mean of participants' exponents, or the geometric mean of their thresholds, computed as in
-`analyse`. For comparisons with a standard, the threshold is half the distance between the 25 and 75
-% points. Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`; in
-all other protocols, simulated people answer step by step.
+`analyse`. For comparisons with a standard, the threshold is half the distance between the 25 % and
+75 % points. Magnitude estimation is simulated by `slipscale.analysis.planning.simulated.estimates`;
+in all other protocols, simulated people answer step by step.
 """
 
 from __future__ import annotations
@@ -85,7 +85,8 @@ def protocol_precision(
     Parameters
     ----------
     studies : int
-        Number of simulated studies; smaller sizes use the first participants of the largest size.
+        Number of simulated studies. Smaller sample sizes use the first participants of the largest
+        sample.
     """
     largest = max(sizes)
     if study.marks is None:

@@ -1,1 +1,1 @@
-"""Simulate and test many magnitude-estimation studies at once, as arrays."""
+"""Simulate and test many magnitude-estimation studies at once, with array operations."""

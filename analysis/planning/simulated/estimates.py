@@ -1,4 +1,4 @@
-"""Simulate magnitude estimation in thousands of studies, as whole arrays.
+"""Simulate magnitude estimation in thousands of studies at once, with array operations.
 
 The model is the same as in `slipscale.experiments.participants.simulated_people.respondent`; a test
 compares the two implementations. Pilots need simulated people who answer one trial at a time and
@@ -277,7 +277,7 @@ class _People:
         self.past = self.past.after_contact(contact_s)
 
     def _own(self, purpose: str) -> Array:
-        """Draw one standard normal deviate per participant for a purpose, and reuse it."""
+        """Return one standard normal deviate per participant, drawn once for each purpose."""
         if purpose not in self.deviates:
             self.deviates[purpose] = self.rng.normal(size=self.shape)
         return self.deviates[purpose]
