@@ -38,6 +38,8 @@ if TYPE_CHECKING:
 STIMULUS, RESPONSE = ESTIMATION.required
 REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
 GROUP = "group"
+#: Label of the task in a table of answers.
+ANSWERS = "answers"
 #: Column in a mapping -> column in Slipscale's tables.
 OURS = {
     "participant": PARTICIPANT,
@@ -330,7 +332,7 @@ def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFra
         level = told_apart((level - standard).abs(), quantity)
     answered = steps["difference_felt"].notna() & level.notna()
     return steps.assign(
-        task="answers",
+        task=ANSWERS,
         method=method,
         catch=False,
         track=np.nan,

@@ -1,7 +1,8 @@
 """Format task names for the report, including the label and the condition.
 
 A task is identified by its label in file names, followed by ``_factor-level`` for each factor of
-the study. The label is omitted if an installed protocol's name begins with the same letters.
+the study. The label is omitted if an installed protocol's name begins with the same letters, or if the task
+is a table of answers from another laboratory.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import re
 from functools import cache
 
+from slipscale.analysis.reading.foreign import ANSWERS
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.experiments.protocol_parts.registry import protocol_names
 
@@ -21,11 +23,11 @@ def task_name(title: str, task: str) -> str:
 
     >>> task_name("Category scale", "categoryscale_frequency_hz-20_hand-left")
     'Category scale, frequency 20 Hz, hand left'
-    >>> task_name("Triads", "triads")
-    'Triads (triads)'
+    >>> task_name("Triads", "triads"), task_name("Matching", "my_table")
+    ('Triads (triads)', 'Matching (my_table)')
     """
-    label, _, conditions = task.partition("_")
-    usual = any(name.startswith(label) for name in _protocols())
+    label, _, conditions = task.partition("_") if "-" in task else (task, "", "")
+    usual = label == ANSWERS or any(name.startswith(label) for name in _protocols())
     named = title if usual else f"{title} ({label})"
     levels = CONDITION.findall(f"_{conditions}")
     in_words = (f"{factor_name(factor)} {factor_level(factor, level)}" for factor, level in levels)
