@@ -1,8 +1,8 @@
 """Format task names for the report, including the label and the condition.
 
 A task is identified by its label in file names, followed by ``_factor-level`` for each factor of
-the study. The label is omitted if an installed protocol's name begins with the same letters, or if the task
-is a table of answers from another laboratory.
+the study. The label is omitted if an installed protocol's name begins with the same letters, or if
+the task is a table of answers from another laboratory.
 """
 
 from __future__ import annotations
