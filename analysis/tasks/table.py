@@ -68,7 +68,7 @@ def conclude(
     bayesian: bool = False,
     kinds: Sequence[TaskAnalysis] | None = None,
 ) -> Inference:
-    """Compute all mandatory statistics and the statistics chosen in the study file.
+    """Compute all mandatory statistics, and the optional statistics selected in the study file.
 
     Parameters
     ----------

@@ -36,7 +36,7 @@ class VerbalReports:
         Counts of reports and of wordings by category, in the order of the code book. A report may
         belong to several categories.
     meaning : Mapping
-        Number of reports for each meaning for slipperiness.
+        Number of reports with each meaning for slipperiness.
     """
 
     codebook: str

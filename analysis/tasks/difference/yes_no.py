@@ -172,7 +172,7 @@ class DescendingDifference:
     weber : PsychometricCurve or NotComputed
         Proportion of "yes" answers as a function of the step's Weber fraction.
     thresholds : Mapping
-        Threshold by participant, halfway between the rates of "yes" to catch steps and to the
+        Threshold of each participant, halfway between the "yes" rates for catch steps and for the
         largest steps. NotComputed for participants with fewer than `TRIALS_FOR_OWN` answers.
     participants : int
         Number of participants who answered.

@@ -44,7 +44,6 @@ def estimates(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 
 def _geometric(analysis: Analysis) -> Markup:
-    """Return the table of geometric means and their intervals."""
     quantity, level = analysis.dataset.quantity, 100 * analysis.dataset.choices.confidence
     return html.table(
         html.columns(

@@ -265,7 +265,6 @@ def _all_pairs(
     confidence: float,
     quantity: Quantity,
 ) -> str:
-    """Return a sentence on the tests of all pairs."""
     doubtful = [row for row in rows if not reliable(row[1], confidence)]
     counts = sorted({n for _, _, n in rows})
     people = f"n = {counts[0]}" + (f" to {counts[-1]}" if len(counts) > 1 else "")

@@ -51,11 +51,11 @@ class NormalisationUsed:
     rule : str or None
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`; None without estimates.
     zero_rule : str
-        Rule that handles estimates of zero before logarithms are taken.
+        Rule for estimates of zero, applied before logarithms are computed.
     zeros : int
         Number of estimates that are zero.
     standard_deviation : {"sample", "population"}
-        Convention of the standard deviation in the report's Table III.
+        Convention for the standard deviation in the report's Table III.
     """
 
     rule: str | None

@@ -29,7 +29,7 @@ def describe(
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. Every rule divides all
         estimates of a run by the same number.
     standard_deviation : {"sample", "population"}
-        Convention of the standard deviation, which divides by n - 1 or by n.
+        Convention for the standard deviation: division by n - 1 (sample) or by n (population).
 
     Returns
     -------

@@ -48,12 +48,12 @@ class OwnExponentAndWeber:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ExponentAndWeber:
-    """A comparison of exponent and Weber fraction for participants with both values.
+    """Comparison of exponent and Weber fraction across participants who have both.
 
     Parameters
     ----------
     task : str
-        Label of the task that gives the Weber fraction.
+        Label of the task from which the Weber fraction is estimated.
     standard_um_pp : float
         Amplitude of the standard, µm peak to peak.
     participants : tuple of OwnExponentAndWeber

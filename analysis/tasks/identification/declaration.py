@@ -64,7 +64,6 @@ def _doubts(task: TaskIdentification, _confidence: float, _quantity: Quantity) -
 def _blocks(
     task: TaskIdentification, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table for one task."""
     own = fold(
         task.mean_information_bits,
         lambda mean: f"{number(mean.mean)} bits, {level:g} % CI {bracketed(mean.interval, number)}",

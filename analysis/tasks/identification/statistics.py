@@ -6,9 +6,9 @@ without error.
 
 Information is overestimated if there are few trials. The first-order Miller-Madow correction
 (Miller 1955, in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to
-each entropy. A corrected value does not exceed the information in the presented surfaces. The
-report contains a note if participants have fewer than five trials per cell of the confusion matrix
-on average.
+each entropy. Corrected values are limited to the information in the presented surfaces. The report
+contains a note if participants have fewer than five trials per cell of the confusion matrix on
+average.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ ITEMS = ("presented", "named")
 
 
 def _known(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return trials with the column ``right``, NaN if a surface or an answer is missing."""
+    """Add the column ``right``, which is NaN if a surface or an answer is missing."""
     whole = (frame["presented"] != "") & (frame["named"] != "")
     right = (frame["presented"] == frame["named"]).astype(float)
     return frame.assign(**{name: frame[name].map(plain) for name in ITEMS}).assign(

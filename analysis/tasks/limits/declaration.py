@@ -67,7 +67,6 @@ def _remarks(task: TaskLimits, confidence: float, quantity: Quantity) -> list[st
 def _blocks(
     task: TaskLimits, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table for one task."""
     rows = [
         [
             each.participant,

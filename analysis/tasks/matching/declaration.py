@@ -50,7 +50,6 @@ def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
 
 
 def _answer(found: MatchedReference, confidence: float, quantity: Quantity) -> str:
-    """Return a sentence on the matches to one reference."""
     written = measured(quantity)
     named = task_name("Matching", found.task)
     lead = "" if named == "Matching" else f"{named}: "

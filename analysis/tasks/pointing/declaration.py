@@ -93,7 +93,6 @@ def _gain(task: TaskPointing, confidence: float) -> list[str]:
 
 
 def _remarks(task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
-    """Return sentences on regressions and on omitted cells."""
     sentences = []
     for each in task.conditions:
         sentences.append(
@@ -113,7 +112,6 @@ def _remarks(task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
 def _blocks(
     task: TaskPointing, svgs: Mapping[str, str], level: float, _quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table for one task."""
     rows = [
         [
             each.feedback,
@@ -144,7 +142,6 @@ def _blocks(
 
 
 def _rows(task: TaskPointing) -> list[JsonObject]:
-    """Return table rows, one per participant and condition."""
     return [
         row
         for each in task.conditions

@@ -73,7 +73,7 @@ MeanOrReason = MeanOverParticipants | NotComputed
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """A participant's movements with one distance and width.
+    """Movements of one participant with the same distance and width.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def _condition(feedback: str, rows: pd.DataFrame, confidence: float) -> Feedback
 
 
 def _person(who: str, rows: pd.DataFrame) -> tuple[PersonPointing, int]:
-    """Return the results of a participant, and the number of omitted distance-width cells."""
+    """Return one participant's results, and the number of omitted cells."""
     cells, left_out = [], 0
     for _, own in rows.groupby(["distance_mm", "width_mm"], sort=True):
         width = WIDTH_IN_SD * float(np.std(own["moved_mm"], ddof=1)) if len(own) > 1 else 0.0

@@ -41,7 +41,6 @@ def _title(found: TaskProductions) -> str:
 
 
 def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> str:
-    """Return a sentence on the exponent of production."""
     what = (
         f"{_title(found)}, {counted(found.answers, 'production', 'productions')} by "
         f"{counted(found.participants, 'participant', 'participants')}, with a standard of "
@@ -69,7 +68,6 @@ def _answer(found: TaskProductions, confidence: float, quantity: Quantity) -> st
 
 
 def _both(found: BothExponents, confidence: float) -> str:
-    """Return a sentence that compares production with estimation."""
     low, high = found.ratio_interval
     differs = (
         "which is not a reliable difference"
@@ -89,7 +87,6 @@ def _both(found: BothExponents, confidence: float) -> str:
 
 
 def _answers(found: TaskProductions, confidence: float, quantity: Quantity) -> list[str]:
-    """Return sentences on the exponent and its comparison with estimation."""
     texts = [_answer(found, confidence, quantity)]
     if found.both:
         texts.append(_both(found.both, confidence))
@@ -127,7 +124,6 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
 def _blocks(
     task: TaskProductions, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the tables for one task."""
     levels = quantity.levels
     return [
         *html.figure_if_drawn(

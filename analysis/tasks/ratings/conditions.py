@@ -93,7 +93,6 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
 
 
 def _sentences(analysis: Analysis) -> list[str]:
-    """Return one sentence per task and factor."""
     confidence = analysis.dataset.choices.confidence
     return [
         f"{task_name('Ratings', each.task)}, {factor_name(each.factor)}: {'; '.join(parts)}."

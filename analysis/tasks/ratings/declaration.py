@@ -62,7 +62,6 @@ def _answer(found: TaskRatings, quantity: Quantity) -> str:
 
 
 def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
-    """Return sentences on the tests of ratings."""
     texts = []
     friedman, trend = found.friedman, found.page_trend
     if isinstance(friedman, NotComputed):
@@ -123,7 +122,6 @@ def _biases(found: TaskRatings, confidence: float) -> list[str]:
 def _blocks(
     task: TaskRatings, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the tables for one task."""
     return [
         *html.figure_if_drawn(
             svgs,

@@ -64,7 +64,6 @@ def _ratios(found: TaskRatios, confidence: float, quantity: Quantity) -> str:
 def _blocks(
     task: TaskRatios, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table for one task."""
     return [
         *html.figure_if_drawn(
             svgs,

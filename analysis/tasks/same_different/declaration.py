@@ -41,7 +41,6 @@ def _pair(pair: PairSensitivity, quantity: Quantity) -> str:
 
 
 def _answer(task: TaskPairs, quantity: Quantity) -> str:
-    """Return a sentence with d' of each pair."""
     pairs = [f"{number(each.d_prime)} ({_pair(each, quantity)})" for each in task.pairs]
     return (
         f"{_named(task)}, {counted(task.answers, 'answer', 'answers')} from "
@@ -53,7 +52,6 @@ def _answer(task: TaskPairs, quantity: Quantity) -> str:
 def _blocks(
     task: TaskPairs, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the table for one task."""
     rows = [
         [
             _pair(each, quantity),

@@ -88,7 +88,6 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
 def _blocks(
     task: TaskScale, svgs: Mapping[str, str], level: float, quantity: Quantity
 ) -> list[Markup]:
-    """Return the figure and the tables for one task."""
     values = bool(task.consistency) or computed(task.differences) is not None
     return [
         *html.figure_if_drawn(
@@ -157,7 +156,6 @@ def _counts(found: Consistency) -> list[str]:
 
 
 def _rows(task: TaskScale) -> list[JsonObject]:
-    """Return table rows, one per model and surface."""
     rows: list[JsonObject] = []
     for name, chosen, compared in zip(task.surfaces, task.chosen, task.compared, strict=False):
         share = {"value": chosen / compared if compared else None}

@@ -85,7 +85,7 @@ def difference_scale(
     second_larger : array_like of bool, shape (trials,)
         Whether the difference between c and d was judged to be larger.
     simulations : int
-        Number of data sets simulated from the fit and refitted.
+        Number of data sets that are simulated from the fit and fitted again.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def difference_scale(
     if surfaces.ndim != 2 or surfaces.shape[1] != 4 or len(surfaces) != len(larger):  # noqa: PLR2004
         raise UserError("quadruples: expected four surfaces and one answer per trial")
     if len(surfaces) and surfaces.min() < 0:
-        raise UserError("quadruples: surfaces are counted from 0")
+        raise UserError("quadruples: ranks of surfaces must be 0 or greater")
     count = int(surfaces.max(initial=0)) + 1
     if count < FEWEST:
         return NotComputed(few("surfaces", count))
@@ -151,7 +151,7 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 
 
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
-    """Fit the scale values of several data sets by Fisher scoring, shape (sets, surfaces).
+    """Fit scale values to several data sets by Fisher scoring; return shape (sets, surfaces).
 
     The likelihood has at most one maximum. Without a maximum, scale values grow beyond `LARGEST`.
 

@@ -132,7 +132,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
 
     if connected_components(pooled, directed=False)[0] > 1:
         return NotComputed(
-            "some surfaces were never compared, directly or indirectly, with the rest"
+            "some surfaces were never compared, directly or indirectly, with the others"
         )
     curve, log_density_slope = MODELS[model]
     trials, values = pooled + pooled.T, np.zeros(len(pooled))
@@ -156,7 +156,7 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         if longest < PRECISION:
             return _Fit(values, p, relative, covariance)
         values = values + step / max(longest, 1.0)
-    return NotComputed(f"the scale did not converge in {ITERATIONS} steps")
+    return NotComputed(f"the scale did not converge after {ITERATIONS} iterations")
 
 
 def _scale(model: Model, counts: Array, confidence: float) -> ComparisonScale | NotComputed:

@@ -137,7 +137,6 @@ def _answers(axes: Axes, rows: pd.DataFrame, quantity: Quantity, *, logarithmic:
 
 
 def _thresholds(axes: Axes, found: TaskThresholds, quantity: Quantity) -> None:
-    """Draw individual thresholds and the population threshold, with intervals."""
     people = [each for each in found.participants if each.function]
     for place, each in enumerate(people):
         if not each.function:

@@ -279,7 +279,6 @@ def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
 
 
 def _crossed(rows: pd.DataFrame) -> list[str]:
-    """Return the columns that contain study factors."""
     return [name for name in rows.columns if str(name).startswith(FACTOR)]
 
 

@@ -101,7 +101,6 @@ def _read(
     problems: Problems,
     counts: dict[str, int],
 ) -> tuple[pd.DataFrame, list[Source]]:
-    """Read the trials of tables with the same format."""
     level = marks[0]
     third = f"{INTERVAL}3_surface"
     factors = factors_of(folder)

@@ -5,7 +5,7 @@ recorded answers of each track are replayed with the rule in the study file. Thi
 reversals of the session, even if a trial was taken back. Tracks are separate for each condition,
 session and run. Tracks with fewer reversals than requested are omitted and counted.
 
-A participant's value is the mean across tracks, or the geometric mean on a logarithmic scale. The
+A participant's value is the mean across tracks (the geometric mean on a logarithmic scale). The
 value estimates the level at which steps up and down balance (`UpDown.target`), not the midpoint of
 the fitted curve.
 """
@@ -68,7 +68,7 @@ class Reversals:
     last : int
         Number of reversals per track.
     proportion : float
-        Proportion correct at which steps up and down balance.
+        Proportion of correct answers at which steps up and down balance.
     conditions : tuple of ConditionReversals
     """
 

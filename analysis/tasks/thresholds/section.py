@@ -72,7 +72,6 @@ def blocks(
 
 
 def _range(task: TaskThresholds, quantity: Quantity) -> str:
-    """Describe the range and the median of participants' thresholds."""
     found = [each.function.threshold_um_pp.value for each in task.participants if each.function]
     if not found:
         return "Individual participants"
@@ -81,7 +80,6 @@ def _range(task: TaskThresholds, quantity: Quantity) -> str:
 
 
 def _factors(task: TaskThresholds, quantity: Quantity) -> list[Markup]:
-    """Return tables of thresholds by group, session and condition."""
     if isinstance(task.population, NotComputed):
         return []
     tables = []

@@ -34,7 +34,10 @@ MEANT = {
 }
 
 #: Explanation of misfits if there are several sessions or conditions.
-POOLED = ", because each curve pools all sessions and conditions, whose differences count as misfit"
+POOLED = (
+    ", because each curve pools all sessions and conditions, and differences between them count as "
+    "misfit"
+)
 
 
 def title(found: TaskThresholds, quantity: Quantity) -> str:
@@ -104,8 +107,6 @@ def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
 
 
 def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
-    """Return a sentence on the means of reversals in all conditions."""
-
     def mean(each: ConditionReversals) -> str:
         n = sum(np.isfinite(person.mean_um_pp) for person in each.people)
         value = fold(
@@ -130,7 +131,6 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
 
 
 def _friction(found: FrictionThreshold, method: str, confidence: float, quantity: Quantity) -> str:
-    """Return a sentence on the threshold in measured friction."""
     by = "means per participant and level" if found.averaged else "single trials"
     more = f"half of the answers are “{quantity.more}”"
     text = (

@@ -102,7 +102,7 @@ class ConditionMeans:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TwoWay:
-    """The analysis of variance of a factor and the level.
+    """Analysis of variance by factor and level.
 
     Parameters
     ----------

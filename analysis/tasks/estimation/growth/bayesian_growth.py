@@ -102,11 +102,11 @@ class BayesianGrowth:
         ``spread_ratio`` is the spread of the residuals at the largest stimulus relative to the
         smallest.
     r_hat : float
-        Largest potential scale reduction of any parameter.
+        Largest potential scale reduction factor of any parameter.
     effective_draws : int
         Smallest effective sample size of any parameter.
     divergences : int
-        Number of divergences of the sampler.
+        Number of divergent transitions.
     n, trials : int
         Number of participants, and number of trials with a stimulus above 0.
     """
@@ -219,7 +219,6 @@ def _summary(trials: Trials, draws: Draws, confidence: float) -> BayesianGrowth:
 
 
 def _least_squares(trials: Trials) -> Array:
-    """Return the least-squares exponent of each participant."""
     slopes = [
         fit_lines(trials.log_x[trials.who == i], trials.log_y[trials.who == i]).slope
         for i in range(len(trials.names))

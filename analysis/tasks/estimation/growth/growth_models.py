@@ -221,7 +221,7 @@ class GrowthComparison:
 
 
 def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
-    """Fit one growth function to one or more participants, with a separate factor for each.
+    """Fit one growth function to one or more participants, each with a separate scale factor.
 
     Parameters
     ----------

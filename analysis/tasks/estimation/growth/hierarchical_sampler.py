@@ -151,7 +151,7 @@ class Draws:
         Arrays of shape (chains, draws, ...), keyed by parameter. ``own`` contains participants'
         intercepts and exponents and has shape (chains, draws, people, 2).
     divergences : int
-        Divergences of the sampler.
+        Number of divergent transitions.
     """
 
     values: Mapping[str, Array]

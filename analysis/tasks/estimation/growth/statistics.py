@@ -50,8 +50,8 @@ class FrictionGrowth:
     reduction : Mapping
         Predicted reduction in friction (0 to 1) by amplitude (µm peak to peak).
     shared_load : Mapping
-        Smallest and largest reduction at each amplitude, as predicted by the second model
-        (`slipscale.stimuli.film.shared_load`), which has not been validated.
+        Smallest and largest reduction at each amplitude, as predicted by the model in
+        `slipscale.stimuli.film.shared_load`, which has not been validated.
     """
 
     comparison: GrowthComparison

@@ -147,7 +147,7 @@ def test_too_few_answers_for_a_bootstrap_say_so():
     [
         ([[0, 1, 2]], [True], "four surfaces"),
         ([[0, 1, 2, 3]], [True, False], "one answer per trial"),
-        ([[-1, 1, 2, 3]], [True], "counted from 0"),
+        ([[-1, 1, 2, 3]], [True], "must be 0 or greater"),
         ([[0, 1, 2, 4]], [True], "surface 3 was never presented"),
     ],
 )
