@@ -196,7 +196,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Return whether to count ordered samples, either on request or if counting is quick."""
+    """Return whether to count ordered samples: on request, or if counting is quick."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:

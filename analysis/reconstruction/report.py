@@ -124,7 +124,7 @@ def _listed(noun: str, labels: Sequence[str]) -> str:
 
 
 def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Return the overall verdict for the terminal."""
+    """Format the overall verdict for the terminal."""
     return [f"Verdict: {verdict(columns, tests)} (under the assumptions listed above)"]
 
 

@@ -29,7 +29,7 @@ class Bands:
     edges : ndarray, shape (places + 1,)
         Edges of the bins, in the unit of the scale.
     mean, low, high, least, most : ndarray, shape (places,)
-        Mean, 2.5 % and 97.5 % quantiles, smallest value and largest value.
+        Mean, 2.5 % quantile, 97.5 % quantile, smallest value and largest value per bin.
     exact : bool
         Whether the summary covers all data sets. If False, it is based on samples.
     """

@@ -128,8 +128,8 @@ def _column(source: Source, place: int) -> html.ReportSection:
     section.blocks += [
         html.figure(
             svg(histogram_figure(histogram(solutions, samples), ends), salt=f"histogram{place}"),
-            f"How many of the {solutions.column.n} participants gave each rating in {DRAWN:,} "
-            "uniformly drawn data sets.",
+            f"Number of participants (out of {solutions.column.n}) who gave each rating, in "
+            f"{DRAWN:,} uniformly drawn data sets.",
             f"Histogram of the ratings at {answer.label}, with 95 % bands",
         ),
         html.figure(
@@ -153,7 +153,7 @@ def _column(source: Source, place: int) -> html.ReportSection:
 
 
 def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
-    """Return axis limits: half a step beyond the scale or, without a scale, beyond the ratings."""
+    """Return axis limits half a step beyond the scale or, without a scale, beyond the ratings."""
     column = solutions.column
     scale = column.scale
     first = int(samples.min()) if "minimum" in column.assumed else 0
@@ -227,7 +227,7 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
         html.table(
             html.columns("Test", "Printed", "Verdict", left=3),
             [(one.question, one.printed, one.verdict) for one in found],
-            "Whether any data set and pairing reproduce each printed test.",
+            "Whether each printed test is possible, given all data sets and pairings.",
         )
     )
     details = [
@@ -242,8 +242,8 @@ def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
 def _across(found: Across) -> html.ReportSection:
     section = html.ReportSection("Across columns")
     for decided, caption in (
-        (True, "The same answer in every data set and pairing."),
-        (False, "Depends on the data set or the pairing."),
+        (True, "Answers that are the same in every data set and pairing."),
+        (False, "Answers that depend on the data set or the pairing."),
     ):
         bounds = [bound for bound in found.bounds if bound.decided is decided]
         if bounds:
@@ -256,7 +256,10 @@ def _across(found: Across) -> html.ReportSection:
             )
     attained = [line for bound in found.bounds for line in _attained(bound)]
     if attained:
-        section.blocks += [html.heading("Tables that attain them"), html.bullets(attained, "note")]
+        section.blocks += [
+            html.heading("Tables that attain the bounds"),
+            html.bullets(attained, "note"),
+        ]
     if found.distributions:
         section.blocks.append(
             html.table(
@@ -264,8 +267,8 @@ def _across(found: Across) -> html.ReportSection:
                     "Statistic", "Pairing", "Median", "2.5 %", "97.5 %", "p < 0.05", left=2
                 ),
                 [_distribution(row) for row in found.distributions],
-                f"Over {found.distributions[0].samples:,} uniform samples, by pairing; "
-                "how often a test has p < 0.05.",
+                f"Distributions over {found.distributions[0].samples:,} uniform samples, by "
+                "pairing. The last column is the proportion of samples with p < 0.05.",
             )
         )
     return section
@@ -300,8 +303,8 @@ def _samples(text: str) -> html.ReportSection:
     address = "data:text/csv;base64," + b64encode(text.encode()).decode()
     link = Markup('<p><a download="samples.csv" href="{}">samples.csv</a>: {}</p>').format(
         address,
-        f"{WITH_THE_PAGE} data sets of each column, one rating per row, with the columns column, "
-        "sample, place and rating. The order does not identify participants.",
+        f"{WITH_THE_PAGE} data sets per column of the table, as a CSV file with one rating per "
+        "row. The order of the ratings does not identify participants.",
     )
     return html.ReportSection("Samples", [link])
 

@@ -1,1 +1,1 @@
-"""Compute statistics, or return the reason why a result is missing."""
+"""Compute statistics, or return the reason why there is no result."""

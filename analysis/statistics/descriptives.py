@@ -1,4 +1,4 @@
-"""Compute Table III and further descriptive statistics of estimates.
+"""Compute Table III of the paper and other descriptive statistics of estimates.
 
 Each value is the arithmetic mean of one participant's estimates at one amplitude.
 """
@@ -41,7 +41,7 @@ def table3(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFr
 
 
 def over_participants(cells: pd.DataFrame, standard_deviation: str = "sample") -> pd.DataFrame:
-    """Return n, mean, maximum deviation and standard deviation of each column of ``cells``."""
+    """Return the n, mean, maximum deviation and standard deviation of each column of ``cells``."""
     values = cells.to_numpy(float)
     count = np.sum(~np.isnan(values), axis=0)
     mean = cells.mean().to_numpy(float)

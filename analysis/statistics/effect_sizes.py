@@ -18,7 +18,7 @@ SMALL_T = 1.0
 
 
 def _noncentrality(t: float, df: int, p: float) -> float:
-    """Return the non-centrality parameter for which a small t has cumulative probability p."""
+    """Return the non-centrality parameter at which a small t has cumulative probability p."""
     from scipy import optimize, stats  # noqa: PLC0415 - see `d_z_interval`
 
     return float(optimize.brentq(lambda shift: stats.nct.cdf(t, df, shift) - p, -8.0, 8.0))
@@ -106,7 +106,7 @@ def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> Confid
 
 
 def _f_noncentrality(f: float, df1: float, df2: float, p: float) -> float:
-    """Return the non-centrality parameter for which F has cumulative probability p, or 0 if none.
+    """Return the non-centrality at which F has cumulative probability p, or 0 if there is none.
 
     Returns NaN if SciPy cannot compute the distribution.
     """

@@ -148,8 +148,8 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
         f"there are {n} participants, but at most {AT_MOST} are supported; for more, use "
         "power_law, whose estimate is the same, with a t interval across participants": n > AT_MOST,
-        f"at most two estimates above {data.quantity.value(0)} per participant, which leaves no "
-        "residuals": len(frame) <= 2 * n,
+        f"there are at most two estimates above {data.quantity.value(0)} per participant, which "
+        "leaves no residuals": len(frame) <= 2 * n,
         "the estimates of each participant are all the same": len(frame) > 0
         and float(np.ptp(around)) <= TINY,
     }

@@ -1,4 +1,4 @@
-"""Represent a result that could not be computed, together with the reason.
+"""Represent a result that could not be computed, and the reason for this.
 
 `NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. Code that
 also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can themselves
@@ -17,12 +17,12 @@ S = TypeVar("S")
 
 @dataclass(frozen=True, slots=True)
 class NotComputed:
-    """A missing result with the reason why it is missing.
+    """A result that is missing, with the reason.
 
     Parameters
     ----------
     reason : str
-        Reason why the result is missing, as a clause without a full stop.
+        Reason for the missing result, written as a clause without a full stop.
     """
 
     reason: str

@@ -36,7 +36,7 @@ class PowerLaw:
     n : int
         Number of participants with a fitted exponent.
     points : int
-        Largest number of amplitudes above 0 in any participant's fit.
+        Largest number of amplitudes above 0 that were used for a participant's fit.
     """
 
     exponent: float

@@ -35,7 +35,7 @@ class RuleSummary:
 
 
 def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[RuleSummary, ...]:
-    """Return Table III's means and standard deviations under every applicable rule.
+    """Return the means and standard deviations of Table III under every applicable rule.
 
     The exponent and all within-participant tests on logarithms are the same under all rules.
     """

@@ -115,7 +115,7 @@ class Statistic(Generic[T_co]):
     meaning : str
         Description of the computation, for use in a pre-registration.
     compute : callable
-        Function that returns the result, or the reason why the result is missing.
+        Function that returns the result, or the reason why there is none.
     test : bool
         Whether a study may omit the statistic.
     title : str
@@ -176,7 +176,7 @@ class Inference:
     declared: tuple[Statistic[object], ...] = ()
 
     def __getitem__(self, statistic: Statistic[T]) -> T | NotComputed:
-        """Return the result of a statistic, or the reason why the result is missing."""
+        """Return the result of a statistic, or the reason why there is none."""
         return cast("T | NotComputed", self.results[statistic.key])
 
     def found(self, statistic: Statistic[T]) -> T | None:

@@ -41,7 +41,7 @@ class Moments:
 
 @dataclass(frozen=True)
 class Wanted:
-    """The requirements on a column's values, in steps above the scale minimum.
+    """The requirements that a column's values must meet, in steps above the scale minimum.
 
     Parameters
     ----------

@@ -1,15 +1,15 @@
 """Count the multisets that reach a goal, storing only one plane of cells per distance.
 
-For samples and marginals, `state_table` stores the states for every number of values k. Counting
-does not require all these states. Let T_k[d] be the table of counts for k values at distances of at
-least d from the centre. The nearest value is either at d or farther out, so
+To draw samples and compute marginals, `state_table` stores the states for every number of values k.
+Counting does not require all of these states. Let T_k[d] be the table of counts for k values at
+distances of at least d from the centre. The nearest value is either at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
 With i = a - k d and j = w - k w_d, the second term of this equation has the same indices as its
 left side. T_k[d + 1] can therefore be added to the existing table in place, at the offset (k, k
 (w_{d+1} - w_d)). This recursion corresponds to enumerating conjugate partitions. Tables for values
-far from the centre are small and are needed for small k only.
+far from the centre are small, and they are needed only for small k.
 
 Values above the centre are added by this recursion, with k ascending. Values below the centre
 follow the transposed recursion, with k descending. Tables below the centre contain weights: the
@@ -52,7 +52,7 @@ def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | Non
 
 
 def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
-    """Return the largest number of table cells that are in memory at the same time."""
+    """Return the maximum number of table cells that are in memory at the same time."""
     most = 0
     for n in {goal.n for goal in goals}:
         alive = np.zeros(n + 1, dtype=np.int64)
@@ -198,7 +198,7 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Update planes above the centre from k - 1 to k values, beginning with the farthest."""
+        """Update the planes above the centre from k - 1 to k values, starting with the farthest."""
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
             if pair := self.above.between(place, k):
@@ -209,7 +209,7 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Update planes below the centre from k to k - 1 values, beginning with the nearest."""
+        """Update the planes below the centre from k to k - 1 values, starting with the nearest."""
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
             if pair is None:

@@ -79,7 +79,7 @@ class StateTable:
     """A table that counts the combinations of values for each state (k, a, w).
 
     Values are added by distance from far to near (`advance`) and removed from near to far
-    (`retreat`), both in place. Only few values can be far from the centre, so most steps change
+    (`retreat`), both in place. Only a few values can be far from the centre, so most steps change
     only a small corner of the table.
 
     Parameters
@@ -165,7 +165,7 @@ class StateTable:
         """Convert weights of states with values at `distance` to weights of states without them.
 
         This method is the adjoint of `advance`. The weight of a state becomes the sum of the
-        weights of all states that result from adding values at `distance`. Use this method for
+        weights of all states that result from adding values at `distance`. This method is for
         tables of weights, not for tables of counts.
         """
         top = len(self.planes) - 1

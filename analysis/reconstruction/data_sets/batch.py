@@ -36,7 +36,7 @@ class Verdict:
     line : int
         Number of the line on which the row ends.
     digest : str
-        Hash of the row's cells, which identifies the row when a batch is resumed.
+        Hash of the row's cells, by which the row is found when a batch is resumed.
     label : str
         Label of the column.
     verdict : {"consistent", "inconsistent", "not counted", "not understood"}
@@ -50,7 +50,7 @@ class Verdict:
         Approximate decimal logarithm of the number of data sets. Empty if they are counted or if no
         approximation is available.
     reason : str
-        Reason why there are no data sets, or why the row is not counted or not understood.
+        Reason why there are no data sets, or why the row could not be counted or understood.
     """
 
     line: int

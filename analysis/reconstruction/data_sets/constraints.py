@@ -34,14 +34,14 @@ MOST_VALUES = 3_000_000
 
 @dataclass(frozen=True)
 class Targets:
-    """The requirements on a column's ratings, in steps above the scale minimum.
+    """The requirements that a column's ratings must meet, in steps above the scale minimum.
 
     Parameters
     ----------
     wanted : tuple of Wanted
         Requirements for each permitted pair of sum and sum of squares.
     grim : bool
-        Whether any sum of whole ratings gives the printed mean.
+        Whether any sum of ratings gives the printed mean.
     grimmer : bool
         Whether any possible sum and sum of squares give the printed standard deviation.
     reason : str
@@ -49,7 +49,7 @@ class Targets:
     refused : str
         Error message if there are too many requirements to list in `wanted`, otherwise empty.
     looked_at : tuple of Wanted
-        A selection of the requirements, if there are too many to list.
+        Some of the requirements, if there are too many to list.
     pairs : int
         Approximate number of requirements, if there are too many to list.
     """
@@ -69,7 +69,7 @@ class Targets:
 
 
 def targets(column: Column) -> Targets:
-    """Return the requirements on the ratings of `column`."""
+    """Return the requirements that the ratings of `column` must meet."""
     sums = admissible_sums(column)
     reason = impossible(column)
     number = _number_of_pairs(column, sums)
@@ -121,7 +121,7 @@ def _number_of_pairs(column: Column, sums: range) -> int:
 
 
 def _unlisted(column: Column, sums: range, number: int) -> Targets:
-    """Return a selection of requirements for a column with too many requirements to list."""
+    """Return some of the requirements, for a column that has too many to list."""
     places = {len(sums) * (2 * i + 1) // (2 * LOOKED_AT) for i in range(LOOKED_AT)}
     some = (sums[place] for place in sorted(places))
     middles = ((total, admissible_squares(column, total)) for total in some)
@@ -234,7 +234,7 @@ class _TooManyValues(Exception):
 
 
 class _Extremes:
-    """The requirements on ratings that follow from printed extremes, medians and frequencies.
+    """The requirements that follow from printed extremes, medians and frequencies.
 
     Raises
     ------

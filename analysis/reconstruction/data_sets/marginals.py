@@ -1,4 +1,4 @@
-"""Compute exact distributions of order statistics and ratings over all data sets.
+"""Compute the exact distributions of order statistics and ratings over all data sets.
 
 As in sampling, values are removed from the state tables in order of their distance. For each state,
 a second table contains the number of ways to complete the solution. At each distance, the product
@@ -76,7 +76,7 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     solutions : Solutions
         Solutions of a column, which must include at least one data set.
     measure : {"multisets", "ordered"}
-        Whether all multisets or all ordered samples are equally likely.
+        Whether to treat all multisets or all ordered samples as equally likely.
     """
     n, values = solutions.column.n, solutions.column.scale.steps + 1
     tasks = solutions.problems

@@ -1,4 +1,4 @@
-"""Draw exactly uniform samples of the data sets consistent with a column."""
+"""Draw exactly uniform samples from the data sets consistent with a column."""
 
 from __future__ import annotations
 

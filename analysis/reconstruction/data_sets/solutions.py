@@ -79,7 +79,7 @@ class Solutions:
     def _of_few_values(self) -> int | None:
         """Number of data sets if the scale is short and there are no other constraints, else None.
 
-        The result equals the total over all counting problems, but does not require listing them.
+        The result equals the sum over all counting problems, which need not be listed.
         """
         values = range(self.column.scale.steps + 1)
         sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
@@ -118,7 +118,7 @@ class Solutions:
         Raises
         ------
         UserError
-            If there are more than `LISTED` data sets to list.
+            If there are more than `LISTED` data sets.
         """
         if self._unfiltered > LISTED:
             raise UserError(

@@ -146,7 +146,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Change values by single steps until their sum reaches the total, or is close to it."""
+    """Change values by single steps until their sum reaches the total, at least approximately."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

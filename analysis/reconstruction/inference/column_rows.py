@@ -34,7 +34,7 @@ class ColumnRows:
     solutions : Solutions
         Solutions of the column.
     sums_first : bool
-        Whether sums and sums of squares are derived from the printed numbers without counting data
+        Whether to derive sums and sums of squares from the printed numbers, without counting data
         sets. Some of these sums may not occur in any data set.
     """
 
@@ -85,7 +85,7 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets with the sum and sum of squares at an index."""
+        """Return the known data sets that have the sum and sum of squares at index `place`."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:

@@ -1,7 +1,8 @@
-"""Estimate distributions of test statistics over all data sets, for three kinds of pairings.
+"""Estimate distributions of test statistics over all data sets, for three kinds of pairing.
 
 Each sample contains one data set per column, drawn uniformly. The columns are paired in three ways:
-at random, and with the least and the most favourable pairing that a search finds for the statistic.
+at random, with the least favourable pairing, and with the most favourable pairing. The extreme
+pairings are exact or found by a search.
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ class Distribution:
     question : str
         The question as text.
     pairing : {"random", "least favourable", "most favourable"}
-        How ratings are paired. The least favourable pairing gives the smallest statistic.
+        Way in which ratings are paired. The least favourable pairing gives the smallest statistic.
     method : {"drawn", "exact", "heuristic"}
         Whether the pairing is random ("drawn"), the exact extreme ("exact"), or the most extreme
         one found ("heuristic").

@@ -2,7 +2,7 @@
 
 The published table determines the total sum of squares and the sum of squares between columns. The
 sum of squares between participants, which is removed from the error, depends on the pairing. This
-sum and F are smallest if participants' totals are as equal as whole numbers allow. The sum and F
+sum of squares and F are smallest if participants' totals are as equal as whole numbers allow. Both
 are largest if all columns have the same order (see `cross_products`). These bounds on F hold for
 columns of any size. A search then tries to find tables that attain the bounds.
 """
@@ -106,7 +106,7 @@ def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:
-    """Return the sums and sums of squares that give the smallest F, or None."""
+    """Return the sums and sums of squares that give the smallest F; None if there are too many."""
     most = [_most_squares(column) for column in moments]
     if prod(map(len, most)) > COMBINATIONS:
         return None

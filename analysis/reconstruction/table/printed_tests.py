@@ -1,4 +1,4 @@
-"""Represent statistical tests that are printed with a published table."""
+"""Represent the statistical tests that are printed with a published table."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class Prediction(NamedTuple):
 
 
 class Predict(Protocol):
-    """A function that predicts answers from parameters and from nodes of the random effects."""
+    """A function that predicts answers from the parameters and the nodes of random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
         """Return the prediction for ``outer`` (effects, nodes, 1) and ``inner`` (nodes,)."""
@@ -109,7 +109,7 @@ class Grid(NamedTuple):
     log_weights: Array
 
     def crossed(self, other: Grid) -> Grid:
-        """Return all combinations of the nodes of two grids."""
+        """Return the grid of all combinations of nodes from two grids."""
         first, second = len(self.log_weights), len(other.log_weights)
         return Grid(
             np.concatenate([np.repeat(self.nodes, second, 1), np.tile(other.nodes, (1, first))]),

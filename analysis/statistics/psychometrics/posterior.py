@@ -63,7 +63,7 @@ def marginals(model: Model, counts: Counts, confidence: float) -> Marginals:
     Parameters
     ----------
     counts : Counts
-        Counts of answers in one data set.
+        Answer counts of a single data set.
     """
     bounds = likelihood.search_bounds(model, counts.u)
     low, high = bounds.low[0], bounds.high[0]

@@ -39,7 +39,7 @@ SECTIONS, ROUNDS = 16, 4
 
 @dataclass(frozen=True, slots=True)
 class Counts:
-    """Counts of answers for several data sets.
+    """Answer counts of several data sets.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class Bounds:
     high: Array
 
     def __getitem__(self, sets: npt.NDArray[np.intp]) -> Bounds:
-        """Return the bounds of the selected data sets."""
+        """Return the bounds for the selected data sets."""
         return Bounds(self.low[sets], self.high[sets])
 
 
@@ -206,7 +206,7 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
     Parameters
     ----------
     bounds : Bounds or None
-        Ranges of the search. Equal bounds fix a parameter. Default: `search_bounds`.
+        Ranges in which to search. Equal bounds fix a parameter. Default: `search_bounds`.
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
     # The likelihood can have two peaks: one at which lapses explain the errors at high levels, and

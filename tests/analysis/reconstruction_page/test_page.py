@@ -94,7 +94,7 @@ def test_the_page_is_the_same_on_every_run_and_tells_what_depends(tmp_path, caps
     assert page == (tmp_path / "two").read_text(encoding="utf-8")
     assert "a&lt;b" in page
     assert "a<b" not in re.sub(r"<style>.*?</style>", "", page, flags=re.DOTALL)
-    assert "Tables that attain them" in page
+    assert "Tables that attain the bounds" in page
     assert "paired t(4) of c minus a&lt;b" in page
 
 
