@@ -29,7 +29,7 @@ EXTRA_OF = {
 
 
 def how_to_install(module: str) -> str | None:
-    """Explain how to install a module; return None if no extra contains it.
+    """Explain how to install a module, or return None if no extra contains it.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ def setting(
     description : str
         Meaning of the key, printed in the reference of study files.
     unit : str
-        Unit of the key; empty if the key's name contains the unit or the key has no unit.
+        Unit of the key; empty if the key has no unit, or if its name contains the unit.
     validate_default : bool
         Whether the key's validators also check the default.
     **more

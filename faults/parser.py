@@ -67,7 +67,7 @@ class Parser(ArgumentParser):
         raise UserError(f"{message.removeprefix('argument ')}; for help: {self.prog} --help")
 
     def _misspelt(self) -> str:
-        """Return the error message for the first unknown option; empty if all options are known."""
+        """Return the error message for the first unknown option, or an empty string."""
         known = [*self._option_string_actions]
         for option in (word.partition("=")[0] for word in self._words if word.startswith("--")):
             if option != "--" and not any(each.startswith(option) for each in known):

@@ -29,7 +29,7 @@ def installed(group: str) -> Mapping[str, EntryPoint]:
     Raises
     ------
     UserError
-        If two packages use the same name.
+        If two packages provide plug-ins with the same name.
     """
     found: dict[str, EntryPoint] = {}
     for point in entry_points(group=group):

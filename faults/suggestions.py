@@ -1,4 +1,4 @@
-"""Suggest corrections of misspelt words."""
+"""Suggest corrections for misspelt words."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 
 
 def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
-    """Return " (did you mean 'pilot'?)", or an empty text if no known word is similar.
+    """Return " (did you mean 'pilot'?)", or an empty string if no known word is similar.
 
     ``start`` is inserted before the suggested word, for example the name of a command.
 
@@ -34,7 +34,7 @@ def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
 
 
 def expected_one_of(word: object, known: Iterable[str]) -> str:
-    """List the expected words, and suggest the word that is most similar to the given word.
+    """List the expected words, and suggest the one that is most similar to the given word.
 
     >>> expected_one_of("alice", ["bob", "alicia"])
     "expected one of bob, alicia (did you mean 'alicia'?)"

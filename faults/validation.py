@@ -226,7 +226,7 @@ def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
 
 
 def place_in_words(place: Place) -> str:
-    """Describe a position in a file in words.
+    """Format a position in a file as text.
 
     >>> place_in_words(("plate", "amplitude_um_pp")), place_in_words(("tasks", 0, "steps", 1))
     ('plate.amplitude_um_pp', 'item 2 of steps of item 1 of tasks')

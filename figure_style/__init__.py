@@ -161,7 +161,7 @@ def svg(figure: Figure, *, salt: str = "") -> str:
 
 
 def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Path]:
-    """Write a figure to files that are identical on every run; return the paths.
+    """Write a figure to files that are identical on every run, and return their paths.
 
     Parameters
     ----------

@@ -1,1 +1,1 @@
-"""Define stimuli: virtual surfaces, textures and masking noise; and the squeeze-film models."""
+"""Define stimuli (virtual surfaces, textures and masking noise) and the squeeze-film models."""

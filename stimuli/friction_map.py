@@ -3,7 +3,7 @@
 An image with one row is a profile along the stroke. Without a sensor, the profile is played from
 its left end, at the speed assumed for the finger. An image with several rows requires the position
 of the finger in both directions. The middle of the image is at the sensor's zero, and the top of
-the image is at positive y. The amplitude is interpolated between pixels; beyond the image, the
+the image is at positive y. The amplitude is interpolated between pixels. Outside the image, the
 nearest pixel is used.
 """
 
@@ -179,7 +179,7 @@ class FrictionMap(Parametric):
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the profile at the assumed speed; None if it is constant or needs a sensor.
+        """Return the profile at the assumed speed, or None if it is constant or needs a sensor.
 
         Raises
         ------

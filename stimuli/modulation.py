@@ -69,7 +69,7 @@ class Loop:
     Parameters
     ----------
     levels : tuple of float
-        Commanded amplitudes in µm peak to peak, held for equal times; at least two.
+        Commanded amplitudes in µm peak to peak (at least two), held for equal times.
     step_s : float
         Duration of each step.
     edge_s : float
@@ -190,11 +190,11 @@ class Modulator:
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that the plate reaches in a given time; 1 for None."""
+        """Return the fraction of a change that the plate completes in a given time (1 if None)."""
         return 1.0 if duration_s is None else -math.expm1(-duration_s / self.time_constant_s)
 
     def friction_reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that friction reaches in a given time; 1 for None.
+        """Return the fraction of a change that friction completes in a given time (1 if None).
 
         Plate and film are two first-order lags in series.
         """

@@ -1,8 +1,8 @@
 """Define the quantity of levels, such as the plate's amplitude in µm peak to peak, V or m/s².
 
 A level is a value of this quantity. `Quantity` provides its name and unit for files, tables,
-sentences and axis labels. Constant texts contain placeholders, such as ``"pairs of {q.levels}"``.
-For the names of fields in files, see `slipscale.stimuli.field_names`.
+sentences and axis labels. Fixed text contains placeholders, such as ``"pairs of {q.levels}"``. For
+the names of fields in files, see `slipscale.stimuli.field_names`.
 """
 
 from __future__ import annotations

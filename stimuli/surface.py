@@ -87,7 +87,7 @@ class Surface(Stimulus, Protocol):
         """Return the height of the curve at a fraction (0 to 1) of the width of a picture."""
 
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the loop that a trigger starts; None without a trigger."""
+        """Return the loop that starts at the trigger, or None if there is no trigger."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return the loop that is played if the finger is not measured; None without a loop."""

@@ -232,7 +232,7 @@ class Grating(Parametric):
 
     @property
     def sensor(self) -> Sensor | None:
-        """Sensor that can control the amplitude; None for a wave in time."""
+        """Sensor that can control the amplitude, or None for a grating that varies in time."""
         return "position" if self.spatial_period_mm and self.depth_level else None
 
     @property
@@ -276,7 +276,7 @@ class Grating(Parametric):
         return abs(finger_speed_mm_s) / self.spatial_period_mm
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well plate and friction follow the highest harmonic; None for zero depth."""
+        """Predict how well plate and friction follow the highest harmonic; None for zero depth."""
         if self.depth_level == 0:
             return None
         rate_hz = self._highest_order * self.rate_hz(self.finger_speed_mm_s)
@@ -410,7 +410,7 @@ def bar(
     off_level: float,
     period_mm: float,
 ) -> Grating:
-    """Return a grating that has one level on a bar and another level elsewhere.
+    """Return a grating with one level on a bar and a different level elsewhere.
 
     Parameters
     ----------

@@ -27,5 +27,5 @@ PARAMETERS: Mapping[str, Declared] = {
 
 
 def kind_in(record: Mapping[str, object]) -> type[Texture] | None:
-    """Return the kind of texture that a record describes; None for other surfaces."""
+    """Return the texture type that a record describes, or None if it is not a texture."""
     return next((kind for kind in KINDS.values() if kind.MARK in record), None)

@@ -6,7 +6,7 @@ a transition time. The amplitude returns to its first value after a given durati
 duration, it returns when the trigger condition is no longer met. A transient that is triggered by
 position feels like an edge on the plate.
 
-The plate times the list of amplitudes with its own clock. The duration of the transition is
+The list of amplitudes is timed by the clock of the plate itself. The duration of the transition is
 therefore exact even if the computer rarely samples the finger; only its beginning depends on the
 sampling.
 """
@@ -222,7 +222,7 @@ class Transient(Parametric):
         return None
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Return how well the plate and friction follow the change; None without a change."""
+        """Predict how well the plate and friction follow the change; None without a change."""
         if self.from_level == self.to_level:
             return None
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"

@@ -51,7 +51,7 @@ class Varied:
         return self.texture
 
     def at(self, level: float, label: str) -> Varied:
-        """Return the stimulus at another value of the parameter, after validation."""
+        """Return a validated copy of the stimulus with a different value of the parameter."""
         fields: dict[str, Any] = {self.vary: level, "label": label}
         return replace(self, texture=replace(self.texture, **fields))
 

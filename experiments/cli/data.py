@@ -63,7 +63,7 @@ def add_data(parser: ArgumentParser) -> None:
 
 
 def run_data(args: Namespace) -> int:
-    """Carry out an action on a data set; return 1 if anything is damaged or differs."""
+    """Run a subcommand on a data set, and return 1 if anything is damaged or differs."""
     from slipscale.experiments.dataset.bids import build_dataset  # noqa: PLC0415
     from slipscale.experiments.dataset.journals import journals  # noqa: PLC0415
     from slipscale.experiments.dataset.verification import verify  # noqa: PLC0415

@@ -1,4 +1,4 @@
-"""The commands for a laboratory folder: lab, next, participants and note."""
+"""Commands for a laboratory folder: lab, next, participants and note."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ def add_participants(parser: ArgumentParser) -> None:
 
 
 def run_participants(args: Namespace) -> int:
-    """List the participants, and show the next participant."""
+    """List the participants, and show who is next."""
     defaults, roster = _folder()
     if args.json:
         import json  # noqa: PLC0415

@@ -349,7 +349,7 @@ def _interrupted(folder: Path | None) -> str:
 
 
 def _end(outcome: str, journal: Path) -> int:
-    """Report how a session ended; return the exit status."""
+    """Report how a session ended, and return the exit status."""
     if outcome == "complete":
         print(f"complete: {journal}")
         return DONE
@@ -378,7 +378,7 @@ def add_check(parser: ArgumentParser) -> None:
 
 
 def _tell_step(finding: Finding) -> None:
-    """Report the progress of the checklist on standard error, for other programs."""
+    """Write the progress of the checklist to standard error, where other programs can read it."""
     print(f"step: {finding.name}", file=sys.stderr, flush=True)
 
 

@@ -1,4 +1,4 @@
-"""The subcommands of ``slipscale study``: new, show, validate, texts and schema."""
+"""Subcommands of ``slipscale study``: new, show, validate, texts and schema."""
 
 from __future__ import annotations
 
@@ -154,7 +154,7 @@ def run_study(args: Namespace) -> int:
 
 
 def _title_and_authors(args: Namespace) -> tuple[str, tuple[str, ...]]:
-    """Return the title and authors from the command line; prompt for missing values."""
+    """Return the title and authors given on the command line, and prompt for missing values."""
     title, authors = args.title or "", tuple(args.author or ())
     if args.path.exists():
         return title, authors  # will be rejected, so do not prompt

@@ -35,7 +35,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
         The journal of a finished run.
     folder : Path
         An existing folder outside the data set. The folder is never created, because a disconnected
-        medium would then be mistaken for an empty folder.
+        disk would otherwise be mistaken for an empty folder.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 def back_up_exclusions(dataset: Path, participant: str) -> None:
     """Copy a participant's exclusion decisions to every backup that contains the participant.
 
-    A backup that is not connected receives the decisions after the participant's next run.
+    If a backup is not connected, it receives the decisions after the participant's next run.
     """
     decided = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     for place in backups(dataset):
@@ -103,7 +103,7 @@ def check_folder(dataset: Path, folder: Path) -> None:
 
 
 def why_no_backup(dataset: Path, folder: Path) -> str:
-    """Return why a folder cannot be used for backups; empty if the folder is usable."""
+    """Return why a folder cannot be used for backups, or an empty string if it can."""
     try:
         check_folder(dataset, folder)
     except UserError as fault:
@@ -112,7 +112,7 @@ def why_no_backup(dataset: Path, folder: Path) -> str:
 
 
 def not_backed_up(dataset: Path, folder: Path | None) -> list[Path]:
-    """Return the journals without a copy of the same length in any connected backup.
+    """Return the journals that have no copy of equal length in any connected backup.
 
     Parameters
     ----------

@@ -114,7 +114,7 @@ def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PureP
 
 
 def _own_entries(path: Path) -> dict[str, object]:
-    """Return Slipscale's entry in a sidecar; empty if the sidecar cannot be read."""
+    """Return Slipscale's entry in a sidecar, or an empty dict if the sidecar cannot be read."""
     own = _described(path).get(SIDECAR)
     return own if isinstance(own, dict) else {}
 

@@ -2,7 +2,7 @@
 
 The decisions about a participant are stored next to the participant's journals, in
 ``sourcedata/sub-<label>/excluded.json``. A withdrawal therefore removes the decisions, and a merge
-copies them. The file lists all decisions in order; the last one applies. Each decision records
+copies them. The file lists all decisions in order, and the last one applies. Each decision records
 whether results had already been shown, because an exclusion made with knowledge of the results is
 unplanned.
 """

@@ -63,7 +63,7 @@ def journals(dataset: Path) -> list[Path]:
 
 
 def mode_of(dataset: Path) -> Mode | None:
-    """Return whether a data set contains pilots or participants; None if it contains neither.
+    """Return whether a data set contains pilots or participants, or None if it contains neither.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
 
 
 def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
-    """Return the run in a journal; None if the run has not begun or cannot be identified."""
+    """Return the run in a journal, or None if it has not begun or cannot be identified."""
     if not has_begun(path):
         return None
     plan, reading = read_usable(path)

@@ -1,8 +1,8 @@
 """Recover runs whose journal header is damaged from the sidecars of their tables.
 
 The header is the first record of a journal. Without it, the journal does not identify its study.
-The sidecars repeat the header, and the data set contains the study file, which its hash identifies.
-A run without tables cannot be recovered.
+The sidecars repeat the header, and the study file in the data set is identified by its hash. A run
+without tables cannot be recovered.
 """
 
 from __future__ import annotations

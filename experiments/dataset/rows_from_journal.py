@@ -54,7 +54,7 @@ class Gathered:
     trials : dict of list
         Finished trials in order, by task.
     voided : list
-        Task and number of each voided trial, and the reason.
+        Task, trial number and reason for each voided trial.
     """
 
     person: dict[str, Value] = field(default_factory=dict)
@@ -70,8 +70,9 @@ class Gathered:
 def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers, collected from its journal's records in order.
 
-    A trial without an end is omitted, because the run was interrupted. If a record is damaged, the
-    current trial and the next trial are flagged, because the record may belong to either trial.
+    A trial that did not end is omitted, because the run was interrupted during the trial. If a
+    record is damaged, the current trial and the next trial are flagged, because the record may
+    belong to either trial.
     """
     gathered = Gathered()
     current: TrialRecord | None = None
@@ -166,7 +167,7 @@ def _answer(
 
 
 def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explorations) -> None:
-    """Add the measures of a finished exploration to a trial's row."""
+    """Add the measures of a finished exploration to the row of its trial."""
     if row and step["type"] == "Explore":
         found = of_interval(explorations.measures(), step.get("interval"))
         row.measured = {**row.measured, **found}

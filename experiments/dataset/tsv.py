@@ -28,7 +28,7 @@ def cell(value: Value) -> str:
 
 
 def table(header: list[str], rows: list[list[str]]) -> str:
-    """Return a TSV table in which texts are quoted if necessary."""
+    """Return a TSV table in which cells are quoted if necessary."""
     text = io.StringIO()
     writer = csv.writer(text, delimiter="\t", lineterminator="\n")
     writer.writerows([header, *rows])

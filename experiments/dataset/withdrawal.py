@@ -1,8 +1,8 @@
 """Withdraw a participant: remove all data from the participant, and record the withdrawal.
 
 A withdrawal applies to the data set, its backups and the merged sets that include the data set. All
-tasks are recorded before the first file is removed, and each step can be repeated; the same command
-therefore finishes an interrupted withdrawal.
+tasks are recorded before the first file is removed, and each step can be repeated. An interrupted
+withdrawal can therefore be finished with the same command.
 
 A withdrawn participant's label is not used again. The replacement's label is R followed by the old
 label. Both labels end in the same number, which determines the position in the counterbalancing.
@@ -179,7 +179,7 @@ def _lines_of(path: Path, participant: str) -> Iterator[int]:
 
 
 def _strike(path: Path, participant: str) -> None:
-    """Remove a participant's rows from a table; delete the table if no other rows remain."""
+    """Remove a participant's rows from a table, and delete the table if no other rows remain."""
     lines = path.read_bytes().splitlines(keepends=True)
     named = set(_lines_of(path, participant))
     left = [line for number, line in enumerate(lines) if number not in named]

@@ -64,7 +64,7 @@ def unfinished(dataset: Path) -> Iterator[str]:
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Record a withdrawal as unfinished with its tasks; without ``todo``, record it as finished."""
+    """Record the tasks of an unfinished withdrawal, or that it is finished if ``todo`` is None."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})

@@ -106,7 +106,7 @@ class Journal:
 
     @classmethod
     def create(cls, path: Path, clock: Clock, *, private: bool = True, synced: bool = True) -> Self:
-        """Create a new journal; never overwrite an existing one.
+        """Create a new journal without overwriting an existing one.
 
         If ``private`` is True and the system supports file permissions, only the owner can read the
         file. An existing file may be replaced if it does not contain a complete record, because the
@@ -130,7 +130,7 @@ class Journal:
 
     @classmethod
     def _open(cls, path: Path, clock: Clock, *, synced: bool, empty: bool) -> Self:
-        """Open, lock and read a journal; close and unlock it after an error or a signal."""
+        """Open, lock and read a journal; close it again if an error or a signal interrupts this."""
         locked = False
         try:
             stream = path.open("r+b", buffering=0)
@@ -154,13 +154,13 @@ class Journal:
             raise
 
     def write(self, kind: str, **data: object) -> Record:
-        """Append a record; return when the record is on disk."""
+        """Append a record, and return when it is on disk."""
         record = self.append(kind, **data)
         self.wait_for(record.number + 1)
         return record
 
     def append(self, kind: str, **data: object) -> Record:
-        """Append a record; return when the operating system has received the record.
+        """Append a record, and return when the operating system has received it.
 
         A signal may interrupt this call at any point. The next record is then written after the
         data that the operating system has already received.

@@ -65,7 +65,7 @@ class Keeper:
         self.wanted = mark
 
     def wait(self, records: int) -> bool:
-        """Wait for ``records`` records on disk, or for a failure; return False after a timeout."""
+        """Wait until ``records`` records are on disk or flushing fails; return False on timeout."""
         while self.failure is None and self.kept.records < records:
             try:
                 self._woken.get(timeout=PATIENCE_S)
@@ -91,7 +91,7 @@ class Keeper:
                 self._woken.put(None)
 
     def _next(self) -> Mark | None:
-        """Return the latest submitted mark; wait for a mark if there is none."""
+        """Return the latest submitted mark, and wait for one if there is none."""
         mark = self._handed.get()
         while mark is not None and not self._handed.empty():
             mark = self._handed.get()

@@ -1,8 +1,8 @@
-"""Ensure that a journal has one writer at a time, using a system lock and a lock file.
+"""Allow only one writer per journal at a time, with a system lock and a lock file.
 
-The system releases its lock when the process ends, but some network drives do not support locks. A
-writer therefore also creates a lock file next to the journal, which contains the writer's host and
-process. Because a crash may leave a lock file behind, only plausible lock files count.
+The system releases its lock when the process ends, but some network drives do not support locks.
+Next to the journal, a writer therefore also creates a lock file that contains its host and process.
+Because a crash may leave a lock file behind, only plausible lock files count.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ def has_locks(stream: IO[bytes]) -> bool:
 
 
 def is_being_written(journal: Path) -> bool:
-    """Return whether a session is writing a journal; False if there is no journal."""
+    """Return whether a session is writing to a journal (False if the journal does not exist)."""
     try:
         with journal.open("rb") as stream:
             free = _lock(stream, portalocker.LOCK_SH)
@@ -114,7 +114,7 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 
 
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
-    """Create our lock file, unless another session has a plausible lock file.
+    """Create a lock file for this session, unless another session has a plausible one.
 
     If two sessions start simultaneously, only one of them may create or replace the lock file. Each
     session therefore first creates a temporary file, which succeeds for only one session at a time.
@@ -142,7 +142,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
 
 
 def _make(claim: Path) -> bool:
-    """Create the temporary lock file; return False if another session has created the file."""
+    """Create the temporary lock file; return False if another session has already created it."""
     try:
         with claim.open("x", encoding="utf-8") as file:
             file.write(f"{socket.gethostname()}\n{os.getpid()}\n")

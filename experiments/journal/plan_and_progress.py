@@ -1,4 +1,4 @@
-"""Extract the plan, the plate, the software and the progress of a run from its journal."""
+"""Extract the plan, plate, software and progress of a run from its journal."""
 
 from __future__ import annotations
 

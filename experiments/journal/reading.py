@@ -30,7 +30,7 @@ DAMAGED = "damaged"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Damage:
-    """Damage to one line of a journal; line numbers start at 1."""
+    """Damage to a line of a journal, where lines are numbered from 1."""
 
     line: int
     reason: str
@@ -53,7 +53,7 @@ class Reading:
     length : int
         Length in bytes, not counting a torn end.
     torn : bool
-        Whether the end is torn, because the machine stopped while writing.
+        Whether the end is torn, which happens if the machine stops while writing.
     """
 
     records: list[Record] = field(default_factory=list)
@@ -161,7 +161,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
-    """Report the fewest lines whose removal leaves the other lines in numerical order."""
+    """Report the smallest set of lines without which the other lines are in numerical order."""
     ends: list[int] = []  # lowest last number of an increasing sequence of each length
     lengths = []
     for line in chosen:

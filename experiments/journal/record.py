@@ -52,7 +52,7 @@ class Record:
 
 
 def sealed(record: Record, before: str) -> tuple[Record, bytes]:
-    """Return a record with its running hash, computed from the previous hash; and its line."""
+    """Add the hash, computed from the previous one, to a record; return the record and its line."""
     body = _body(record)
     found = replace(record, hash=_running_hash(before, body))
     return found, _line(body, found.hash)

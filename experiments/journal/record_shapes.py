@@ -1,7 +1,7 @@
-"""Check the records of a journal against the required content of each kind of record.
+"""Check the records of a journal against the content required for their kinds.
 
 A checksum detects random damage, but a record that another program wrote or edited can contain
-anything. Kinds and entries that are not listed here are accepted, because later versions may write
+anything. Unknown kinds and entries are accepted, because later versions of Slipscale may write
 them.
 """
 

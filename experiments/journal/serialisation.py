@@ -83,7 +83,7 @@ def _defaults(kind: type) -> dict[str, Any]:
 
 @cache
 def _names(kind: type) -> tuple[str, ...]:
-    """Return the names of a dataclass's fields; empty for other types."""
+    """Return the field names of a dataclass, or an empty tuple for other types."""
     return tuple(each.name for each in fields(kind)) if is_dataclass(kind) else ()
 
 

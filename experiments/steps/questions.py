@@ -16,7 +16,7 @@ CONSENT = "informed_consent"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class NumberQuestion:
-    """A question for a number of 0 or more, with decimals, on the participant's own scale.
+    """Question answered with a number (0 or more, decimals allowed) on the participant's own scale.
 
     ``positive`` also excludes 0, for example for the top of a scale.
     """
@@ -79,7 +79,7 @@ class ComparisonQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class VisualAnalogueQuestion:
-    """A question answered by a mark on a line; the value is the mark's position from 0 to 100.
+    """Question answered by placing a mark on a line; the value is its position from 0 to 100.
 
     Parameters
     ----------

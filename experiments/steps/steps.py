@@ -43,7 +43,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Played:
-    """A sound that is played before a question, and the text shown during the sound."""
+    """Sound played before a question, with the text that is shown during the sound."""
 
     sound: HeadphoneSound
     text: str
@@ -76,7 +76,7 @@ class Guide:
     passive: bool = False
 
     def place_share(self, time_s: float) -> float | None:
-        """Return the mark's position on the stroke (0 to 1) at a time; None without a mark."""
+        """Return the position of the mark on the stroke (0 to 1) at a time; None without a mark."""
         if not (self.pacer and self.speed_mm_s):
             return None
         strokes = time_s * self.speed_mm_s / self.stroke_mm
@@ -90,7 +90,7 @@ class Explore:
     """Exploration of the surface until the participant continues, for at least ``minimum_s``.
 
     If ``maximum_s`` is set, a countdown is shown, and the step ends after this time. ``guide``
-    contains the study's instructions for stroking, if any.
+    contains instructions for stroking, if the study has any.
     """
 
     LATER: ClassVar[tuple[str, ...]] = ("guide",)
@@ -122,7 +122,7 @@ class Present:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Ask:
-    """A question; ``name`` is the name of the data set column that stores the answer.
+    """Question to be asked; ``name`` is the data set column in which the answer is stored.
 
     If ``trial`` is None, the answer belongs to ``task``; if ``task`` is also empty, the question is
     about the participant. ``by`` specifies who enters the answer: the participant, or the operator,

@@ -1,4 +1,4 @@
-"""The trial to which a step belongs, and the trial's factors."""
+"""Trial to which a step belongs, with the levels of its factors."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Trial:
     task : str
         Label of the task in the data set, such as "magnitudeestimation" (only letters and digits).
     number : int
-        Number of the trial in the order of presentation within the task, from 1; a repeated trial
+        Number of the trial in the order of presentation within the task, from 1. A repeated trial
         gets a new number.
     total : int
         Expected number of trials in the task, including practice.

@@ -1,7 +1,7 @@
-"""Run the command line; commands are imported only when they are called.
+"""Run the command line, and import each command only when it is called.
 
-The module of a command has a table ``COMMANDS``, which maps the name of the command to a pair of
-functions ``(add_arguments, run)``. ``add_arguments`` adds arguments to a parser; ``run`` takes the
+The module of a command contains a dict ``COMMANDS``, which maps the name of the command to a pair
+of functions ``(add_arguments, run)``. The first adds arguments to a parser. The second takes the
 parsed arguments and returns the exit status.
 """
 
@@ -130,8 +130,8 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Command line without the program's name. The default is ``sys.argv[1:]``; a signal then ends
-        the process with status 130 at any time.
+        Command line without the program's name. The default is ``sys.argv[1:]``. In this case, a
+        signal ends the process with status 130 at any time.
 
     Returns
     -------
@@ -158,7 +158,10 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def _signals_end() -> list[str]:
-    """Let a signal raise KeyboardInterrupt; after that, or after the command, end the process."""
+    """Let the first signal raise KeyboardInterrupt, and any later signal end the process.
+
+    A signal that arrives after the command also ends the process.
+    """
     import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
 
     from slipscale.hardware.signals import ENDINGS, note_signal  # noqa: PLC0415
@@ -191,7 +194,7 @@ def _answer(words: list[str]) -> int:
 
 
 def dispatch(words: list[str]) -> int:
-    """Call a command, or handle options that need no command; return the exit status."""
+    """Call a command, or handle options that need no command, and return the exit status."""
     if not words or words[0] in ("-h", "--help", "help"):
         print(usage())
         return DONE if words else USER_FAULT
@@ -242,7 +245,7 @@ def load_command(name: str) -> tuple[ArgumentParser, Callable[[Namespace], int]]
 
 
 def call(name: str, words: list[str]) -> int:
-    """Load and run a command; report an error of the user or the rig in one sentence."""
+    """Load and run a command, and report user errors and rig errors in one sentence."""
     verbose = "--verbose" in words
     try:
         parser, run = load_command(name)
@@ -273,7 +276,7 @@ def call(name: str, words: list[str]) -> int:
 
 
 def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:
-    """Print why a command failed and, if ``verbose``, the traceback; return the exit status."""
+    """Print why a command failed (if ``verbose``, with the traceback), and return the status."""
     if verbose:
         from traceback import print_exc  # noqa: PLC0415
 

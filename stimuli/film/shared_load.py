@@ -167,7 +167,7 @@ def solve(
     normal_force_n: float = NORMAL_FORCE_N,
     gas: Gas = AIR,
 ) -> Shared:
-    """Compute the mean gap at which the asperities and the film together carry the finger.
+    """Compute the mean gap at which asperities and film together carry the load of the finger.
 
     Parameters
     ----------

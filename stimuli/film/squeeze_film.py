@@ -213,7 +213,7 @@ def relative_friction(
 ) -> Friction:
     """Return friction relative to the plate at rest, from equation (15) as 1 - p0·F_s/P_f.
 
-    F_s is the mean over space and time; the printed P∞ - 1 is not this mean. P_f = F_f/l0² is
+    F_s is the mean over space and time, which differs from the printed P∞ - 1. P_f = F_f/l0² is
     equation (14). All numeric arguments are broadcast against each other.
 
     Parameters

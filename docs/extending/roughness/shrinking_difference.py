@@ -1,4 +1,4 @@
-"""Ask which of two surfaces is rougher; the difference shrinks after correct answers."""
+"""Ask which of two surfaces is rougher, and reduce the difference after correct answers."""
 
 from typing import NamedTuple
 

@@ -59,8 +59,8 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
     Parameters
     ----------
     questions : Mapping
-        Text for each answer code of each question about the participant, keyed by the question's
-        name; empty if the answer is a number.
+        For the name of each question about the participant, a mapping from answer codes to labels;
+        empty if the answer is a number.
     """
     answers = {
         name: Column(
