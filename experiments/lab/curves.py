@@ -91,7 +91,7 @@ def _main(rows: Iterable[Mapping[str, str]]) -> Iterator[Mapping[str, str]]:
 
 
 def _means(rows: Iterable[Mapping[str, str]], x: str, y: str) -> Iterator[tuple[float, float]]:
-    """Yield the mean of y for each value of x, without missing or non-numeric cells."""
+    """Yield the mean of y for each value of x, ignoring missing and non-numeric cells."""
     by_x: dict[float, list[float]] = defaultdict(list)
     for row in rows:
         at, value = _number(row.get(x)), _number(row.get(y))

@@ -80,6 +80,6 @@ def dataset_default() -> dict[str, Any]:
 
 
 def say(defaults: Defaults) -> None:
-    """Print which file contains the defaults, if any, on standard error."""
+    """Print to standard error which file contains the defaults, if any."""
     if defaults.file:
         print(f"defaults: {defaults.file}", file=sys.stderr)

@@ -35,7 +35,7 @@ class LabFile(FrozenTable):
         False, "Whether to run in a window instead of full screen."
     )
     language: str = setting(
-        "", "Language of the texts for participants; default: the study's language."
+        "", "Language of the text shown to participants; default: the study's language."
     )
     markers: tuple[Text, ...] = setting(
         (), "Outputs for event markers, one SPEC each: lsl, serial:PORT, parallel:ADDRESS."

@@ -40,7 +40,7 @@ def unblinded(dataset: Path) -> list[str]:
 
 
 def unblind(dataset: Path, roster: Roster) -> None:
-    """Record the early request for results, and the number of participants so far."""
+    """Record that results were requested early, and the number of participants so far."""
     path = dataset / RECORD
     entries = json.loads(path.read_text(encoding="utf-8")) if unblinded(dataset) else []
     entries.append(

@@ -75,7 +75,7 @@ def task_balance(first: Iterable[str]) -> str:
     counts = Counter(first)
     each = ", ".join(f"{task} first in {_many(count, 'run')}" for task, count in counts.items())
     even = len(counts) > 1 and len(set(counts.values())) == 1
-    return f"task order: {each}" + ("" if even else "; an even number would be balanced")
+    return f"task order: {each}" + ("" if even else "; an even number of runs would be balanced")
 
 
 def _times(least: int, most: int | None = None) -> str:

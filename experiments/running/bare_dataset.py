@@ -81,7 +81,7 @@ def write_simulated(
 
 
 def _run(folder: Path, plan: RunPlan, population: Population) -> Run:
-    """Return a simulated run in the form of a run that was read from a journal."""
+    """Return a simulated run in the same format as a run read from a journal."""
     plate = plate_for(plan, MOCK, VirtualClock())
     records = [
         Record(

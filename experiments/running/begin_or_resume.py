@@ -93,7 +93,7 @@ def run_plan(
     warnings: tuple[str, ...] = (),
     steps: Steps | None = None,
 ) -> RunOutcome:
-    """Carry out a plan from the end of the journal to the end of the run.
+    """Carry out a plan from the point at which the journal ends to the end of the run.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Report changes of the study, the plate or the computer's date since a data set's last run.
+"""Report changes in the study, the plate and the computer's date since a data set's last run.
 
 Changes can be unintended. Therefore `check` reports them, and `run` and `next` ask for
 confirmation.

@@ -81,7 +81,7 @@ def of_run(named: ContactSpecs, study: Study, file: PlateFile | None) -> Contact
 
 
 def simulated(specs: ContactSpecs) -> ContactSpecs:
-    """Return the sources of a pilot: a simulated finger replaces measuring devices."""
+    """Return the sources for a pilot; a simulated finger replaces all measuring devices."""
     found: dict[Kind, str] = {}
     for kind, spec in specs.used.items():
         name = spec.partition(":")[0]
@@ -160,7 +160,7 @@ def _readings(source: ContactSource) -> str:
 
 
 def require_virtual(specs: ContactSpecs) -> None:
-    """Raise `UserError` unless the sources named on a pilot's command line are simulated."""
+    """Raise `UserError` unless all sources given on a pilot's command line are simulated."""
     for kind, spec in specs.used.items():
         if spec.partition(":")[0] not in VIRTUAL:
             raise UserError(f"--{kind} {spec}: a pilot runs in virtual time; expected {SIMULATED}")

@@ -183,7 +183,7 @@ def go_on(path: Path, setting: Setting) -> RunOutcome:
     ------
     UserError
         If the journal is complete, damaged, misplaced or in use, if the participant withdrew
-        consent in the run, or if a participant's run would continue on a simulated plate.
+        consent in the run, or if resuming would continue a participant's run on a simulated plate.
     """
     plan, records = read_plan(path)
     check_unfinished(path, records)

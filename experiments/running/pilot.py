@@ -77,7 +77,7 @@ def pilot_plans(
     participants, seed, language
         These values override the study's values.
     population : Population, optional
-        The simulated population; by default, the shipped population.
+        Simulated population (default: the shipped population).
     text : str, optional
         Full text of the study, if it differs from the study file.
     """
@@ -120,7 +120,7 @@ def claim(folder: Path, plans: list[RunPlan]) -> None:
     Raises
     ------
     UserError
-        If the folder contains another pilot or other files.
+        If the folder contains a different pilot, a participant's data or unrelated files.
     """
     try:
         # A pilot that is interrupted before its first record leaves folders without files.
@@ -206,9 +206,9 @@ def run_simulated(
 ) -> None:
     """Carry out a run with a simulated participant, or resume an interrupted run.
 
-    The plate has the limits from the study's plate file, and reports their source. The study's
-    finger sensors are simulated unless other sensors are specified. Participants who drop out
-    answer no further questions and do not return for later sessions.
+    The plate uses the limits in the study's plate file and reports their source. The study's finger
+    sensors are simulated unless other sensors are specified. Participants who drop out answer no
+    further questions and do not return for later sessions.
 
     Parameters
     ----------

@@ -163,7 +163,7 @@ def check_folder(planned: PlannedSession) -> Finding:
 
 
 def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
-    """Yield notes on the folder and its journals that do not prevent a session."""
+    """Yield notes about the folder and its journals. They do not prevent a session."""
     if not locked:
         yield (
             "the file system does not support locks: only a lock file prevents two sessions "

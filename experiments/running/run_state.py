@@ -102,7 +102,7 @@ def check_same_study(dataset: Path, study: str) -> None:
 
 
 def remedy(path: Path, state: RunState) -> str:
-    """Return advice for a run that has already begun."""
+    """Return advice on what to do if a run has already begun."""
     another = "name another participant, or a new --session or --run"
     remedies: dict[RunState, str] = {
         "running now": f"end it there, or {another}",

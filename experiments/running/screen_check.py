@@ -49,7 +49,7 @@ class Seen:
 
 
 def check_screens(plan: RunPlan) -> None:
-    """Raise `UserError` if a screen of a plan is not readable in one of its languages.
+    """Raise `UserError` unless every screen of a plan is readable in all of its languages.
 
     Parameters
     ----------

@@ -41,7 +41,7 @@ SCHEMA_FILE = "study.schema.json"
 
 
 def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) -> str:
-    """Write a copy of a shipped study to a new file for editing; return a message.
+    """Copy a shipped study to a new file for editing, and return a message.
 
     The title and authors of the shipped study are not copied. The study name is derived from the
     file name.
@@ -72,7 +72,7 @@ def _label(stem: str) -> str:
 
 
 def texts(name: str, language: str, path: Path) -> str:
-    """Write a texts file for a language that the study adds; return a message.
+    """Write a texts file for a language that a study adds, and return a message.
 
     Raises
     ------

@@ -71,7 +71,7 @@ class Timeline:
     longest_on_s : Spread
         Longest continuous vibration.
     duty : Spread
-        Largest duty cycle in any window of the length given by the plate's limits.
+        Largest duty cycle in any window whose length is given by the plate's limits.
     on_time_limit_s, duty_limit : float
         The plate's limits on continuous vibration and on the duty cycle.
     people, participants : int
@@ -149,7 +149,7 @@ class _Visit:
         )
 
     def _on_within(self, first_s: float, last_s: float) -> float:
-        """Return the time for which the plate vibrated between two points in time."""
+        """Return the plate's vibration time between two points in time."""
         return sum(max(min(end, last_s) - max(begun, first_s), 0.0) for begun, end in self.on)
 
 

@@ -1,4 +1,4 @@
-"""Outputs for markers: Lab Streaming Layer, serial trigger boxes and parallel ports.
+"""Marker outputs: Lab Streaming Layer, serial trigger boxes and parallel ports.
 
 Tested with a Lab Streaming Layer receiver, a pseudo-terminal and a simulated port, but not yet with
 a real trigger box or parallel port.

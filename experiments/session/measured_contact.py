@@ -25,7 +25,7 @@ TIME_DIGITS, VALUE_DIGITS = 4, 4
 
 
 class Contact:
-    """The position and force sources of a session.
+    """A session's finger-position and force sources.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The operator of a session: the status that operators see, and the requests they can make."""
+"""The operator of a session: the status shown to operators, and the requests they can make."""
 
 from __future__ import annotations
 
@@ -115,7 +115,7 @@ class Request:
 
 
 class Operator(Protocol):
-    """The operator's interface to a session."""
+    """Common interface for a session's operators."""
 
     @property
     def busy(self) -> bool:

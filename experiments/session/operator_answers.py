@@ -49,7 +49,7 @@ class OperatorAnswers:
         self._rejected: list[str] = []
 
     def await_answer(self, step: Ask, participant: Participant, watch: Watch) -> Reply:
-        """Wait for the operator's answer; simulated participants answer without an operator."""
+        """Wait for the operator's answer. Simulated participants answer without an operator."""
         self._question, self._rejected = step, []
         self._progress.asks_operator(step)
         onset_s = self._clock.now()

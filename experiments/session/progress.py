@@ -122,7 +122,7 @@ class Progress:
         self._done_before = self._status.done
 
     def begins(self, step: Step) -> None:
-        """Store the trial to which a step belongs."""
+        """Register the trial to which a step belongs."""
         self._closing = isinstance(step, EndBlock)
         if step.trial:
             self._status = replace(

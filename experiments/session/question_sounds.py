@@ -21,7 +21,7 @@ class Sounds(Protocol):
 
     @property
     def missing(self) -> str:
-        """The reason why no sound can be played; empty if sounds can be played."""
+        """Reason why no sounds can be played; empty if they can."""
 
     def start(self, sound: HeadphoneSound) -> None:
         """Stop any sound that is playing, then start a new one."""

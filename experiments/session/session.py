@@ -73,7 +73,7 @@ class Session:
         All objects with which a session interacts. A session with a virtual clock, a mock plate and
         a simulated participant can therefore be reproduced byte for byte.
     texts : Mapping
-        Texts for the screen that asks the participant to wait.
+        Wording of the screen that asks the participant to wait.
     planned : int
         Expected number of trials in the whole session.
     noise : Noise, optional
@@ -261,7 +261,7 @@ class Session:
                 self._asking.repeat_requested()
 
     def _take_up(self, step: Step) -> None:
-        """Switch from replayed to live steps, and present the interrupted surface again."""
+        """Switch from replayed to new steps, and present the interrupted surface again."""
         self._progress.replayed()
         self._presenting.take_up()
         if not isinstance(step, Silence):

@@ -121,7 +121,7 @@ class Words:
         return sentences(self.language).get(words, words)
 
     def task(self, options: Options, protocol: Protocol, study: Study) -> str:
-        """Return a task's title, which is not translated for protocols from other packages."""
+        """Return a task's title; titles of protocols from other packages are not translated."""
         title = self.known(f"task_title.{options.protocol}", protocol.titled(study.quantity))
         words = study.words_of(self.language)
         return title.replace("{noun}", words.noun if words else study.quantity.judged)

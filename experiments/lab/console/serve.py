@@ -175,7 +175,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 
 
 def _open(address: str) -> None:
-    """Open the file that leads to the console in a browser, if a browser is available.
+    """If a browser is available, use it to open the file that leads to the console.
 
     The address is not passed as an argument, because other users can read a program's arguments and
     the address contains the token.

@@ -1,4 +1,4 @@
-"""Read the data behind the pages from the laboratory folder, at most once per second."""
+"""Read the data shown on the pages from the laboratory folder, at most once per second."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ class Pulse(NamedTuple):
 
 
 class State:
-    """The state of the laboratory folder, which is the current folder of the process."""
+    """State of the laboratory folder, which is the current working directory of the process."""
 
     def __init__(self) -> None:
         self._lock = Lock()

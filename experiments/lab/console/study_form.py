@@ -96,7 +96,7 @@ class Table(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cards(Part):
-    """A list of tables, such as tasks; ``offered`` contains the possible new items."""
+    """A list of tables, such as tasks. ``offered`` lists the items that can be added."""
 
     items: tuple[Table, ...]
     offered: tuple[str, ...] = ()
@@ -113,7 +113,7 @@ class StudyForm:
     Parameters
     ----------
     content : dict
-        The file's content, which can be invalid.
+        Content of the file, which may be invalid.
     faults : sequence of Told
         The errors in the file.
     """

@@ -94,7 +94,10 @@ def test_one_surface_has_no_order_to_balance():
         ("ab", "task order: a first in 1 run, b first in 1 run"),
         (
             "aba",
-            "task order: a first in 2 runs, b first in 1 run; an even number would be balanced",
+            (
+                "task order: a first in 2 runs, b first in 1 run; "
+                "an even number of runs would be balanced"
+            ),
         ),
     ],
 )

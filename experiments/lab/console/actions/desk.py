@@ -39,7 +39,7 @@ class Warnings:
 
 
 class Desk:
-    """The objects that are available to all actions.
+    """Objects available to all actions.
 
     Parameters
     ----------

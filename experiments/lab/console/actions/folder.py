@@ -73,7 +73,7 @@ def _test(desk: Desk, request: Test) -> str:
 
 
 class Freeze(Form):
-    """Freeze the plan, with further information that a registry requires, if any."""
+    """Freeze the plan, with any further information that a registry requires."""
 
     sample_size: Words = ""
     existing_data: Words = ""
@@ -88,7 +88,7 @@ class Pilot(Form):
 
 
 class Study(Form):
-    """The new text of a study, and a digest of the text that the page showed before the edit."""
+    """A study's new text, and a digest of the text that was shown before the edit."""
 
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
     before: Digest
@@ -112,7 +112,7 @@ def why_not_edited(found: Snapshot) -> str:
     if name in shipped_studies():
         return f"'{name}' comes with Slipscale: make a copy, and edit the copy"
     if found.study and found.study.name in studies(found.defaults.data):
-        return f"'{name}' has data, which a changed study would no longer match; make a copy"
+        return f"'{name}' already has data, which would not match a changed study; make a copy"
     return ""
 
 

@@ -32,7 +32,7 @@ class Resume(Form):
 
 
 class Ask(Form):
-    """Send the running session a request, as with the keys of the operator's terminal."""
+    """Send a request to the running session, as with the keys in the operator's terminal."""
 
     token: Annotated[str, Field(pattern="^[0-9a-f]{1,64}$")]
     what: Literal[

@@ -34,7 +34,7 @@ MOST_BARS = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
-    """One run in the table of runs."""
+    """A row in the table of runs."""
 
     label: str
     visit: Visit
@@ -106,7 +106,7 @@ WORK: tuple[Kind, ...] = ("verify", "build", "export")
 
 
 def chosen_rows(rows: list[Row], view: View) -> list[Row]:
-    """Return the requested runs in the requested order; newest first by default.
+    """Return the requested runs in the requested order (by default, newest first).
 
     ``search`` matches a run's label, flags and events; ``state`` matches its state.
     """

@@ -1,4 +1,4 @@
-"""The page of a participant: runs, events, consent, exclusion and withdrawal."""
+"""A participant's page: runs, events, consent, exclusion and withdrawal."""
 
 from __future__ import annotations
 

@@ -48,7 +48,7 @@ def study(view: View) -> dict[str, object]:
 
 
 def _text(found: Snapshot, template: str) -> str:
-    """Return the text to edit; empty in a folder without settings or without the study file."""
+    """Return the study text to edit; empty if the folder has no settings or no study file."""
     if not template and found.defaults.file is None:
         return ""
     try:

@@ -31,7 +31,7 @@ class View:
 
 
 def local_time(utc: str) -> str:
-    """Return an ISO 8601 time in this computer's time zone, to the minute.
+    """Convert an ISO 8601 time to this computer's time zone, to the minute.
 
     >>> local_time("")
     ''
