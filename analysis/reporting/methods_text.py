@@ -18,7 +18,7 @@ ZEROS: dict[ZeroRule, str] = {
     "exclude": "Estimates of zero were excluded from computations on logarithms.",
     "half_minimum": "Before logarithms were taken, estimates of zero were replaced by half the "
     "smallest positive normalised estimate.",
-    "refuse": "If any estimate was zero, no results were computed on logarithms.",
+    "refuse": "If any estimate was zero, results that require logarithms were not computed.",
 }
 #: Primary analysis -> the tests that belong to it.
 PRIMARY: dict[Primary, str] = {

@@ -50,7 +50,7 @@ def print_comparisons(comparisons: Sequence[Comparison]) -> None:
     for comparison in comparisons:
         if comparison.drifted:
             target.print(
-                f"[red]{comparison.item}[/]: ours is {comparison.outcome.ours!r}, but the "
+                f"[red]{comparison.item}[/]: our value is {comparison.outcome.ours!r}, but the "
                 f"repository records {comparison.recorded!r}",
                 highlight=False,
             )

@@ -38,9 +38,9 @@ PAGE = Room("a page that participants read at their own pace", 90, 19)
 PROMPT = Room("a question or instruction, in large letters", 62, 4)
 OPTION = Room("an answer, next to its key", 60, 1)
 OPTIONS = Room("answers, separated by |, below or next to their keys", 160, 1)
-UNDER_KEY = Room("a word or two below a key", 22, 3)
+UNDER_KEY = Room("one or two words below a key", 22, 3)
 FOOT = Room("a line of small print at the bottom of a screen", 72, 2)
-WORD = Room("a few words shown for a moment", 40, 3)
+WORD = Room("a few words shown briefly", 40, 3)
 BANNER = Room("the one-line strip at the top of a pilot's screens", 90, 1)
 
 # Pattern for keys -> place; the first match applies.

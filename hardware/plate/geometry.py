@@ -47,7 +47,7 @@ class Region:
         if self.disc and self.size_mm[0] != self.size_mm[1]:
             raise UserError(
                 f"plate layout: a disc of {self.size_mm[0]:g} x {self.size_mm[1]:g} mm; expected "
-                "the same diameter twice"
+                "two equal diameters"
             )
 
     def span_mm(self, axis: int) -> tuple[float, float]:
@@ -218,7 +218,7 @@ class Density:
 
     def __post_init__(self) -> None:
         if min(getattr(self, name) for name in self.__slots__) < 1:
-            raise UserError("mesh density: every count of bricks must be 1 or more")
+            raise UserError("mesh density: every number of bricks must be at least 1")
 
 
 # For the errors of frequencies, see docs/explanation/plate-models.md.
@@ -308,7 +308,7 @@ def _check_places(outline: Region, patches: tuple[Patch, ...]) -> None:
             )
         if not np.all(outline.holds(*region.rim_mm())):
             raise UserError(
-                f"plate layout: patch {number}, with its middle at {region.at_mm[0]:g}, "
+                f"plate layout: patch {number}, centred at {region.at_mm[0]:g}, "
                 f"{region.at_mm[1]:g} mm, must be on the plate, but reaches beyond the plate"
             )
         for other, neighbour in enumerate(patches[: number - 1], start=1):

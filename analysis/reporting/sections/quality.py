@@ -60,7 +60,7 @@ def quality(analysis: Analysis) -> ReportSection:
             html.paragraph(f"{set_by}Excluded before the analysis: {excluded or 'nobody'}.")
         )
     else:
-        section.blocks.append(html.paragraph("The study file defines no exclusion rule."))
+        section.blocks.append(html.paragraph("The study file does not define any exclusion rules."))
     rows = [
         [
             str(who),

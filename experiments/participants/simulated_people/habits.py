@@ -31,17 +31,17 @@ class Habits(BaseModel):
 
     rounding: Share = setting(
         0.0,
-        "Proportion of estimates that are rounded to a twentieth of the scale. In Honda 2022, "
-        "Scientific Reports 12, multiples of 5 and 10 prevail. The habit is visible in the "
-        "proportion of round estimates.",
+        "Proportion of estimates that are rounded to a twentieth of the scale. According to "
+        "Honda 2022, Scientific Reports 12, multiples of 5 and 10 are most frequent. The habit is "
+        "visible in the proportion of round estimates.",
         realistic=0.7,
     )
     carry_over: Annotated[float, Field(ge=-2, le=2)] = setting(
         0.0,
-        "Change of the log estimate per µm (peak to peak) of the previous surface: values above "
-        "0 mean assimilation. Jesteadt, Luce and Green 1977 (JEP: Human Perception and "
-        "Performance 3, 92-104) found the habit; its size is our assumption. The habit is "
-        "visible as log_slope_per_um_pp_before in `order`.",
+        "Change in the log estimate per µm (peak to peak) of the previous surface: values above "
+        "0 mean assimilation. The habit was found by Jesteadt, Luce and Green 1977, Journal of "
+        "Experimental Psychology: Human Perception and Performance 3, 92-104; its size is our "
+        "assumption. The habit is visible as log_slope_per_um_pp_before in `order`.",
         realistic=0.03,
         unit="1/µm",
     )
@@ -54,23 +54,23 @@ class Habits(BaseModel):
     )
     regression: Share = setting(
         0.0,
-        "Fraction by which log estimates shrink towards the middle of earlier sensations. "
+        "Fraction by which log estimates shrink towards the middle of the sensations so far. "
         "Source: Poulton 1979, Psychological Bulletin 86, 777-803. The habit is visible as a "
         "smaller exponent.",
         realistic=0.1,
     )
     range_effect: Share = setting(
         0.0,
-        "Degree to which people fill their scale regardless of the range; at 1, log estimates "
-        "have the same spread for every range. According to Teghtsoonian 1971, Perception & "
-        "Psychophysics 10, 147-155, exponents decrease with the range. The habit is visible as "
-        "a larger exponent for a smaller range.",
+        "Degree to which people use their whole scale regardless of the range of levels; at 1, "
+        "log estimates have the same spread for every range. According to Teghtsoonian 1971, "
+        "Perception & Psychophysics 10, 147-155, exponents decrease with the range. The habit is "
+        "visible as a larger exponent for a smaller range.",
         realistic=0.1,
     )
     learning: Share = setting(
         0.0,
-        "Exponent with which trial-to-trial noise decreases with trial number. Our assumption. "
-        "The habit is visible in the residuals of the first and second halves.",
+        "Exponent of the power law by which trial-to-trial noise decreases with the trial number. "
+        "Our assumption. The habit is visible in the residuals of the first and second halves.",
         realistic=0.1,
     )
     fatigue: Annotated[float, Field(ge=0, le=0.1)] = setting(
@@ -82,26 +82,26 @@ class Habits(BaseModel):
     )
     settling: Share = setting(
         0.0,
-        "Fraction of the sensation that is missing at first touch and appears during contact "
-        "with a time constant of 20 s; a rest resets the fraction. The time is from Dzidek "
-        "2017, PLoS ONE 12, e0188000; the size is our assumption. The habit is visible as a "
-        "positive log_slope_per_trial in `order`.",
+        "Fraction of the sensation that is missing at first touch and builds up during contact "
+        "with a time constant of 20 s. After a rest, the fraction is missing again. The time "
+        "constant is from Dzidek 2017, PLoS ONE 12, e0188000; the size is our assumption. The "
+        "habit is visible as a positive log_slope_per_trial in `order`.",
         realistic=0.1,
     )
     interval_bias: Annotated[float, Field(ge=-3, le=3)] = setting(
         0.0,
         "Bias towards the last interval of a comparison, in units of the noise of a difference. "
-        "García-Pérez and Alcalá-Quintana 2011, Frontiers in Psychology 2, 96, found the bias; "
-        "its size is our assumption. The bias is visible in the proportion of answers for the "
-        "last interval.",
+        "The bias was found by García-Pérez and Alcalá-Quintana 2011, Frontiers in Psychology 2, "
+        "96; its size is our assumption. The bias is visible in the proportion of answers that "
+        "choose the last interval.",
         realistic=0.2,
         unit="d'",
     )
     anchoring: Share = setting(
         0.0,
-        "Fraction of the distance by which a mark on a line stays near its start. Tversky and "
-        "Kahneman 1974, Science 185, 1124-1131, found the habit; its size is our assumption. "
-        "The habit is visible as start_effect in `ratings`.",
+        "Fraction of the distance between its start and the sensation that a mark does not cover. "
+        "The habit was found by Tversky and Kahneman 1974, Science 185, 1124-1131; its size is "
+        "our assumption. The habit is visible as start_effect in `ratings`.",
         realistic=0.05,
     )
     misread: Share = setting(
@@ -112,8 +112,8 @@ class Habits(BaseModel):
     )
     dropout: Share = setting(
         0.0,
-        "Proportion of people who stop before the end, with equal probability at any trial. Our "
-        "assumption. Visible in incomplete runs.",
+        "Proportion of people who stop before the end; every trial is equally likely to be the "
+        "last. Our assumption. The habit is visible in incomplete runs.",
         realistic=0.03,
     )
 

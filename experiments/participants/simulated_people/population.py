@@ -68,19 +68,19 @@ Number = TypeVar("Number", float, "NDArray[np.float64]")
 
 
 class Population(BaseModel):
-    """The assumptions about a population. Each field's description names its source."""
+    """Assumptions about a population of simulated people, each with its source."""
 
     model_config = ConfigDict(
         frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True
     )
 
-    name: str = setting("biet2007", "Name of the population in reports.")
+    name: str = setting("biet2007", "Name of the population for reports.")
     levels: tuple[NotNegative, ...] = Field(
         default=AMPLITUDE_UM_PP,
         alias=IN_UM,
         min_length=2,
-        description="Ascending amplitudes at which the sensation is known (Biet 2007, Table "
-        "III). We assume that the sensation follows a monotone cubic between these "
+        description="Amplitudes at which the sensation is known, in ascending order (Biet 2007, "
+        "Table III). We assume that the sensation follows a monotone cubic between these "
         "amplitudes and is constant outside their range.",
     )
     unit: str = setting("", "Unit of the levels; default: µm peak to peak.")
@@ -95,12 +95,13 @@ class Population(BaseModel):
     shared: Share = setting(
         0.55,
         "Proportion of the variance at the lowest and highest amplitudes that is due to the "
-        "person's intercept; the rest, apart from trial-to-trial variance, is due to the "
-        "exponent. Our assumption, with which sensations at the two ends correlate by 0.29; the "
-        "published table does not show which sensations belong to the same person.",
+        "person's intercept. The remaining variance, except for trial-to-trial variance, is due "
+        "to the exponent. Our assumption, which gives a correlation of 0.29 between sensations at "
+        "the lowest and highest amplitudes. The published table does not show which sensations "
+        "belong to the same person.",
     )
     trial_to_trial: Share = setting(
-        0.15, "Proportion of the variance that is due to individual trials. Our assumption."
+        0.15, "Proportion of the variance that differs from trial to trial. Our assumption."
     )
     noise_sigma: NotNegative = setting(
         0.25,
@@ -110,9 +111,9 @@ class Population(BaseModel):
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
-        description="Possible tops of participants' scales. Our assumption: with a free "
-        "modulus, scale tops are round numbers that span decades, and the smallest "
-        "step is a hundredth of the top.",
+        description="Scale tops from which participants choose. Our assumption: with a free "
+        "modulus, scale tops are round numbers that span several powers of ten, and the "
+        "smallest step is a hundredth of the top.",
     )
     line_shift_sd: NotNegative = setting(
         0.3,
@@ -121,12 +122,12 @@ class Population(BaseModel):
     )
     line_stretch_sigma: NotNegative = setting(
         0.2,
-        "Standard deviation, between people, of the log factor by which they stretch logits on "
-        "a rating line. Our assumption.",
+        "Standard deviation, between people, of the logarithm of the factor that multiplies "
+        "logits on a rating line. Our assumption.",
     )
     criterion: NotNegative = setting(
         1.6,
-        "Change above which a person reports a difference, in units of the noise of a "
+        "Smallest change that a person reports as a difference, in units of the noise of a "
         "difference. Our assumption, chosen so that nearly everyone feels the paper's steps "
         '("all of the subjects feel clearly the difference").',
     )
@@ -149,14 +150,14 @@ class Population(BaseModel):
         0.3,
         "Standard deviation of the log duration of an exploration, between trials. Our assumption.",
     )
-    answer_s: AboveZero = setting(2.0, "Median time of an answer. Our assumption.")
+    answer_s: AboveZero = setting(2.0, "Median time for an answer. Our assumption.")
     answer_sigma: NotNegative = setting(
         0.4, "Standard deviation of the log time of an answer, between trials. Our assumption."
     )
     pace_sigma: NotNegative = setting(
         0.25,
-        "Standard deviation, between people, of the logarithm of their pace of exploring and "
-        "answering. Our assumption.",
+        "Standard deviation, between people, of the logarithm of the pace at which they explore "
+        "and answer. Our assumption.",
     )
     reading_words_per_minute: AboveZero = setting(
         238.0,
@@ -182,8 +183,8 @@ class Population(BaseModel):
     )
     effect_sds: tuple[tuple[str, NotNegative], ...] = setting(
         (),
-        "Standard deviation, between people, of the logarithm of a factor's effects, by name of "
-        "the factor. The values come from `simulated_sd` in the study file.",
+        "Standard deviation, between people, of the logarithm of a factor's effects, by factor "
+        "name. The values come from `simulated_sd` in the study file.",
     )
     behaviour: str = setting(
         "",

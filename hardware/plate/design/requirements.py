@@ -145,7 +145,7 @@ class Brief(FrozenTable):
     def _names_differ(cls, plates: tuple[DrawnPlate, ...]) -> tuple[DrawnPlate, ...]:
         names = [each.name for each in plates]
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"must name each plate differently, but has {twice[0]!r} twice")
+            raise ValueError(f"must name each plate differently, but {twice[0]!r} occurs twice")
         return plates
 
 

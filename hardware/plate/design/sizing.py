@@ -169,8 +169,8 @@ def design(brief: Brief) -> Design:
     if solved.relative_friction < 0:
         carried_n = wanted.normal_force_n * (1 - float(solved.relative_friction))
         raise UserError(
-            f"requirements.normal_force_n: the film of {wanted.amplitude_um_peak:g} µm peak "
-            f"carries {carried_n:.2g} N, more than the {wanted.normal_force_n:g} N of the finger; "
+            f"requirements.normal_force_n: at {wanted.amplitude_um_peak:g} µm peak, the film "
+            f"carries {carried_n:.2g} N, more than the finger's {wanted.normal_force_n:g} N; "
             "expected a larger force, a smaller amplitude_um_peak or a rougher plate"
         )
     return Design(

@@ -155,7 +155,7 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
     if not candidate.beam_admissible:
         return Judged(
             solution=None,
-            why_not=("the half wave is outside the bounds",),
+            why_not=("the half wave is outside the beam model's bounds",),
             needs=(),
         )
     try:
@@ -183,8 +183,8 @@ def placed(brief: Brief, plate: DrawnPlate) -> Layout:
     layout = drawn_layout(brief, plate)
     if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
         raise UserError(
-            f"plate {plate.name!r}: finger_at_mm is {list(plate.finger_at_mm)}; expected a place "
-            "on the plate"
+            f"plate {plate.name!r}: finger_at_mm is {list(plate.finger_at_mm)}; expected a "
+            "position on the plate"
         )
     return layout
 

@@ -187,7 +187,7 @@ def test_rows_drawn_one_by_one_are_the_rows():
     [
         (
             {"drawn": (disc(12.0, (20.0, 0.0)),)},
-            "patch 1, with its middle at 20, 0 mm, must be on the plate",
+            "patch 1, centred at 20, 0 mm, must be on the plate",
         ),
         ({"drawn": (disc(12.0), disc(12.0, (5.0, 0.0)))}, "patches 1 and 2 overlap"),
         ({"drawn": (disc(12.0, polarity=2),)}, "polarity is 2, expected 1 or -1"),
@@ -254,10 +254,10 @@ def test_a_drawn_plate_is_judged_at_the_finger(design_of):
         (
             BRIEF,
             BRIEF + BRIEF[BRIEF.index("[[plate]]") :],
-            "plate: must name each plate differently, but has 'buzzer' twice",
+            "plate: must name each plate differently, but 'buzzer' occurs twice",
         ),
         ("diameter_mm = 25", "polarity = 1", "either size_mm .* or diameter_mm"),
-        ("patch =", "finger_at_mm = [30, 0]\npatch =", "finger_at_mm is .*expected a place on"),
+        ("patch =", "finger_at_mm = [30, 0]\npatch =", "finger_at_mm is .*expected a position on"),
         ("[30000, 60000]", "[40000, 25000]", "must have the lower frequency first"),
         ("[30000, 60000]", "[40000, 40001]", "no mode is within band_hz"),
     ],

@@ -132,7 +132,7 @@ def test_a_solved_plate_is_held_against_brief_and_driver(
 @pytest.mark.parametrize(
     "text, said",
     [
-        ("[requirements]\nnormal_force_n = 0.01", "carries 0.17 N, more than the 0.01 N"),
+        ("[requirements]\nnormal_force_n = 0.01", "carries 0.17 N, more than the finger's 0.01 N"),
         ("[ceramic]\nquality_factor = 1e6", "ceramic.quality_factor: .*2000"),
         ("[requirements]\nworkspace_mm = [3000, 2000]", "workspace_mm.*300"),
         ("[requirements]\namplitude_um_peak = 500", "amplitude_um_peak: .*20"),
