@@ -224,8 +224,8 @@ def _conduct(
 ) -> RunOutcome:
     """Open the journal and equipment, run the session, close everything, and build the data set.
 
-    The journal is opened first: its lock prevents a second session on the plate, and an unwritable
-    folder is reported before any equipment is used.
+    The journal is opened first: its lock stops a second session of the same run before it reaches
+    the plate, and an unwritable folder is reported before any equipment is used.
     """
     with signals_raise() as leave:
         journal = opened()

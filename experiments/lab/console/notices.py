@@ -93,7 +93,7 @@ def _first_damage(path: Path, _inode: int, _changed_ns: int, _size: int) -> int 
 
 
 def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
-    """Return a notice if the last run began in the future, so that a clock was or is wrong."""
+    """Return a notice if the last run began in the future because a clock was or is wrong."""
     last = max(begun, key=lambda each: each[1].started_utc, default=None)
     if last is None or not last[1].started_utc:
         return ""

@@ -128,7 +128,7 @@ def _axis(points: Sequence[tuple[float, float]]) -> Axis | None:
 
 
 def _said(job: Job | None) -> list[str]:
-    """Return the lines printed by a job, or an empty list unless it succeeded."""
+    """Return the lines printed by a job, or an empty list if it has not succeeded."""
     over = job is not None and job.status == 0
     # The prompts for typed readings do not end with a line feed.
     return job.said().rpartition("µm peak to peak: ")[2].splitlines() if job and over else []
