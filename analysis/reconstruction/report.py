@@ -289,7 +289,7 @@ def _number(value: float) -> str:
 
 
 def outward(value: float, *, down: bool) -> str:
-    """Round a bound outwards to four digits, so that it remains a bound.
+    """Round a bound outwards to four digits, so that it remains valid.
 
     >>> outward(80.99895, down=True), outward(4.1601, down=False), outward(-1.23451, down=True)
     ('80.99', '4.161', '-1.235')

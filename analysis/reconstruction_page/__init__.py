@@ -1,1 +1,1 @@
-"""Write an HTML page about all data sets consistent with a published table."""
+"""Write an HTML page about all data sets that are consistent with a published table."""

@@ -31,7 +31,7 @@ class Bands:
     mean, low, high, least, most : ndarray, shape (places,)
         Mean, 2.5 % quantile, 97.5 % quantile, smallest value and largest value per bin.
     exact : bool
-        Whether the summary covers all data sets. If False, it is based on samples.
+        Whether the summary is exact. If False, samples were used.
     """
 
     edges: Array

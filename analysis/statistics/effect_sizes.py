@@ -90,7 +90,7 @@ def eta2_of(f: float, df1: float, df2: float) -> float:
 
 
 def eta2_interval(f: float, df1: float, df2: float, confidence: float) -> ConfidenceInterval | None:
-    """Return the non-central F interval for (partial) eta squared; None if it cannot be computed.
+    """Return the non-central F interval for (partial) eta squared, or None if not computable.
 
     Eta squared is λ / (λ + df1 + df2 + 1), where λ is the non-centrality parameter (Steiger 2004,
     Psychological Methods 9, 164-182).

@@ -1,4 +1,4 @@
-"""Fit least-squares lines for many participants at once, allowing missing cells."""
+"""Fit least-squares lines for many participants at once, even with missing values."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def fit_lines(x: Array, y: Array) -> Lines:
     x : array, shape (k,)
         Common x values, for example log amplitudes.
     y : array, shape (..., k)
-        Values to fit, for example log estimates; NaN if missing.
+        Values to fit, for example log estimates, with NaN for missing values.
     """
     present = ~np.isnan(y)
     points = present.sum(axis=-1)

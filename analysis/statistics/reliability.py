@@ -164,7 +164,7 @@ def _by_reml(means: Array, counts: Array, squares: Array) -> tuple[Array, Array]
 
 
 def _sums_of_squares(block: Array) -> Array:
-    """Return each participant's sums of squares for participants, interaction and repetitions."""
+    """Return sums of squares per participant: between participants, interaction and repetitions."""
     _, k, repetitions = block.shape
     cells = block.mean(axis=2)
     centred = cells - cells.mean(axis=0)

@@ -29,13 +29,13 @@ def reml_components(
     Parameters
     ----------
     means : array, shape (participants, levels)
-        Mean estimate per participant and level. Values without estimates are ignored.
+        Mean estimate per participant and level. Entries without estimates are ignored.
     counts : array, shape (participants, levels)
         Number of estimates per participant and level, which may be 0.
     squares : array, shape (participants,)
         Sum of squared deviations of each participant's estimates from their means per level.
     starts : sequence of (float, float)
-        Starting values of the two variance ratios; see `STARTS`.
+        Starting values of the two variance ratios (see `STARTS`).
     """
     from scipy import optimize  # noqa: PLC0415 - takes half a second to import
 

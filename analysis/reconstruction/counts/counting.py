@@ -57,11 +57,11 @@ class Estimate:
         return self.value * (1 + 2 * self.error) + 1
 
     def settles(self, modulus: int) -> bool:
-        """Return whether the estimate and a residue modulo `modulus` determine the count."""
+        """Return whether the estimate is accurate enough to find the count from its residue."""
         return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
 
     def nearest(self, residue: int, modulus: int) -> int:
-        """Return the integer nearest to the estimate that is `residue` modulo `modulus`."""
+        """Return the integer nearest to the estimate that equals `residue` modulo `modulus`."""
         half = modulus // 2
         return int(self.value) + (residue - int(self.value) + half) % modulus - half
 

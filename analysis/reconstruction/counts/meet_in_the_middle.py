@@ -44,7 +44,7 @@ class Goal:
 
 
 def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
-    """Return the reachable goals, grouped by shared state tables."""
+    """Return the goals that can be reached, grouped by state table."""
     groups: dict[Split, list[Goal]] = {}
     for part in parts:
         n, total, squares = part.moments.n, part.moments.total, part.moments.squares

@@ -125,7 +125,7 @@ class Rough:
 
 
 def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Group parts of the solutions by shared state tables.
+    """Group parts of the solutions by state table.
 
     Raises
     ------

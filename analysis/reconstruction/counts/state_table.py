@@ -44,7 +44,7 @@ class Shape:
     Parameters
     ----------
     nearest, farthest : int
-        Range of distances from the centre, in steps; empty if ``farthest < nearest``.
+        Range of distances from the centre, in steps. The range is empty if ``farthest < nearest``.
     sign : int
         +1 below the centre, -1 above it.
     reach : tuple of (int, int)

@@ -74,7 +74,7 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     Parameters
     ----------
     solutions : Solutions
-        Solutions of a column, which must include at least one data set.
+        Solutions of a column. At least one data set must be consistent with the column.
     measure : {"multisets", "ordered"}
         Whether to treat all multisets or all ordered samples as equally likely.
     """

@@ -1,4 +1,4 @@
-"""Check, count and list the data sets consistent with a published column."""
+"""Check, count and list the data sets that are consistent with a published column."""
 
 from __future__ import annotations
 

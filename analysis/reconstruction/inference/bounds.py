@@ -72,7 +72,7 @@ def larger(x: Array, y: Array) -> Range:
 
 
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
-    """Return the largest r for which r top values of `upper` can exceed r low values of `lower`.
+    """Return the largest r such that the r largest of `upper` can exceed the r smallest of `lower`.
 
     Also returns a row of `upper` and a row of `lower` that attain r. Without these rows, r is only
     an upper bound.
@@ -94,7 +94,7 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]
 def _beats(
     upper: Array, lower: Array, r: int, compare: np.ufunc
 ) -> tuple[Array, Array] | Literal[False] | None:
-    """Return two rows, the r largest values of the first exceeding the r smallest of the second.
+    """Return rows in which the r largest values of `upper` exceed the r smallest of `lower`.
 
     Returns False if no such rows exist, and None if there are too many rows to search.
     """

@@ -89,7 +89,7 @@ class ColumnRows:
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets with the moments at an index, searching for one if none is known."""
+        """Return data sets with the moments at index `place`; search for one if none is known."""
         rows = self.rows(place)
         if len(rows) or self.listed is not None:
             return rows

@@ -182,7 +182,7 @@ class _Path:
         self.shapes = first, last
 
     def rows(self, at: float) -> list[Array]:
-        """Return the columns at a point on the path."""
+        """Return the columns at a point on the path, from 0 (start) to 1 (end)."""
         means = self.means[0] + at * (self.means[1] - self.means[0])
         sds = self.sds[0] + at * (self.sds[1] - self.sds[0])
         found = []
@@ -193,7 +193,7 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a point on the path, or infinity if the statistic is undefined."""
+        """Return |t|, F or r at a point on the path, or infinity if undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf
@@ -216,7 +216,7 @@ class _Path:
 
 
 def _unit(rows: Array) -> Array:
-    """Return the rows centred at 0, and made orthonormal if they are long enough."""
+    """Return the rows with mean 0, orthonormalised if there are enough columns."""
     centred = rows - rows.mean(axis=1, keepdims=True)
     if rows.shape[1] > rows.shape[0]:
         centred = np.linalg.qr(centred.T)[0].T

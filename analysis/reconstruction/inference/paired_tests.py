@@ -112,7 +112,7 @@ def _reach(found: Choices) -> Array:
 
 
 def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
-    """Return bounds on the statistic over all choices and pairings; NaN if it is never defined."""
+    """Return bounds on the statistic over all choices and pairings, or NaN if never defined."""
     if test.kind == "correlation":
         reach = _reach(found)
         defined = reach > 0

@@ -106,7 +106,7 @@ def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
 
 
 def _least(moments: Sequence[Moments], n: int) -> _Case | None:
-    """Return the sums and sums of squares that give the smallest F; None if there are too many."""
+    """Return the sums and sums of squares with the smallest F, or None if there are too many."""
     most = [_most_squares(column) for column in moments]
     if prod(map(len, most)) > COMBINATIONS:
         return None

@@ -31,8 +31,8 @@ class PrintedTest(FrozenTable):
     sides : {2, 1}
         Whether the p-value of t or r is two-sided, or one-sided in the direction of the difference.
     d : Printed, optional
-        Cohen's d of a t test: the mean difference divided by the SD of the differences (paired) or
-        by the pooled SD (independent). The sign is ignored.
+        Cohen's d of a t test. It is the mean difference divided by the SD of the differences
+        (paired) or by the pooled SD (independent). The sign is ignored.
     partial_eta_squared : Printed, optional
         Partial η² of an F test.
     rounding : {"nearest", "half_up", "half_even", "truncated"}

@@ -145,7 +145,7 @@ class Summary(FrozenTable):
     median : Printed, optional
         Middle rating, or mean of the two middle ratings if n is even.
     lower_quartile, upper_quartile : Printed, optional
-        Quartiles by any common definition; see `quartiles`.
+        Quartiles by any common definition (see `quartiles`).
     present, absent : tuple of Fraction
         Ratings that at least one participant gave, and ratings that no participant gave.
     frequencies : tuple of (Fraction, int)

@@ -67,7 +67,7 @@ class Trials:
     design : array, shape (rows, coefficients)
         Design matrix of the thresholds, whose rows are equal for the same person and condition.
     u : array, shape (rows,)
-        Coordinates of the levels; `psychometric_fit.FAR_BELOW` for 0 on a logarithmic axis.
+        Coordinates of the levels. On a logarithmic axis, 0 becomes `psychometric_fit.FAR_BELOW`.
     yes, n : array, shape (rows,)
         Number of correct (or "yes") answers, and number of all answers.
     catch_right, catch_wrong : int

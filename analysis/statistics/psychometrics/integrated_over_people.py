@@ -180,7 +180,7 @@ class IntegratedModel:
         return self.predict(theta, self.outer.nodes[:, :, None], self.inner.nodes[0])
 
     def _integrated(self, predicted: Prediction) -> tuple[Array, Array, list[Array]]:
-        """Return log likelihoods, and probabilities of the outer and of each cell's inner nodes."""
+        """Return log likelihoods, and probabilities of outer nodes and of inner nodes per cell."""
         total = self.outer.log_weights
         within = []
         for kinds in self._cells:

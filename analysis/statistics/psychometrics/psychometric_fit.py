@@ -91,7 +91,7 @@ class Model:
     guess_rate : float
         Value of the lower asymptote, if it is fixed.
     largest_lapse : float
-        Upper bound of the lapse rate; a bound of 0 fixes the rate at 0.
+        Upper bound of the lapse rate. If 0, the rate is fixed at 0.
     """
 
     curve: Curve

@@ -22,7 +22,7 @@ from slipscale.faults import UserError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Method:
-    """The lower asymptote that follows from the question of a task.
+    """The type of lower asymptote that a task's question implies.
 
     Parameters
     ----------
@@ -117,8 +117,8 @@ class PsychometricFunction:
     share : float
         Value of the curve at the threshold, without guesses and lapses.
     threshold_um_pp : Estimate
-        Threshold in µm peak to peak. If the data do not determine an end of the interval, the upper
-        end is infinite; the lower end is minus infinity, or 0 for a logarithmic curve.
+        Threshold in µm peak to peak. Ends of the interval that the data do not determine are
+        infinite. For a logarithmic curve, such a lower end is 0.
     slope : Estimate or NotComputed
         Slope of the curve's argument per µm. For a logarithmic curve, the slope is dimensionless.
     lapse, guess : float

@@ -52,7 +52,7 @@ def fit_threshold(
         Value of the curve at the threshold, without guesses and lapses. A share of 0.5 is halfway
         between the asymptotes (75 % correct with two intervals and no lapses).
     largest_lapse : float
-        Upper bound of the lapse rate; a bound of 0 excludes lapses.
+        Upper bound of the lapse rate. If 0, lapses are excluded.
 
     Raises
     ------

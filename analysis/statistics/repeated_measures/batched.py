@@ -92,7 +92,7 @@ def signed_rank_p(differences: Array) -> Array:
     Parameters
     ----------
     differences : array, shape (tables, participants)
-        Paired differences; NaN if missing.
+        Paired differences, with NaN for missing values.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -55,7 +55,7 @@ class PairedT:
     equivalence_p_holm : float
         p-value of the equivalence test, Holm-corrected across all pairs.
     bayes_factor : float
-        Bayes factor in favour of a difference; infinite if it overflows.
+        Bayes factor in favour of a difference, which is infinite if it overflows.
     """
 
     ratio: float
