@@ -44,7 +44,7 @@ def is_mock(spec: str) -> bool:
 def split_address(
     address: str, converters: Mapping[str, Callable[[str], object]], *, what: str = "plate address"
 ) -> tuple[str, dict[str, Any]]:
-    """Split an address into port and options; messages call the address ``what``.
+    """Split an address into port and options; ``what`` names the address in error messages.
 
     Raises
     ------

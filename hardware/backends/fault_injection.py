@@ -70,7 +70,7 @@ class Schedule:
         self._counts: Counter[str] = Counter()
 
     def add(self, injection: Injection) -> None:
-        """Add an injection whose command count starts now."""
+        """Add an injection that counts only the commands from now on."""
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 

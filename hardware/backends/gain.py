@@ -21,7 +21,7 @@ def agreed_gain(
     given, wired : float
         Gains in the SPEC and in the plate file.
     calibration : Calibration
-        Calibration, which includes the gain used to make it.
+        Calibration, which records the gain that was used to make it.
     unknown : str
         Error message for an unknown gain; must start with the backend's name and a colon.
 

@@ -184,7 +184,7 @@ class Calibration(FrozenTable):
         return self.gain.um_pp_per_v * point.voltage_v / lost
 
     def characteristics(self) -> dict[str, float]:
-        """Return the characteristic values as a dict, with the names used in plate files."""
+        """Return the characteristic values, keyed by their names in plate files."""
         return {
             "resonance_hz": self.resonance.frequency_hz,
             "quality_factor": self.resonance.quality_factor,
@@ -265,7 +265,7 @@ def write_calibration(calibration: Calibration, path: Path) -> None:
 
 
 def checksum(calibration: Calibration) -> str:
-    """Return the SHA-256 of a calibration's content; the layout of its file has no effect."""
+    """Return the SHA-256 of a calibration's content, which does not depend on the file's layout."""
     content = json.dumps(calibration.model_dump(mode="json", exclude_none=True), sort_keys=True)
     return hashlib.sha256(content.encode("utf-8")).hexdigest()
 

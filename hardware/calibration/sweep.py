@@ -87,7 +87,7 @@ def sweep(plan: SweepPlan, measure: Measure) -> tuple[Point, ...]:
 
 
 def there_and_back(steps: Iterable[float]) -> list[float]:
-    """Return the steps forwards and then backwards.
+    """Return the steps in order, followed by the same steps in reverse order.
 
     >>> there_and_back([1, 2])
     [1.0, 2.0, 2.0, 1.0]

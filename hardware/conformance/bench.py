@@ -137,7 +137,7 @@ class Bench:
         return self._value
 
     def expect_code(self, body: str, code: int) -> None:
-        """Send a command, and check the code in the answer and, for an error, the error text."""
+        """Send a command, and check the code and any error text in the answer."""
         reply = self.run(body)
         if reply.code != code:
             differs(f"code {code} for '{body}'", str(reply.code))
@@ -161,7 +161,7 @@ class Bench:
         return status
 
     def wait(self, duration_s: float, meanwhile: Callable[[], object] | None = None) -> None:
-        """Wait, and every 0.1 s call ``meanwhile`` or, by default, query the status like a host."""
+        """Wait, calling ``meanwhile`` every 0.1 s (default: query the status, as a host would)."""
         end_s = self._clock.now() + duration_s
         while self._clock.now() < end_s:
             (meanwhile or self.status)()

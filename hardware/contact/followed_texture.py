@@ -35,7 +35,7 @@ class Follower(Protocol):
     """Common interface for textures that follow the finger."""
 
     def see(self, samples: Iterable[Sample]) -> None:
-        """Process new samples of the sensor."""
+        """Process new samples from the sensor."""
 
     def due(self, now_s: float) -> float | Loop | None:
         """Return the amplitude to command or the change to play, or None if nothing is due."""
@@ -176,7 +176,7 @@ class FollowedTransient:
 def followed_texture(
     surface: Surface, plate: PlateDriver, sensors: frozenset[Kind]
 ) -> Follower | None:
-    """Return an object that follows the finger, or None if this is impossible."""
+    """Return an object that makes a texture follow the finger, or None if this is impossible."""
     if surface.sensor not in sensors or plate.follow_lag_s is None:
         return None
     if isinstance(surface, Grating | FrictionMap):

@@ -35,8 +35,8 @@ class Movement:
     strokes : int
         Number of movements along x of at least 5 mm without a change of direction.
     forward_share : float or None
-        Fraction of the path length along x that leads towards larger x; None if there is no
-        movement along x.
+        Fraction of the path length along x in the positive direction; None without movement along
+        x.
     """
 
     speed_mm_s: float | None

@@ -115,7 +115,7 @@ class _Simulated(ContactSource):
         raise NotImplementedError
 
     def _deviates(self, number: int) -> tuple[float, float]:
-        """Return two standard normal deviates, used for a reading's noise."""
+        """Draw the two standard normal deviates for a reading's noise."""
         import numpy as np  # noqa: PLC0415 - only needed for simulated fingers
 
         milliseconds = round(self._begun_s * 1000)
@@ -218,7 +218,7 @@ FILMS: dict[str, Callable[[float, float, float], float]] = {
 
 
 def _place_in_band(surroundings: Surroundings) -> float:
-    """Return where a simulated participant's skin lies within the range of skins, from 0 to 1."""
+    """Return a simulated participant's position in the range of skin properties, from 0 to 1."""
     import numpy as np  # noqa: PLC0415 - as above
 
     person = zlib.crc32(surroundings.participant.encode())

@@ -210,7 +210,7 @@ class EmulatedStage(Stage):
         self._begun_s, self._taken = self._clock.now(), 0
 
     def connect(self) -> None:
-        """Do nothing, because the stage is at 0 from the start."""
+        """Do nothing, because the emulated stage starts at 0."""
 
     def begin(self) -> None:
         """Start a new series of samples at the current time."""

@@ -1,8 +1,8 @@
 """Implement the driver board's firmware in Python, for `slipscale plate emulate`.
 
-The code does no input or output: it receives bytes and the time, returns bytes, and drives a
-simulated plate. The reference firmware (hardware/firmware) implements the same behaviour in C++.
-Both implementations are tested against docs/reference/board-transcript.txt.
+The code performs no I/O: it receives bytes and the time, returns bytes, and drives a simulated
+plate. The reference firmware (hardware/firmware) implements the same behaviour in C++. Both
+implementations are tested against docs/reference/board-transcript.txt.
 """
 
 from __future__ import annotations

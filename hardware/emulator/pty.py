@@ -247,7 +247,7 @@ class Emulator:
             )
 
     def _plug(self) -> None:
-        """Create a pseudo-terminal, and create the symbolic link to it.
+        """Create a pseudo-terminal and the symbolic link to it.
 
         The emulator closes its own copy of the host's end, so that it is notified when the host
         closes the port.
