@@ -23,7 +23,7 @@ LOG = logging.getLogger(__name__)
 #: Options that specify the columns of a table: option -> metavar, help text.
 COLUMN_OPTIONS = {
     "participant": ("COLUMN", "column with the participant's label"),
-    "stimulus": ("COLUMN:UNIT", "column with the stimulus, and the unit of the stimulus"),
+    "stimulus": ("COLUMN:UNIT", "column with the stimulus, and its unit"),
     "response": ("COLUMN", "column with magnitude estimates"),
     "answer": ("COLUMN", "column with yes or no, instead of --response"),
     "yes_count": ("COLUMN", "column with the number of yes answers, instead of --answer"),
@@ -119,7 +119,7 @@ def add_data(parser: ArgumentParser) -> None:
         "--normalise",
         metavar="RULE",
         choices=rules,
-        help=f"rule for putting estimates on a common scale: {', '.join(rules)}",
+        help=f"rule for normalising estimates to a common scale: {', '.join(rules)}",
     )
     parser.add_argument(
         "--equivalence",
@@ -154,8 +154,8 @@ def add_mapping(parser: ArgumentParser) -> None:
         "--levels",
         metavar="COLUMN=LEVEL",
         nargs="+",
-        help="for a wide table: columns with responses, and their levels; without =LEVEL, the "
-        "level is the number at the end of the column name",
+        help="for a wide table: response columns and their levels; without =LEVEL, the number at "
+        "the end of the column name is the level",
     )
     group.add_argument(
         "--only",

@@ -30,11 +30,12 @@ if TYPE_CHECKING:
 AXES = {
     "participants": "numbers of participants to try (default: 6,8,10,12,16,20,24,32)",
     "repetitions": "ratings per surface (default: as in the study file)",
-    "effect": "factor for the effect; with 0.5, differences between mean sensations are halved "
-    "(default: 1)",
+    "effect": "factor by which the effect is multiplied; 0.5 halves the differences between mean "
+    "sensations (default: 1)",
     "lapses": "proportion of answers given at random (default: as in the population)",
     "dropout": "proportion of people who stop before the end (default: as in the population)",
-    "exponent": "exponent of the mean sensation above 0 µm (default: the curve of the population)",
+    "exponent": "exponent of the power function for the mean sensation above 0 µm (default: the "
+    "population's curve)",
     "catch_steps": "number of catch steps in each descending-difference series; more catch "
     "steps make the false-alarm rate more precise",
 }

@@ -144,7 +144,7 @@ RULES: dict[str, Rule] = {
         formula="each participant's largest mean at any {q.level} becomes 100",
         table3="impossible: nobody was above 72 at 1.2 µm, so everyone would have 100 at 2.3 µm, "
         "and the mean would be 100, not 81.33",
-        source="common in haptics; forces the spread towards 0 at the top",
+        source="common in haptics; forces the spread towards 0 at the top of the scale",
         unit="% of the participant's maximum",
     ),
     "participant_largest_trial": Rule(
