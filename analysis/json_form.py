@@ -41,7 +41,7 @@ class OurName(str):
 
 
 def text(value: object, named: Callable[[str], str] = str) -> str:
-    """Return a result as JSON text; for ``named``, see `form`."""
+    """Convert a result to JSON text. The parameter ``named`` is described in `form`."""
     return json.dumps(form(value, named), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 

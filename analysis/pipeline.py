@@ -44,7 +44,7 @@ def analyse(
     bayesian: bool = False,
     progress: Callable[[str], None] | None = None,
 ) -> Analysis:
-    """Analyse a data set; `analysis.reporting.files.write_analysis` writes the results.
+    """Analyse a data set. To write the results, use `analysis.reporting.files.write_analysis`.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _with_ratio(data: Dataset, asked: float | None) -> tuple[Dataset, list[str]]
 def normalised(
     data: Dataset, asked: str | None
 ) -> tuple[pd.DataFrame, Prepared | None, str, list[str]]:
-    """Normalise estimates; return them, their form for inference, the rule, and notes on it."""
+    """Return normalised estimates, prepared data for inference, the rule, and notes on the rule."""
     rule, notes = _choose_rule(data, asked)
     estimates = data.estimates.assign(normalised=normalisation.normalise(data.estimates, rule))
     prepared = prepare(estimates, data.choices, data.quantity) if len(estimates) else None

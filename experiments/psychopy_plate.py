@@ -51,7 +51,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.limits.quantity
 
     def present(self, level: float) -> Presentation:
-        """Ramp to an amplitude in µm peak to peak; return when the amplitude has settled.
+        """Ramp to an amplitude in µm peak to peak, and return when it has settled.
 
         Raises
         ------
@@ -66,7 +66,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.read_back().level
 
     def check(self) -> None:
-        """Raise a `PlateFault` if the plate has failed; call this function in every frame."""
+        """Raise a `PlateFault` if the plate has failed. Call this method in every frame."""
         self._plate.check()
 
     def silence(self) -> None:

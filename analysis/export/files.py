@@ -21,7 +21,7 @@ SCRIPT, TASK_SCRIPT = "recompute.R", "recompute_tasks.R"
 
 
 def write_export(analysis: Analysis, out: Path, forms: Sequence[str]) -> list[str]:
-    """Write the output of `analyse` in further formats; return the names of the added files.
+    """Write the output of `analyse` together with export files, and return the export files' names.
 
     Parameters
     ----------

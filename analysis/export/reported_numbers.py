@@ -48,7 +48,6 @@ def reported_numbers(analysis: Analysis) -> pd.DataFrame:
 
 
 def _means_in_order(row: dict[str, Json]) -> dict[str, Json]:
-    """Convert the means in a row from a dictionary keyed by level to a list."""
     means = row["means"]
     return row | {"means": list(means.values()) if isinstance(means, dict) else means}
 

@@ -57,7 +57,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
 
 
 def _p(p: float) -> str | None:
-    """Format a p-value for print; small values are never printed as 0.000."""
+    """Format a p-value for print, with "<" for very small values, or return None for NaN."""
     if math.isnan(p):
         return None
     text = p_cell(p)
@@ -65,7 +65,6 @@ def _p(p: float) -> str | None:
 
 
 def _escaped(text: str) -> str:
-    """Escape a name or unit for LaTeX."""
     return text.replace("%", r"\%").replace("_", r"\_").replace("µ", MICRO)
 
 

@@ -76,7 +76,6 @@ def _row(kind: str, cells: Iterable[str]) -> Markup:
 
 
 def _subject(analysis: Analysis) -> str:
-    """Return a short description of the data and the analysis."""
     data = analysis.dataset
     trials = sum(len(rows) for name, rows in data.tables.items() if name != "answers")
     parts = [f"{len(data.people)} participants", f"{trials} trials"]

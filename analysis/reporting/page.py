@@ -131,7 +131,6 @@ def _unsaid(text: str, stated: Sequence[str]) -> str:
 
 
 def _unbroken(text: str) -> str:
-    """Insert no-break spaces to keep a statistic and its value on one line."""
     for sign in ("=", "<", ">"):
         text = text.replace(f" {sign} ", f"\N{NO-BREAK SPACE}{sign}\N{NO-BREAK SPACE}")
     return text

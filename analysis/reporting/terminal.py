@@ -17,7 +17,7 @@ TITLES = {"mean": "mean", "maximum_deviation": "max. dev.", "standard_deviation"
 
 
 def table3_table(analysis: Analysis) -> Table:
-    """Return Table III as a rich table; published values require the paper's amplitudes."""
+    """Return Table III as a rich table, with published values if the amplitudes are the paper's."""
     quantity = analysis.dataset.quantity
     beside = quantity.of_plate and biet2007.covers(analysis.table3["amplitude_um_pp"])
     table = Table(

@@ -97,7 +97,6 @@ def search(convention: Convention) -> list[Conclusion]:
 
 
 def _record() -> None:
-    """Run the search, and record the tables that attain the bounds."""
     entries: dict[str, dict[str, dict[str, object]]] = {
         convention: {
             one.name: {

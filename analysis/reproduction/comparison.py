@@ -223,7 +223,7 @@ def compare(
 def write_figures(
     out: Path, wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
 ) -> list[Path]:
-    """Write the figures of the chosen items as SVG and PNG; return their paths."""
+    """Write the figures for the chosen items as SVG and PNG, and return the paths."""
     from slipscale.figure_style import save  # noqa: PLC0415 - as late as the figures themselves
 
     # A figure belongs to all items with its name as prefix, such as fig15.0.5 for fig15.

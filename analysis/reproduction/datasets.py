@@ -44,7 +44,6 @@ def _counts() -> dict[tuple[float, str], allowed_datasets.Count]:
 
 @cache
 def _conclusions() -> dict[str, dict[str, Conclusion]]:
-    """Return the conclusions, keyed by name and then by SD convention."""
     found: dict[str, dict[str, Conclusion]] = {}
     for convention in CONVENTIONS:
         for one in known(convention):

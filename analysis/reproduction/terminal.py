@@ -62,7 +62,6 @@ def by_construction(outcome: Outcome) -> bool:
 
 
 def _summary(comparisons: Sequence[Comparison]) -> str:
-    """Report how many items agree, and explain the exit status."""
     outcomes = [comparison.outcome for comparison in comparisons]
     made = sum(by_construction(outcome) for outcome in outcomes)
     agree = sum(bool(outcome.agrees) for outcome in outcomes) - made

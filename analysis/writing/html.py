@@ -123,7 +123,7 @@ def figure_if_drawn(svgs: Mapping[str, str], name: str, caption: str, alt: str) 
 
 
 def details(title: str, blocks: Iterable[Markup]) -> Markup:
-    """Return blocks that readers can expand on screen; print shows them expanded."""
+    """Return blocks that readers can expand on screen, and that are always expanded in print."""
     return Markup("<details><summary>{}</summary>{}</details>").format(
         title, Markup("").join(blocks)
     )

@@ -25,9 +25,9 @@ DASH = "–"
 
 
 def number(value: float | None, decimals: int = 2, *, thousands: str = "") -> str:
-    """Format a number with fixed decimals and a true minus sign; a dash if missing.
+    """Format a number with fixed decimals and a true minus sign.
 
-    Negative numbers that round to 0 have no sign.
+    Missing and infinite numbers give a dash. Negative numbers that round to 0 have no sign.
 
     >>> number(-1.5), number(float("nan")), number(1234567, 0, thousands=" "), number(-0.001)
     ('−1.50', '–', '1 234 567', '0.00')
@@ -168,7 +168,7 @@ def level_of(confidence: float) -> str:
 
 
 def reliable(p: float, confidence: float) -> bool:
-    """Return whether p is below the significance level, 1 - confidence; False if p is NaN.
+    """Return whether p is below the significance level (1 - confidence). NaN is never below it.
 
     >>> reliable(0.03, 0.95), reliable(0.03, 0.99), reliable(float("nan"), 0.95)
     (True, False, False)

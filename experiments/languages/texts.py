@@ -175,13 +175,12 @@ def texts_hash(texts: Texts) -> str:
 
 
 def _unknown(key: str, shipped: Texts) -> str:
-    """Return the error message for an unknown key."""
     near = get_close_matches(key, shipped, n=3) or sorted(shipped)
     return f"unknown text key; expected a key such as {', '.join(near)}"
 
 
 def blanks(text: str) -> set[str] | None:
-    """Return the placeholder names in a text; None if its braces are unbalanced.
+    """Return the placeholder names in a text, or None if its braces are unbalanced.
 
     >>> blanks("{done} of {total}") == {"done", "total"}, blanks("50 % {")
     (True, None)

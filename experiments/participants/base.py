@@ -78,7 +78,7 @@ class Participant(Protocol):
         """
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Let the participant adjust the surface as the step instructs; see `perform`.
+        """Let the participant adjust the surface as the step instructs (see also `perform`).
 
         If the participant requests the reference, the reply's value is `FEEL_AGAIN`. The session
         then presents the reference and calls this method again; ``again`` counts these repetitions.

@@ -41,7 +41,7 @@ class PlateOutput:
         self._on = False
 
     def start(self) -> None:
-        """Ramp to the amplitude; return when the plate has settled, after tens of milliseconds."""
+        """Ramp to the amplitude, and return when it has settled (after tens of milliseconds)."""
         self._on = True
         made = self._plate.present(float(self.amplitude_um_pp))
         self.readback_level = made.readback.level

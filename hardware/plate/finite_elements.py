@@ -89,7 +89,7 @@ class Assembly:
 
     @property
     def mirrors(self) -> tuple[int, int]:
-        """Symmetry of the drive at the planes x = 0 and y = 0 of a quarter; 0 for a whole plate."""
+        """Symmetry of the drive at x = 0 and y = 0. Both are 0 if the whole plate is meshed."""
         return self.layout.mirrors if self.quarter else (0, 0)
 
     @property
@@ -101,7 +101,7 @@ class Assembly:
 
 @lru_cache(maxsize=2)
 def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True) -> Assembly:
-    """Mesh a layout and assemble its matrices; mesh the whole plate if it is not symmetric."""
+    """Mesh a layout and assemble its matrices. Only symmetric plates are reduced to a quarter."""
     quarter = quarter and all(layout.mirrors)
     bricks = _bricks(layout, density, quarter=quarter)
     basis = Basis(bricks.mesh, ElementHexS2(), intorder=1)  # used only to number the nodes

@@ -263,7 +263,6 @@ def mesh_lines(layout: Layout, axis: int, brick_mm: float, *, half: bool) -> Arr
 
 
 def _piece(length_mm: float, pieces: int, gap_mm: float, border_mm: float) -> float:
-    """Return the length or width of one ceramic in mm."""
     return (length_mm - 2 * border_mm - (pieces - 1) * gap_mm) / pieces
 
 

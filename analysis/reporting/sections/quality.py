@@ -95,7 +95,7 @@ def quality(analysis: Analysis) -> ReportSection:
 
 
 def _each(analysis: Analysis) -> list[Markup]:
-    """Return a table of individual exponents and sensitivities, if there are any."""
+    """Return the table of individual exponents and sensitivities, or nothing if it is empty."""
     own, quantity = analysis.individuals, analysis.dataset.quantity
     if not len(own):
         return []
@@ -169,7 +169,6 @@ OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
 
 
 def _counted(analysis: Analysis) -> list[str]:
-    """Return sentences with the numbers of rows read and excluded, by task."""
     counts, words, texts = analysis.dataset.counts, analysis.dataset.quantity.yes_no, []
     for trials in (kind.trials for kind in analysis.kinds if kind.trials):
         if read := counts.get(f"{trials.counted}_rows"):

@@ -98,7 +98,6 @@ def _figure(analysis: Analysis, svg: str) -> Markup:
 
 
 def _lines(analysis: Analysis) -> str:
-    """Describe the means, lines and error bars in the figure."""
     people = len(analysis.cells)
     if people == 1:
         return "Geometric means for a single participant, so no spread or intervals are shown."

@@ -76,7 +76,6 @@ class Asking(Unmoved):
         return (prompt, *self._body(), *self._foot(), *self._way_back(), *left)
 
     def _foot(self) -> Scene:
-        """Return the hint and, after a rejected entry, the reason for the rejection."""
         hint = () if self._touch else (scene.hint(self._hint),)
         if not self._notice:
             return hint
@@ -85,7 +84,6 @@ class Asking(Unmoved):
         return (replace(notice, y=scene.HINT_Y),) if self._touch else (notice, *hint)
 
     def _way_back(self) -> Scene:
-        """Return the line or touch key for going back, or nothing if this is not possible."""
         if not self._back:
             return ()
         if self._touch:

@@ -88,7 +88,7 @@ def import_visual() -> Any:
 
 
 def screens() -> list[str]:
-    """Return the sizes of the available screens; a screen's number is its index in the list."""
+    """Return the sizes of the available screens. The list index is the screen number."""
     import_visual()
     import pyglet  # noqa: PLC0415  opens the display
 

@@ -134,10 +134,10 @@ class Entry(Protocol):
     content: str
 
     def turn(self, notches: int) -> None:
-        """Move up or down the list; fields without a list ignore this call."""
+        """Move the selection in a list. Fields without a list ignore this call."""
 
     def press(self, character: str) -> Verdict:
-        """Process one character; the Enter key sends ``ENTER``."""
+        """Process one character. The Enter key sends ``ENTER``."""
 
     def erase(self) -> None:
         """Delete the last character."""
@@ -237,7 +237,7 @@ class ListEntry:
 
     @property
     def place(self) -> int | None:
-        """The index of the selected item; None if there is no selection."""
+        """The index of the selected item, or None if no item is selected."""
         number = int(self.content) if self.content else 0
         return number - 1 if 1 <= number <= len(self._values) else None
 
@@ -260,7 +260,7 @@ class ListEntry:
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """Move the selection up or down; the selection stops at the ends of the list."""
+        """Move the selection up or down, without wrapping around."""
         last = len(self._values) - 1
         here = self.place
         if here is None:

@@ -39,7 +39,7 @@ MOST_NAMED = 50  # maximum length of a text quoted in a message
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Laid:
-    """A laid-out text: its lines, its edges, and whether it fits its area."""
+    """Layout of a text: lines, edges, and whether the text fits its area."""
 
     content: str
     lines: tuple[str, ...]

@@ -80,7 +80,6 @@ def _row(number: int, words: str, y: float, *, chosen: bool) -> Scene:
 
 
 def _arrow(y: float, *, up: bool) -> Scene:
-    """Return an arrow that scrolls the list when touched."""
     presses = scene.UP if up else scene.DOWN
     return (
         Arrow(x=0.53, y=y, size=0.05, up=up, colour="accent"),

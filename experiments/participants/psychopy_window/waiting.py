@@ -172,7 +172,7 @@ class Resting(Waiting):
 
 
 class Telling(Waiting):
-    """A text that disappears after a fixed time; keys are ignored."""
+    """Screen with a text that disappears after a fixed time. Keys are ignored."""
 
     def __init__(self, step: Feedback, texts: Texts) -> None:
         super().__init__(texts)
@@ -201,7 +201,7 @@ class Listening(Waiting):
         self._prompt = step.question.prompt.strip() if said else ""
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the question and a request to answer aloud; operator decisions are not shown."""
+        """Return the question and a request to answer aloud. Operator decisions are not shown."""
         if not self._prompt:
             return scene.message(self._texts["session.hold"])
         return (

@@ -148,11 +148,10 @@ class PsychoPyWindow:
         *,
         again: int = 0,  # noqa: ARG002 - the screen is always the same
     ) -> Reply:
-        """Let the participant adjust the surface until they confirm it; see `perform`."""
+        """Let the participant adjust the surface until they confirm it (see also `perform`)."""
         return self._perform(screen_for(step, self._texts), watch, turn)
 
     def _perform(self, screen: Screen, watch: Watch, turn: Turn | None = None) -> Reply:
-        """Show a screen until it ends, and return the reply."""
         onset_s = self._show_first(screen, watch)
         away_s = 0.0
         while True:
@@ -181,14 +180,13 @@ class PsychoPyWindow:
             self._show(screen.scene(self._clock.now() - onset_s - away_s))
 
     def _hand_over(self, key: Key, screen: Screen, elapsed_s: float) -> ScreenResult | None:
-        """Pass a key, or the scene coordinates of a click, to a screen."""
         if key.kind != "point" or elapsed_s < 0:
             return hand_over(key, screen, elapsed_s)
         x, y = self.display.place(key.x, key.y)
         return screen.point(x, y, elapsed_s, dragged=key.repeated)
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` until ``until()`` is true; keys are ignored."""
+        """Show ``text`` until ``until()`` returns True. Keys are ignored."""
         while not until():
             self._poll()
             self._show(scene.message(text))

@@ -81,7 +81,6 @@ def growth_of(quantity: Quantity) -> Growth:
 
 
 def _effects(factors: Sequence[Factor]) -> dict[str, object]:
-    """Convert the simulated effects of a study's factors to fields of `Population`."""
     return {
         "effects": tuple((f.name, level, by) for f in factors for level, by in f.simulated.items()),
         "growths": tuple(

@@ -1,4 +1,4 @@
-"""Response habits of simulated people, each with one parameter; all are off by default.
+"""Response habits of simulated people, each with one parameter and off by default.
 
 Each description names the analysis that detects the habit.
 """
@@ -132,14 +132,16 @@ Numbers = float | NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class History:
-    """A person's sensations in a task up to this trial; arrays describe many people at once.
+    """Summary of a person's sensations in a task up to this trial.
+
+    If the fields are arrays, they describe many people at once.
 
     Parameters
     ----------
     trials : int
         Number of trials, including this one.
     log_sum, log_least, log_largest : float or array
-        Sum, minimum and maximum of the log population mean of the sensations at the presented
+        Sum, minimum and maximum of the log of the population's mean sensation at the presented
         levels.
     before_level : float or array
         Level of the previous surface in µm peak to peak. Undefined in the first trial.

@@ -103,7 +103,7 @@ class SimulatedParticipant:
         return shown.level if isinstance(shown, Varied) else None
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
-        """Read, explore, answer or rest; see `experiments.participants.base.Participant`."""
+        """Read, explore, answer or rest, as described in `experiments.participants.base`."""
         watch()
         self._stop_if_enough()
         onset_s = self._clock.now()
@@ -190,7 +190,6 @@ class SimulatedParticipant:
 
 
 def _place(step: Present | Explore | Adjust) -> tuple[int | None, int | None]:
-    """Return the trial number and interval of a stimulus."""
     return step.trial.number if step.trial else None, step.interval
 
 

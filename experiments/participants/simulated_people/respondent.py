@@ -333,13 +333,12 @@ class Respondent:
         return self._in_condition(self._sensation.percent(felt, noise))
 
     def _in_condition(self, percent: float) -> float:
-        """Return a sensation after applying the effects of the trial's condition."""
         condition = self.memory.trial.factors if self.memory.trial else {}
         levels = {name: factor_level(value) for name, value in condition.items()}
         return self._people.in_condition(percent, levels, self._own)
 
     def _of_standard(self) -> float:
-        """Return the sensation of the standard, felt first in this trial or before this trial."""
+        """Return the sensation of the standard, felt at the start of this trial or before it."""
         return max(self._sensation.percent(self.memory.reference_level), LEAST_PERCENT)
 
     def _any_yes(self) -> bool:

@@ -212,7 +212,6 @@ def _surface(found: Modes, index: int) -> tuple[Any, Any, Any]:
 
 
 def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
-    """Interpolate the values at the nodes on a grid; return x and y (mm) and w."""
     from scipy.interpolate import griddata  # noqa: PLC0415 - only this picture needs it
 
     parts = found.parts
@@ -233,7 +232,6 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
 
 
 def _colours(w: Any) -> Any:
-    """Map w from -1 to 1 to face colours."""
     from matplotlib import colormaps  # noqa: PLC0415 - only needed for figures, see figure_style
 
     return colormaps["PuOr"]((w + 1) / 2)

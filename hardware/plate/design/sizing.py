@@ -261,7 +261,6 @@ def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
 
 
 def _layers(brief: Brief) -> dict[str, Any]:
-    """Return layer thicknesses and materials, which are the same in all layouts for a brief."""
     return {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
         "resonator_thickness_mm": brief.resonator.thickness_mm,
