@@ -95,6 +95,8 @@ def threshold_values(
 ) -> Array:
     """Return the thresholds of many people in µm peak to peak, as fitted by `fit_threshold`.
 
+    Intervals are not computed, so thousands of thresholds take only about a second.
+
     Parameters
     ----------
     half_width : bool
