@@ -18,8 +18,8 @@ UNKNOWN = "unrecognized arguments: "
 class Parser(ArgumentParser):
     """Argument parser that reports errors as single sentences.
 
-    Subcommands use the same parser class. If ``loads`` is given (a module's name, and a command's
-    name in the module's ``COMMANDS``), the module is imported on first use.
+    Subcommands use the same parser class. ``loads``, if given, contains the name of a module and
+    the name of a command in its ``COMMANDS``. This module is imported on first use.
     """
 
     loads: tuple[str, str] | None = None

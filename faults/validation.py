@@ -189,7 +189,7 @@ class Told(NamedTuple):
 
 
 def told_in(said: str, source: str) -> list[Told]:
-    """Parse the faults in a message that `complaint` created.
+    """Parse a message created by `complaint` into its faults.
 
     >>> told_in("s.toml: line 7, seed: expected 0 or more, got -7", "s.toml")[0][:3]
     (7, 'seed', 'expected 0 or more, got -7')

@@ -88,7 +88,7 @@ ATTRIBUTES: Mapping[str, Mapping[str, AttributeWords]] = {
 
 
 def english_adjective(attribute: str) -> str:
-    """Return the English adjective for an attribute, or a phrase with its noun.
+    """Return the English adjective for a listed attribute, otherwise a phrase with its noun.
 
     >>> english_adjective("roughness"), english_adjective("brightness")
     ('rough', 'high in brightness')

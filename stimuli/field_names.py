@@ -1,4 +1,4 @@
-"""Convert between the names of fields in the code and in files in µm.
+"""Convert between field names in the code and names in files with levels in µm.
 
 Names in the code do not contain a unit, because levels may be in any quantity.
 
@@ -43,7 +43,7 @@ def in_code(name: str) -> str:
 
 
 def in_um(name: str) -> str:
-    """Convert a name in the code to the name used in files in µm; the inverse of `in_code`.
+    """Convert a name in the code to the name in files with levels in µm (inverse of `in_code`).
 
     >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
     ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')

@@ -13,7 +13,7 @@ UNKNOWN = "?"
 
 
 def renamed(data: Any, name: Callable[[str], str]) -> Any:
-    """Rename the keys of all tables in plain data."""
+    """Rename the keys of all dicts in nested plain data."""
     if isinstance(data, dict):
         return {name(key): renamed(value, name) for key, value in data.items()}
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):

@@ -127,7 +127,7 @@ class Loop:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Modulator:
-    """Modulation limits of a plate and its serial line.
+    """Modulation limits set by a plate and its serial line.
 
     Parameters
     ----------
@@ -196,7 +196,7 @@ class Modulator:
     def friction_reached(self, duration_s: float | None) -> float:
         """Return the fraction of a change that friction completes in a given time (1 if None).
 
-        Plate and film are two first-order lags in series.
+        Plate and film are modelled as two first-order lags in series.
         """
         if duration_s is None:
             return 1.0

@@ -19,7 +19,7 @@ from slipscale.stimuli.quantity import Quantity, made_by_plate
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Parameter:
-    """Declaration of a number that describes a stimulus.
+    """Declaration of a numerical parameter of a stimulus.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Define the quantity of levels, such as the plate's amplitude in µm peak to peak, V or m/s².
+"""Define the quantity in which levels are given, such as amplitude in µm peak to peak, V or m/s².
 
 A level is a value of this quantity. `Quantity` provides its name and unit for files, tables,
 sentences and axis labels. Fixed text contains placeholders, such as ``"pairs of {q.levels}"``. For
@@ -125,7 +125,7 @@ class Quantity:
 
     @property
     def yes_no(self) -> YesNoWords:
-        """Words for a yes/no task."""
+        """Wording of reports on a yes/no task."""
         return STEPS if self.stepped else YesNoWords(size=self.name)
 
     @property
@@ -140,7 +140,7 @@ class Quantity:
 
     @property
     def grow(self) -> str:
-        """Verb for the change of judgements with increasing level: "grow" or "fall"."""
+        """Verb for judgements when the level increases: "grow" or "fall"."""
         return "fall" if self.falls else "grow"
 
     @property
@@ -155,7 +155,7 @@ class Quantity:
 
     @property
     def short_convention(self) -> str:
-        """Short convention for a column heading, such as "p-p"."""
+        """Abbreviated convention for a column heading, such as "p-p"."""
         return SHORT.get(self.convention, "")
 
     @property
@@ -170,7 +170,7 @@ class Quantity:
 
     @property
     def unit_in_short(self) -> str:
-        """Unit with short convention for screens and messages, such as "µm p-p"."""
+        """Unit with abbreviated convention, for screens and messages, such as "µm p-p"."""
         short = SHORT.get(self.convention, self.convention)
         return " ".join(part for part in (self.unit, short) if part)
 
@@ -242,7 +242,7 @@ class Quantity:
         return re.sub(rf"^(interval\d+_)?{self.noun}(?=_|$)", r"\1amplitude", stem) + "_um_pp"
 
     def named(self, name: str) -> str:
-        """Convert a name in the code to the name used in files in this quantity.
+        """Convert a name in the code to the name used in files with levels in this quantity.
 
         >>> PLATE_AMPLITUDE.named("standard_level")
         'standard_um_pp'

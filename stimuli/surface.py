@@ -81,7 +81,7 @@ class Surface(Stimulus, Protocol):
 
     @property
     def needs_sensor(self) -> bool:
-        """Whether the surface can be presented only with its sensor."""
+        """Whether the surface can be presented only if its sensor is available."""
 
     def shown(self, share: float) -> float:
         """Return the height of the curve at a fraction (0 to 1) of the width of a picture."""
@@ -105,7 +105,8 @@ class VirtualSurface:
     level : float
         Vibration amplitude in µm peak to peak; finite and not negative.
     label : str
-        Code for the operator and the data that does not reveal the amplitude ("A", "B", ...).
+        Code used for the operator and in the data, which does not reveal the amplitude ("A", "B",
+        ...).
 
     Raises
     ------

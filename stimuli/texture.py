@@ -1,4 +1,4 @@
-"""Define gratings: surfaces with ridges and grooves of friction.
+"""Define gratings: surfaces whose friction varies periodically.
 
 Spatial variation in slipperiness is perceived as relief (see the introduction and conclusion of the
 paper). The amplitude of a grating is a function of position. For a known finger speed, the grating
@@ -307,7 +307,7 @@ class Grating(Parametric):
     def envelope(
         self, finger_speed_mm_s: float, duration_s: float, modulator: Modulator = DEFAULT_MODULATOR
     ) -> tuple[AmplitudeStep, ...]:
-        """Return the commands for a finger that moves with constant speed.
+        """Return the commands for a finger that moves at constant speed.
 
         Parameters
         ----------

@@ -11,7 +11,8 @@ class YesNoWords:
 
     ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) each contain
     the singular and the plural. ``size`` is the variable on which the probability of "yes" depends,
-    and ``each`` is the name of a single value of it. Sensitivity is reported ``at`` a value.
+    and ``each`` is the name of a single value of it. ``at`` is the phrase before the value at which
+    sensitivity is reported.
     """
 
     size: str

@@ -1,4 +1,4 @@
-"""The command ``slipscale data``: build or verify a data set, withdraw a participant, or merge."""
+"""Command ``slipscale data``: build or verify a data set, withdraw a participant, or merge."""
 
 from __future__ import annotations
 

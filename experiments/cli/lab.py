@@ -178,8 +178,8 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
     Raises
     ------
     UserError
-        If a session is running, no participant is left, or the requested participant has no run
-        left.
+        If a session is running, if all planned participants have started, or if the requested
+        participant has no planned runs left.
     """
     from slipscale.faults import UserError  # noqa: PLC0415
 

@@ -149,7 +149,7 @@ def backups(dataset: Path) -> list[Path]:
 
 
 def _remember(dataset: Path, place: Path) -> None:
-    """Add a backup to the data set's list, before anything is written to the backup."""
+    """Add a backup to the data set's list of backups, before anything is written to it."""
     known = backups(dataset)
     if place not in known:
         write_file(dataset / KNOWN, json.dumps([str(each) for each in [*known, place]]) + "\n")

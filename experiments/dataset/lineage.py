@@ -32,7 +32,7 @@ def note_source(dataset: Path, source: Path) -> None:
 
 
 def note_merged(dataset: Path, merged: Path) -> None:
-    """Record in a data set that a merged set includes this data set."""
+    """Record in a data set that it is included in a merged data set."""
     _add(dataset, INTO, merged)
 
 

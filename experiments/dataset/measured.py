@@ -142,7 +142,7 @@ def samples(record: Record) -> list[Sample]:
 
 
 class Explorations:
-    """Collector of the samples of explorations, which receives a journal's records in order."""
+    """Collects the samples of each exploration from the records of a journal, passed in order."""
 
     def __init__(self) -> None:
         self._parts: dict[str, list[Sample]] = {}
@@ -173,7 +173,7 @@ class Explorations:
 
     @property
     def unchanged(self) -> bool:
-        """Whether the last exploration did not trigger the change of a transient."""
+        """Whether the last exploration failed to trigger the change of a transient."""
         return self._changes == 0
 
     def implausible(self) -> list[str]:

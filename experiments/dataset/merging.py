@@ -50,7 +50,7 @@ class Merged:
 
 
 def merge(one: Path, other: Path, out: Path) -> Merged:
-    """Merge two data sets into a new data set, and leave the sources' data unchanged.
+    """Merge two data sets into a new data set, without changing the data in the sources.
 
     Raises
     ------

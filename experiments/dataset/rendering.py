@@ -103,7 +103,7 @@ def render(runs: Sequence[Run]) -> tuple[dict[PurePosixPath, Content], list[Prob
 def _sessions(
     participant: str, sessions: dict[str, list[Run]]
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield the table of a participant's sessions, and the table's sidecar."""
+    """Yield the table of a participant's sessions, and its sidecar."""
     described = session_columns()
     path = PurePosixPath(f"sub-{participant}", f"sub-{participant}_sessions.tsv")
     rows = [
@@ -140,7 +140,7 @@ def _columns(protocol: Protocol, measured: Iterable[str], study: Study) -> dict[
 def _run_files(
     run: Run, protocol: Protocol, labelled: str
 ) -> Iterator[tuple[PurePosixPath, Content]]:
-    """Yield the table of one task in a run, and the table's sidecar."""
+    """Yield the table for one task in a run, and its sidecar."""
     plan, records, gathered = run.plan, run.records, run.gathered
     described = _columns(protocol, gathered.measured(protocol.task), plan.study)
     rows = [

@@ -50,9 +50,9 @@ class Gathered:
     person : dict
         Answers about the participant.
     run_answers : dict of dict
-        Answers about a task as a whole, by task.
+        Answers about a task as a whole, keyed by task.
     trials : dict of list
-        Finished trials in order, by task.
+        Finished trials in order, keyed by task.
     voided : list
         Task, trial number and reason for each voided trial.
     """

@@ -62,10 +62,10 @@ NOTES: Mapping[str, str] = {
     "seed": "random seed for all orders",
     "mode": "participant, or pilot (a test of the study, which yields no data)",
     "language": (
-        "language of the texts shown to the participant; for languages that the study itself "
+        "language of the text shown to the participant; for languages that the study itself "
         "provides, see `code/`"
     ),
-    "texts_hash": "SHA-256 of all texts that the participant could read; n/a for older journals",
+    "texts_hash": "SHA-256 of all text that the participant could read; n/a for older journals",
     "complete": "whether the run was completed",
     "answered_by": "who answered: person, simulated or scripted; the plate is a separate entry",
     "masking_noise": "on, or absent",
@@ -121,7 +121,7 @@ def columns(
     Raises
     ------
     UserError
-        If the protocol declares a column that exists in every task.
+        If the protocol declares a column that the tables of all tasks already contain.
     """
     common = _common(protocol, quantity)
     own = {**protocol.design, **protocol.stimulus, **protocol.response}

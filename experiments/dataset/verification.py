@@ -154,7 +154,7 @@ def _settled(content: object, file: str) -> dict[str, object]:
     """Return the entries that are the same in all versions, such as units and codes.
 
     The meanings of codes are compared only for the study's questions. Other meanings are
-    Slipscale's own words, which can change between versions.
+    Slipscale's own wording, which can change between versions.
     """
     if not isinstance(content, dict):
         return {}

@@ -84,7 +84,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
-    """Return a withdrawal's tasks outside the data set, either recorded or newly determined.
+    """Return the tasks of a withdrawal outside the data set, as recorded or newly determined.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Keep a data set's list of withdrawn participants and unfinished withdrawals.
+"""Maintain a data set's list of withdrawn participants and unfinished withdrawals.
 
 An entry is marked as pending from before the first removal of a file until all tasks are done.
 """
@@ -55,7 +55,7 @@ def pending(dataset: Path) -> dict[str, Pending]:
 
 
 def unfinished(dataset: Path) -> Iterator[str]:
-    """Yield, for each unfinished withdrawal, a sentence that explains how to finish it."""
+    """Yield a sentence for each unfinished withdrawal, which explains how to finish it."""
     for label in pending(dataset):
         yield (
             f"the withdrawal of participant {label} is not finished: slipscale data withdraw "

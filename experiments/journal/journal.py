@@ -78,7 +78,7 @@ class Journal:
     clock : Clock
         Provides the records' times.
     lost : Path or None
-        The original path, if the file has disappeared from there.
+        Original path, if the file is no longer available there.
     moved, tell : callable
         Called when the journal moves to another folder, `moved` with the new path and `tell` with a
         message.

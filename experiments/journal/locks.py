@@ -2,7 +2,7 @@
 
 The system releases its lock when the process ends, but some network drives do not support locks.
 Next to the journal, a writer therefore also creates a lock file that contains its host and process.
-Because a crash may leave a lock file behind, only plausible lock files count.
+A crash may leave a lock file behind, so implausible lock files are ignored.
 """
 
 from __future__ import annotations

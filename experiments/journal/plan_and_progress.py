@@ -102,13 +102,13 @@ def dataset_of(path: Path, plan: RunPlan) -> Path:
 
 
 def last_markers(records: list[Record]) -> tuple[str, ...]:
-    """Return the marker outputs that the run used last, as SPECs for ``--markers``."""
+    """Return the marker outputs last used by the run, as SPECs for ``--markers``."""
     outputs = [record.data["outputs"] for record in records if record.kind == "markers"]
     return tuple(outputs[-1]) if outputs else ()
 
 
 def last_backup(records: list[Record]) -> Path | None:
-    """Return the backup folder that the run used last."""
+    """Return the backup folder last used by the run."""
     folders = [str(record.data["folder"]) for record in records if record.kind == "backup"]
     return Path(folders[-1]) if folders else None
 

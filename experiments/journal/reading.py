@@ -1,7 +1,7 @@
 """Read the intact records of a journal, and report damage by line.
 
-`read_records` is used to resume a run and accepts no damage. `read_whole` is used to build data
-sets, and omits only the damaged records. The rules are:
+`read_records` is used to resume a run, and raises an error if there is any damage. `read_whole` is
+used to build data sets, and omits only the damaged records. The rules are:
 
 - Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.

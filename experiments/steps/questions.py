@@ -56,7 +56,7 @@ class ChoiceQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class WholeNumberQuestion:
-    """A question for a whole number from ``minimum`` to ``maximum``, such as an age in years."""
+    """Question answered with a whole number from ``minimum`` to ``maximum``, such as an age."""
 
     prompt: str
     minimum: int

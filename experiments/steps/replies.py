@@ -68,7 +68,7 @@ class Adjusted(Reply):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presented:
-    """The result of a presentation, which includes the commanded and the measured level.
+    """Result of a presentation, including the commanded and the measured level.
 
     For a texture, both levels describe the mean, at which the plate settles before the texture
     plays. ``readback_kind`` describes the reliability of the readback (see

@@ -8,7 +8,7 @@ DECIMALS = 9
 
 
 def rounded(level: float) -> float:
-    """Return a level, in µm peak to peak, rounded to the precision of presentation.
+    """Return a level, in µm peak to peak, rounded to the precision with which it is presented.
 
     >>> rounded(0.1 + 0.2)
     0.3

@@ -1,4 +1,4 @@
-"""The vocabulary of a protocol: the steps that it yields, and the replies that it receives.
+"""Define the steps that a protocol yields, and list the replies that it receives.
 
 A protocol is a plain generator: it yields a `Step`, and receives the reply listed in the table
 below. A protocol cannot access the clock, the screen, the plate or files. Steps contain only plain
@@ -207,7 +207,7 @@ class Feedback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Rest:
-    """A break of at least ``minimum_s``, after ``done`` of ``total`` trials."""
+    """Break of at least ``minimum_s`` seconds, after ``done`` of ``total`` trials."""
 
     text: str
     done: int

@@ -286,7 +286,7 @@ def _eccentric(angle: float, delta: Array) -> Array:
 
 
 def _ridge_integral(psi_end: Array, eps: Array, delta: Array) -> Array:
-    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the top of a ridge to the anomaly ψ."""
+    """Integrate 1/sqrt(1 - ε²/H²) - 1 over φ, from the top of a ridge to eccentric anomaly ψ."""
     nodes, weights = _quadrature()
     half = psi_end[..., None] / 2
     psi = half * (1 + nodes)

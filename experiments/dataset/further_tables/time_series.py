@@ -65,7 +65,7 @@ def _rate_hz(placed: Sequence[Placed]) -> int:
 
 
 def _table(placed: Sequence[Placed], rate_hz: int) -> bytes:
-    """Return the compressed rows, without a header as BIDS requires."""
+    """Return the compressed rows without a header, as BIDS requires."""
     begun_s = placed[0].time_s
     width = len(placed[0].values) + 1
     rows = [[MISSING] * width] * (round((placed[-1].time_s - begun_s) * rate_hz) + 1)
