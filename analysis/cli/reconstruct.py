@@ -288,7 +288,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
 def _known_across(
     columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
 ) -> Across | None:
-    """Return conclusions across columns, or None without a design or two usable columns."""
+    """Return conclusions across columns; None without a design or at least two usable columns."""
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]

@@ -38,7 +38,7 @@ class FittedPopulation:
     ----------
     population : Population
     fitted : Mapping
-        Data to which each parameter was fitted, keyed by field name.
+        Description of the data from which each parameter was estimated, keyed by field name.
     assumed : tuple of str
         Fields that the data do not determine; they keep the shipped defaults.
     """

@@ -73,7 +73,7 @@ class Problems:
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
         """Add the first `LISTED_PROBLEMS` of several similar sentences, and the number left out.
 
-        ``total`` is the total number of sentences, if ``sentences`` contains only the first ones.
+        If ``sentences`` contains only the first ones, ``total`` is the number of all sentences.
         """
         self.sentences.extend(sentences[:LISTED_PROBLEMS])
         more = (len(sentences) if total is None else total) - LISTED_PROBLEMS

@@ -57,8 +57,8 @@ class TaskTrials:
         Function that splits the rows into tables, keyed by name in `Dataset`. By default, all rows
         form a single table.
     reasons : Mapping
-        Descriptions of omitted rows, keyed by the name of their count; by default, practice, voided
-        and unanswered trials.
+        Descriptions of omitted rows, keyed by the name of the row count. By default, for practice,
+        voided and unanswered trials.
     """
 
     name: str
@@ -75,7 +75,7 @@ class TaskTrials:
 
     @property
     def left_out(self) -> Mapping[str, str]:
-        """Descriptions of omitted rows, keyed by the name of their count."""
+        """Descriptions of omitted rows, keyed by the name of the row count."""
         return self.reasons or {
             f"{self.counted}_practice": f"practice trials of {self.title}",
             f"{self.counted}_voided": f"voided trials of {self.title}",
@@ -96,7 +96,7 @@ IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run
 
 
 def header_of(path: Path) -> frozenset[str]:
-    """Return a table's column names, with amplitude columns named as if they were in µm."""
+    """Return a table's column names, converted to those of a table with levels in µm."""
     with path.open(encoding="utf-8-sig", errors="replace", newline="") as stream:
         names = next(csv.reader(stream, delimiter="\t"), [])
     return frozenset(map(quantity_of(path).in_um, names))

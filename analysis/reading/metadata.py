@@ -129,7 +129,7 @@ def choices(
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
 ) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
-    """Read the study file; return choices, keys set, whether sessions used it, and its text."""
+    """Read the study file; return choices, their keys, whether sessions used it, and its text."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None, ""

@@ -178,7 +178,7 @@ def varying(found: Sequence[Row]) -> list[str]:
 
 
 def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
-    """Return the sample size from which the power always reaches the target, per condition.
+    """Return for each condition the sample size from which power always reaches the target.
 
     Returns
     -------

@@ -30,7 +30,7 @@ class Part:
     of: int = 1
 
     def takes(self, place: int) -> bool:
-        """Return whether the shard with this index belongs to this part of the grid."""
+        """Return whether the shard with the given index belongs to this part of the grid."""
         return place % self.of == self.number - 1
 
 

@@ -162,7 +162,7 @@ def at_once(design: Design, found: Tables, looks: Looks = Looks()) -> Outcome:
 
 
 def of_factors(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Count the studies that detect each factor's effect and its interaction with the level."""
+    """Count the studies that detect each factor's effect, and those that detect its interaction."""
     task = design.task
     if not task.factors:
         return {}

@@ -33,7 +33,7 @@ class Tables:
     ----------
     amplitudes_um_pp : tuple of float
     cells, logs : array, shape (studies, participants, amplitudes)
-        Mean estimates, and mean natural logarithms of estimates; NaN if missing.
+        Mean estimates, and mean natural logarithms of the estimates; NaN if missing.
     usable : bool array, shape (studies,)
         False if `analyse` would reject the study because it cannot be normalised.
     """

@@ -18,7 +18,7 @@ HEAD = 65_536
 
 
 def head_of(content: bytes, path: Path) -> str:
-    """Return the beginning of a text file; empty if the file is not text."""
+    """Return the beginning of a text file, or "" if the file is not text."""
     try:
         return decoded(content[:HEAD], path)[0].decode("utf-8").lstrip("\r\n")
     except (UserError, UnicodeDecodeError):
