@@ -1,4 +1,4 @@
-"""Compute participants-by-sessions tables for the comparison of sessions."""
+"""Compute tables of participants by sessions, which are used to compare sessions."""
 
 from __future__ import annotations
 

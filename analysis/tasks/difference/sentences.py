@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 def _measured(
     found: PsychometricCurve, quantity: Quantity
 ) -> tuple[str, str, Callable[[str], str]]:
-    """Return the name of the measure, its unit, and a function that formats its values."""
+    """Return the name, the unit and a formatting function for the measure of step size."""
     if found.measure == "weber_fraction":
         return (
             f"the step's Weber fraction relative to the {quantity.name} before it",
@@ -111,7 +111,7 @@ def finding(found: Finding, quantity: Quantity) -> str:
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the answer to the task's question; compare plate amplitudes with the paper."""
+    """Return the answer to the question: counts for plate amplitudes, otherwise a fitted curve."""
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding, quantity)] if found.finding.n else []

@@ -46,12 +46,13 @@ class VerbalReports:
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> VerbalReports | NotComputed:
-    """Count reports and wordings by category.
+    """Count reports and wordings in each category.
 
     Parameters
     ----------
     changes : DataFrame
-        Columns ``difference_felt verbal_report``, one row per step with a change in amplitude.
+        One row per step with a change in amplitude, with the columns ``difference_felt`` and
+        ``verbal_report``.
     book : Codebook
         Code book for the reports.
     """

@@ -38,7 +38,7 @@ CONCLUSIONS = {
 
 
 def comparisons(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
-    """Return the section on pairwise comparisons and on tests without a result."""
+    """Return the section on pairwise comparisons and on tests that could not be computed."""
     section = ReportSection("Comparisons")
     if analysis.prepared is None:
         return section

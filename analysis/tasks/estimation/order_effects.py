@@ -126,7 +126,7 @@ def _within(column: Array, who: NDArray[np.intp], people: int) -> Array:
 
 
 def _products(design: Sequence[Array], who: NDArray[np.intp], people: int) -> Array:
-    """Return the sums of products of each participant."""
+    """Return sums of products of the design columns, shape (people, columns, columns)."""
     width = len(design)
     products = np.empty((people, width, width))
     for row in range(width):

@@ -41,7 +41,7 @@ def divide(
 
 
 def _keep_main_trials(frame: pd.DataFrame, counts: dict[str, int]) -> pd.DataFrame:
-    """Return main trials that were not voided or damaged, with columns for their events."""
+    """Return main trials that were not voided, with the columns ``timed_out`` and ``faulty``."""
     counts["estimation_rows"] = len(frame)
     practice, voided = set_aside(frame)
     counts["practice"], counts["voided"] = int(practice.sum()), int(voided.sum())

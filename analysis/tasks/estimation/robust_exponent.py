@@ -1,4 +1,4 @@
-"""Estimate the exponent with little weight for lapses and outlying participants.
+"""Estimate an exponent that is robust against lapses and outlying participants.
 
 A lapse changes a participant's least-squares slope, but has little effect on the median slope
 between pairs of trials (Theil 1950; Sen 1968). An outlying participant changes the mean exponent,

@@ -73,7 +73,7 @@ class TaskLimits:
         Level of the standard; None if it was not constant.
     threshold_um_pp, ascending_um_pp, descending_um_pp : MeanOverParticipants or NotComputed
     constant_error_um_pp : MeanOverParticipants or NotComputed
-        Mean of descending minus ascending transition.
+        Mean difference across participants, descending minus ascending transition.
     people : tuple of PersonLimits
     """
 

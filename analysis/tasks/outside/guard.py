@@ -106,7 +106,7 @@ class _Guard:
             return otherwise(sentence)
 
     def kind(self) -> TaskAnalysis | None:
-        """Return the guarded kind, or None if it cannot be loaded."""
+        """Return the kind with guarded functions, or None if it cannot be loaded."""
         kind = self.call("", lambda: _declared(self.point.name, self.point.load()), lambda _: None)
         if kind is None:
             return None
@@ -147,9 +147,9 @@ class _Guard:
 
     def _section(self, name: str, write: SectionWriter) -> SectionWriter:
         whose = (
-            f"The analysis '{name}' in the package {package_of(self.point)} {self.version}, "
-            "installed on the computer that made this report, wrote this section. This analysis is "
-            "not part of Slipscale."
+            f"This section was written by the analysis '{name}' in the package "
+            f"{package_of(self.point)} {self.version}, which was installed on the computer that "
+            "created this report. This analysis is not part of Slipscale."
         )
 
         def written(analysis: Analysis, svgs: Mapping[str, str]) -> html.ReportSection:
@@ -197,7 +197,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """A check of the value returned by one function of a kind of task."""
+    """Check of the values that one function of a kind of task returns."""
 
     empty: list[str] | dict[str, object]
     expected: str

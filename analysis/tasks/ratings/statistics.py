@@ -149,7 +149,7 @@ class TaskRatings:
     categories : int or None
         Number of ordered categories; None for ratings on a line.
     resolution : float or None
-        Smallest distance between two possible ratings; None if the distance was not constant.
+        Smallest difference between two possible ratings, or None if it was not constant.
     surfaces : tuple of RatedSurface
         Surfaces in ascending order of amplitude, then textures.
     friedman : Friedman or NotComputed

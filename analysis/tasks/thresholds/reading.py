@@ -160,7 +160,7 @@ def told_choices(
     frame : DataFrame
         Trials of one format, with parsed numbers.
     marks : tuple of str
-        `FORCED_CHOICE` or `COMPARISON`, which identify the format.
+        The format of the table: `FORCED_CHOICE` or `COMPARISON`.
     """
     _, answer = marks
     third = f"{INTERVAL}3_surface"

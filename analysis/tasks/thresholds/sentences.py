@@ -163,7 +163,7 @@ def _friction(found: FrictionThreshold, method: str, confidence: float, quantity
 
 
 def remarks(task: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
-    """Return sentences on fits, catch trials, conditions and cautions."""
+    """Return sentences on goodness of fit, catch trials, conditions and cautions."""
     parts = []
     fits = [each.fit for each in task.participants if each.fit]
     if fits:

@@ -236,7 +236,7 @@ def _fit(
 
 
 def _correct(rows: pd.DataFrame, method: str) -> int:
-    """Count correct answers; comparisons equal to the standard do not count."""
+    """Count correct answers, without comparisons that are equal to the standard."""
     if method != COMPARED:
         return int(rows["correct"].sum())
     more = rows["level_um_pp"] - rows["standard_um_pp"]

@@ -35,7 +35,7 @@ from slipscale.stimuli.quantity import Quantity
 def group_sentences(
     found: GroupComparison | NotComputed, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on groups, if participants are grouped."""
+    """Return the sentences on groups; empty if groups were not compared."""
     if not found:
         return []
     sizes = ", ".join(f"{name} (n = {n})" for name, n in found.n.items())

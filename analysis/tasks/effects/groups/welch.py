@@ -76,7 +76,7 @@ class Welch:
     Parameters
     ----------
     groups : tuple of GroupMean
-        Groups in the order of their names.
+        Means of the groups, sorted by group name.
     F, df1, df2, p : float
         Welch's F test; with two groups, F is the square of t.
     eta2, eta2_interval : float, ConfidenceInterval or None

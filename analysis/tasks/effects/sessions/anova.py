@@ -32,7 +32,7 @@ class SessionAnova:
 
 
 def session_logs(prepared: Prepared) -> dict[str, pd.DataFrame]:
-    """Return a table of mean logarithms, participants by amplitudes, for each session."""
+    """Return mean log estimates (participants by amplitudes) for each session."""
     labels = prepared.trials["session"].astype(str)
     return {
         str(label): cell_means(rows, "log").reindex(columns=prepared.logged)

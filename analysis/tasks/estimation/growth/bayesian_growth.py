@@ -45,7 +45,7 @@ class IndividualExponent:
     participant : str
         Label of the participant.
     least_squares : float
-        Least-squares exponent of the participant's trials; NaN with a single amplitude.
+        Least-squares exponent of the participant's trials, or NaN if they have only one amplitude.
     exponent, interval : float, ConfidenceInterval
         Posterior mean, shrunk towards the group, and its credible interval.
     """

@@ -98,7 +98,7 @@ def test_a_result_is_in_the_report_and_in_every_file(installed, only_own, tmp_pa
     page = (tmp_path / "report.html").read_text()
     assert 'id="spread-of-estimates"' in page
     assert "There are 0 estimates of &lt;b&gt;slip&lt;/b&gt;." in page
-    assert "The analysis &#39;spread&#39; in the package ourlab 2.1," in page
+    assert "by the analysis &#39;spread&#39; in the package ourlab 2.1," in page
     assert 'aria-label="A line that rises"' in page
 
 
