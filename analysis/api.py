@@ -94,7 +94,7 @@ def pilot(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Power:
-    """The power of a study for several sample sizes.
+    """Power of a study for several sample sizes.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def power(
     target : float
         The required power.
     jobs : int
-        Number of processes; -1 uses all processors.
+        Number of processes, or -1 to use all processors.
 
     Raises
     ------
@@ -244,7 +244,7 @@ class Reconstruction:
         -------
         dict
             Arrays of ratings, keyed by column label, with shape (number, participants) and sorted
-            rows. Columns without a consistent data set are omitted.
+            rows. Columns for which no data set is consistent are omitted.
 
         Raises
         ------

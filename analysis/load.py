@@ -271,7 +271,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
 
 
 def _refuse_another_unit(frame: pd.DataFrame, path: Path) -> None:
-    """Raise `UserError` if an amplitude above 0 would count as 0, such as metres instead of µm."""
+    """Raise `UserError` if amplitudes are too small, for example given in m instead of µm."""
     _, given = as_numbers(frame["amplitude_um_pp"])
     vanishing = given[(given > 0) & (given.round(AMPLITUDE_DECIMALS) == 0)]
     if len(vanishing):

@@ -363,7 +363,7 @@ def sign(path: Path, *, beyond_by: str = "", today: date) -> dict[str, float]:
     Returns
     -------
     dict of str to float
-        The limits that are beyond the default limits.
+        Limits that are wider than the default limits.
 
     Raises
     ------

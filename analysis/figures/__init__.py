@@ -1,1 +1,1 @@
-"""Figures of squeeze-film predictions."""
+"""Figures that show squeeze-film predictions."""

@@ -71,7 +71,7 @@ BY_AMPLITUDE: dict[float, TableRow] = {float(row.amplitude_um_pp): row for row i
 
 
 def published_means() -> dict[float, float]:
-    """Return the mean estimates in Table III, keyed by amplitude in µm peak to peak."""
+    """Return the means in Table III, keyed by amplitude in µm peak to peak."""
     return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 

@@ -45,7 +45,7 @@ def write_analysis(
     Parameters
     ----------
     progress : callable, optional
-        Called with a short description of the next step.
+        Function called with a short description of the next step.
     formats : collection of str
         Figure formats in addition to SVG: ``"png"``, ``"pdf"``.
 
@@ -159,7 +159,7 @@ def derivative_description(analysis: Analysis) -> dict[str, object]:
 
 
 def draw(analysis: Analysis) -> dict[str, Figure]:
-    """Return the figures that can be drawn from the data, keyed by file name."""
+    """Return the figures available for the data, keyed by file name."""
     found: dict[str, Figure] = {}
     for kind in analysis.kinds:
         found |= kind.figures(analysis)

@@ -19,7 +19,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 
 def individuals(prepared: Prepared | None, inference: Inference) -> pd.DataFrame:
-    """Return a table of individual results, with columns only for computed results.
+    """Return a table of individual results that contains only the computed columns.
 
     Parameters
     ----------

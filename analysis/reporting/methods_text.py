@@ -33,7 +33,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     Parameters
     ----------
     software : Mapping
-        Name -> version of the software used.
+        Versions of the software used, keyed by name.
     """
     choices, quantity = analysis.dataset.choices, analysis.dataset.quantity
     texts = []

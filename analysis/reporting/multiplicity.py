@@ -26,7 +26,7 @@ class FamilyOfTests:
     primary : bool
         Whether the family belongs to the study's primary analysis.
     corrected : bool
-        Whether Holm's correction is applied within the family; False for a single test.
+        Whether Holm's correction is applied within the family. It is not applied to a single test.
     tests : int
         Number of tests with a result.
     below : int

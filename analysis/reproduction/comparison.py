@@ -177,7 +177,7 @@ def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
 
 
 def item_names() -> list[str]:
-    """Return the names of all items, in the order of printing."""
+    """Return the names of all items in the order in which they are printed."""
     return [name for source in sources() for name in source.ITEMS]
 
 

@@ -58,7 +58,7 @@ def d31() -> Outcome:
 
 
 def plate_area() -> Outcome:
-    """Compute the area of the touch surface, Section III-C."""
+    """Compute the area of the touch surface (Section III-C)."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
 
     plate = Layout.prototype()

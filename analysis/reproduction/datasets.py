@@ -67,7 +67,7 @@ def datasets(amplitude_um_pp: float, convention: str) -> Outcome:
 
 
 def tables(convention: str) -> Outcome:
-    """Count the tables of 12 participants and 4 amplitudes that are consistent with Table III."""
+    """Count the 12 x 4 tables (participants, amplitudes) that are consistent with Table III."""
     exact = prod(_counts()[amplitude, convention].ordered for amplitude in AMPLITUDES_UM_PP)
     return Outcome(
         published=None,
@@ -82,7 +82,7 @@ def tables(convention: str) -> Outcome:
 
 
 def bound(name: str, end: str) -> Outcome:
-    """Return the lowest or highest value of a statistic over all data sets and pairings."""
+    """Return the lowest or highest value of a statistic over all data sets and all pairings."""
     found = _conclusions()[name]
     values = {word: one.low if end == "lowest" else one.high for word, one in found.items()}
     extreme = (min if end == "lowest" else max)(values, key=lambda word: values[word])

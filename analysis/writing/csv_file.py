@@ -32,7 +32,7 @@ def write_csv(table: pd.DataFrame, path: Path) -> None:
 
 
 def _cell(text: str) -> str:
-    """Return text as a CSV cell, safe for spreadsheets and quoted if necessary."""
+    """Return text as a CSV cell, quoted if necessary and safe for spreadsheets."""
     cell = harmless_cell(text)
     return '"' + cell.replace('"', '""') + '"' if SPECIAL.search(cell) else cell
 

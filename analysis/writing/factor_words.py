@@ -23,7 +23,7 @@ NOUNS = {"from": "initial level"}
 
 
 def factor_name(factor: str) -> str:
-    """Return a factor's name without its unit.
+    """Return the name of a factor without its unit.
 
     >>> factor_name("finger_speed_mm_s"), factor_name("hand"), factor_name("from_um_pp")
     ('finger speed', 'hand', 'initial level')

@@ -69,7 +69,7 @@ class TableColumn:
 def columns(*titles: str | tuple[str, str], left: int = 0) -> list[TableColumn]:
     """Return columns with the given headings, or pairs of heading and unit.
 
-    The first ``left`` columns contain words.
+    The first ``left`` columns contain text.
 
     >>> [each.unit for each in columns("Group", ("p", "Holm"), left=1)]
     ['', 'Holm']
@@ -113,7 +113,7 @@ def heading(text: str) -> Markup:
 
 
 def labelled(label: str, text: str) -> Markup:
-    """Return a paragraph that starts with a label."""
+    """Return a paragraph that begins with a label in bold."""
     return Markup("<p><b>{}.</b> {}</p>").format(label, text)
 
 

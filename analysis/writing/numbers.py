@@ -52,7 +52,7 @@ def significant(value: float) -> str:
 
 
 def measured(quantity: Quantity) -> Callable[[float | None], str]:
-    """Return the function that formats estimated levels of a quantity.
+    """Return a function that formats estimated levels of a quantity.
 
     >>> from slipscale.stimuli.quantity import PLATE_AMPLITUDE, made_by_plate
     >>> measured(PLATE_AMPLITUDE)(1.2), measured(made_by_plate("voltage", "V", "peak"))(119.83)
@@ -68,7 +68,7 @@ def _raised(power: int) -> str:
 
 
 def of_size(value: float) -> Callable[[float], str]:
-    """Return the function that formats a value and its interval, with enough digits for both.
+    """Return a function that formats a value and its interval with enough digits for both.
 
     >>> of_size(0.82)(0.05), of_size(0.0021)(0.0004)
     ('0.05', '0.000400')

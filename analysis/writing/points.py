@@ -42,7 +42,7 @@ def draw_means(
 
 
 def draw_standard(axes: Axes, x: float, y: float) -> None:
-    """Mark the standard in a figure."""
+    """Draw a marker for the standard."""
     axes.plot([x], [y], "D", color=INK, markersize=5, zorder=5, linewidth=0, label="standard")
 
 

@@ -1,4 +1,4 @@
-"""The object that represents a component in scripts that Builder generates."""
+"""Run-time object for a component in scripts that Builder generates."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class PlateOutput:
     Parameters
     ----------
     device : str
-        The plate's name in the device manager.
+        Name of the plate in the device manager.
 
     Attributes
     ----------

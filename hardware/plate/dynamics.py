@@ -91,7 +91,7 @@ NO_FINGER = FingerLoad()
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Conditions:
-    """Properties of a resonator at a given temperature and with or without a finger.
+    """Properties of a resonator at a given temperature, with or without a finger.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class Conditions:
         return self.quality_factor / (math.pi * self.resonance_hz)
 
     def response_um_pp_per_v(self, frequency_hz: float) -> complex:
-        """Return the steady complex amplitude per volt at a drive frequency."""
+        """Return the steady-state complex amplitude per volt at a drive frequency."""
         detuning = (frequency_hz - self.resonance_hz) / self.resonance_hz
         return self.gain_um_pp_per_v / (1 + 2j * self.quality_factor * detuning)
 

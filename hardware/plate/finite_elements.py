@@ -228,7 +228,7 @@ def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
 def _cut(
     region: Region, x: Array, y: Array, rule: npt.NDArray[np.int_], chords: list[Array]
 ) -> npt.NDArray[np.bool_]:
-    """Set the integration rules of the cells that a region fills or cuts; return their mask.
+    """Set the integration rules of the cells that a region fills or cuts, and return their mask.
 
     For each cell that the region cuts, the lower and upper limits of the region along y are
     appended to ``chords``. They are in coordinates of the unit square, with shape (2, points along

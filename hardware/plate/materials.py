@@ -1,4 +1,4 @@
-"""Define the materials in Table II and Appendix B of Biet et al. (2007).
+"""Materials in Table II and Appendix B of Biet et al. (2007).
 
 Vectors of six components follow the paper's Appendix B: xx, yy, zz, yz, xz, xy. Poling is along z.
 """

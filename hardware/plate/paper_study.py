@@ -36,7 +36,7 @@ def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
 
 
 def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> float:
-    """Compute the bending resonance of a half-wave section in Hz (squares in Fig. 9).
+    """Return the bending resonance of a half-wave section in Hz (squares in Fig. 9).
 
     The mode is identified by its shape, cos(πx/l), which is uniform across the width. For half
     waves of 9 and 10 mm, a width-stretching mode (36.7 kHz for 49 mm) has a lower frequency than

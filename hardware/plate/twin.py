@@ -87,7 +87,7 @@ class Twin:
     voltage_limit_v : float
         Voltage limit of the board's control loop.
     sensor : float
-        Ratio of the sensor's reading to the true amplitude; 1 unless the sensor is broken.
+        Ratio of the sensor's reading to the true amplitude. It is 1 unless the sensor is broken.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Twin:
         )
 
     def conditions(self, now_s: float) -> Conditions:
-        """Return resonance, Q and gain at a given time."""
+        """Return resonance frequency, Q and gain at a given time."""
         return conditions(
             self.resonator, temperature_c=self.temperature_c(now_s), finger=self.finger
         )

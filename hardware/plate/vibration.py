@@ -231,7 +231,7 @@ def response_um(
     Parameters
     ----------
     found : Modes
-        Modes to superpose, which must cover the drive frequencies.
+        Modes to superpose. They must cover the drive frequencies.
     frequency_hz : array_like
         Drive frequencies.
     voltage_v : float

@@ -1,1 +1,1 @@
-"""Sections of the report, each written from the analysis."""
+"""Sections of the report, each computed from an analysis."""

@@ -1,4 +1,4 @@
-"""Write the summary: question, design, answer, figure and caveats."""
+"""Write the summary with the question, the design, the answer, a figure and caveats."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def summary(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
 
 
 def answers(analysis: Analysis) -> list[str]:
-    """Return one or two sentences on the main result of each task."""
+    """Return one or two sentences on the main result for each task."""
     return [text for kind in analysis.kinds for text in kind.answers(analysis)]
 
 
@@ -62,7 +62,7 @@ def _design(analysis: Analysis) -> str:
 
 
 def _doubts(analysis: Analysis) -> list[str]:
-    """Return the caveats about the results, the most serious first."""
+    """Return caveats about the results, starting with the most serious one."""
     found = []
     people = len(analysis.flags) - len(analysis.excluded)
     if 2 < people < SMALL:  # noqa: PLR2004 - fewer participants have their own message

@@ -1,4 +1,4 @@
-"""The participant's window, which uses PsychoPy.
+"""Participant's window, based on PsychoPy.
 
 The contents of a screen (`scene`) and the behaviour of each step (`screens`) are independent of
 PsychoPy. Only `display`, `keyboard` and `window` use PsychoPy.

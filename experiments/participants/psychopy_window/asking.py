@@ -32,7 +32,7 @@ BACK_Y = -0.46  # below the hint, and below the touch keys
 
 
 class Asking(Unmoved):
-    """A question with its answer field, and a countdown if there is a time limit."""
+    """Screen for a question with an answer field, and a countdown if time is limited."""
 
     def __init__(self, step: Ask, texts: Texts) -> None:
         question = step.question
@@ -173,7 +173,7 @@ class Asking(Unmoved):
 
 
 class Stopping(Asking):
-    """The screen that asks whether the participant pressed Escape on purpose."""
+    """Screen that asks whether the participant pressed Escape intentionally."""
 
     def __init__(self, texts: Texts) -> None:
         question = YesNoQuestion(prompt=texts["window.stop"])
@@ -188,6 +188,6 @@ class Stopping(Asking):
 
 
 def number_size(content: str) -> float:
-    """Return the digit size at which the longest entry fits the field."""
+    """Return the font size for digits at which the longest entry fits the field."""
     roomy = 11
     return scene.DIGITS * min(1.0, roomy / max(len(content), 1))

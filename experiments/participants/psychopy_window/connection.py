@@ -33,7 +33,7 @@ _EXIT_HANDLER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class WindowLost(RigError):
-    """The participant's window was lost, because the display server is gone."""
+    """The participant's window was lost, because the display server is no longer running."""
 
     def __init__(self) -> None:
         super().__init__(

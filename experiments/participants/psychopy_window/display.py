@@ -138,7 +138,7 @@ class Display:
     clock : Clock
         The session clock, used to time the frames.
     full_screen : bool
-        Whether the window fills the screen and hides the mouse.
+        Whether the window is full-screen and hides the mouse.
     screen : int
         0, 1, ...
     size : tuple of int
@@ -241,7 +241,7 @@ class Display:
 
     @property
     def _unit(self) -> float:
-        """Number of pixels per unit of a scene."""
+        """Number of pixels per scene unit."""
         width, height = self._window.size
         return float(min(height, width / DESIGN_WIDTH))
 

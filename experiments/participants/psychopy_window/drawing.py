@@ -34,7 +34,7 @@ def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:
     Parameters
     ----------
     name : str
-        The drawing's label for screen readers.
+        Label of the drawing for screen readers.
     """
     unit = min(height_px, width_px / DESIGN_WIDTH)
     parts = "".join(part for item in scene for part in _parts(item))

@@ -216,7 +216,7 @@ class KeyEntry:
         return Refused(character, "window.other_key", {"keys": keys})
 
     def erase(self) -> None:
-        """Do nothing, because nothing is typed."""
+        """Do nothing, because single-key answers are not edited."""
 
     def turn(self, notches: int) -> None:
         """Do nothing, because this field has no list."""
@@ -242,7 +242,7 @@ class ListEntry:
         return number - 1 if 1 <= number <= len(self._values) else None
 
     def press(self, character: str) -> Verdict:
-        """Process a digit or the Enter key."""
+        """Process a digit, or submit the selection if the key is Enter."""
         if character == CLEAR:
             self.content = ""
         elif character in (ENTER, "\n"):
@@ -293,7 +293,7 @@ def entry_for(question: Question, texts: Mapping[str, str]) -> Entry:
     Raises
     ------
     UserError
-        If a comparison has more surfaces than there are number keys.
+        If a comparison question has more surfaces than there are number keys.
     """
     if isinstance(question, YesNoQuestion):
         return KeyEntry(yes_no_keys(texts))

@@ -53,7 +53,7 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
     Parameters
     ----------
     heard : int
-        Number of presses that the window received.
+        Number of presses received by the window.
     stamps_s : iterable of float
         Unassigned timestamps in ascending order, in s on the session's clock.
     last_poll_s, poll_s : float
@@ -121,7 +121,7 @@ class Stamps:
 
 
 class Keyboard:
-    """The keyboard input of one window.
+    """Keyboard input of one window.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ class Keyboard:
     clock : Clock
         The session's clock.
     precise_times : bool
-        Whether to use times from Psychtoolbox if they are available.
+        Whether to use Psychtoolbox timestamps, if available.
     """
 
     def __init__(self, handle: Any, clock: Clock, *, precise_times: bool) -> None:
@@ -191,7 +191,7 @@ class Keyboard:
 
     @property
     def held(self) -> bool:
-        """Whether a key, other than Shift and similar keys, is held down."""
+        """Whether any key is held down, except modifier keys such as Shift."""
         if self._clock.now() - self._sign_s > REPEAT_S:
             self._held.clear()  # a release event can get lost, for example when the layout changes
         return bool(self._held)

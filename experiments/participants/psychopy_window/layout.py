@@ -78,7 +78,7 @@ def faults(scene: Scene) -> Iterator[str]:
 
 
 def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
-    """Yield each text with the colour of the topmost box behind its centre."""
+    """Yield each text with its background, which is the topmost box behind the text's centre."""
     boxes: list[Box] = []
     for item in scene:
         if isinstance(item, Box):

@@ -69,7 +69,7 @@ class Pointing(Waiting):
         return self._select(*self._cursor_mm, elapsed_s)
 
     def point(self, x: float, y: float, elapsed_s: float, *, dragged: bool) -> ScreenResult | None:
-        """Select the position of a click or touch."""
+        """Select the position at which a click or touch occurs."""
         height_mm = self._question.screen_height_mm
         return None if dragged else self._select(x * height_mm, y * height_mm, elapsed_s)
 

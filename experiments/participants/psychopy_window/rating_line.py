@@ -23,7 +23,7 @@ DONE = Box(x=0, y=-0.4, width=1.26, height=0.08, colour="field")
 
 
 class Marking:
-    """A line between two words, with a mark on it, and a countdown if there is a time limit.
+    """Rating screen: a line between two labels with a mark, and a countdown if time is limited.
 
     The answer can be submitted only after the mark has been set, because the start position is not
     an answer.

@@ -54,7 +54,7 @@ class Text:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Box:
-    """A filled rectangle with its centre at ``x``, ``y``."""
+    """A filled rectangle centred at ``x``, ``y``."""
 
     x: float
     y: float
@@ -65,7 +65,7 @@ class Box:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Disc:
-    """A filled circle with its centre at ``x``, ``y``."""
+    """A filled circle centred at ``x``, ``y``."""
 
     x: float
     y: float
@@ -184,7 +184,7 @@ def key_list(meanings: tuple[str, ...], *, top: float, height: float, touch: boo
 
 
 def button(label: str, presses: str, *, x: float, y: float, width: float, height: float) -> Scene:
-    """Return a wide touch key with a label."""
+    """Return a wide on-screen key with a label."""
     rim = 0.006
     return (
         Box(x=x, y=y, width=width + rim, height=height + rim, colour="accent"),
@@ -195,12 +195,12 @@ def button(label: str, presses: str, *, x: float, y: float, width: float, height
 
 
 def hint(content: str) -> Text:
-    """Return the line at the bottom of a screen that shows the key to continue."""
+    """Return the line of text at the bottom of a screen that names the key to continue."""
     return Text(content=content, y=HINT_Y, size=HINT, colour="quiet")
 
 
 def notice(content: str) -> Text:
-    """Return the line that explains why an entry was refused."""
+    """Return the line that explains why an entry was rejected."""
     return Text(content=content, y=-0.28, size=HINT, colour="accent")
 
 

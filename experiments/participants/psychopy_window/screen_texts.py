@@ -21,14 +21,14 @@ NAMED_KEYS = {"space": " ", "enter": "\r"}
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ScreenResult:
-    """The outcome of a screen."""
+    """Result of a screen."""
 
     value: Value = None
     timed_out: bool = False
 
 
 def go_on_key(texts: Texts) -> str:
-    """Return the character of the key to continue, in lower case."""
+    """Return the lower-case character of the key to continue."""
     key = texts["window.go_on_key"]
     return NAMED_KEYS.get(key, key).casefold()
 

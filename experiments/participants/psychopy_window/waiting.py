@@ -69,7 +69,7 @@ class Waiting(Unmoved):
         """Do nothing, because nothing is typed."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the maximum time has passed."""
+        """Return the outcome if the maximum duration has passed."""
         if self._maximum_s is not None and elapsed_s >= self._maximum_s:
             return ScreenResult(timed_out=True)
         return None
@@ -80,7 +80,7 @@ class Waiting(Unmoved):
 
 
 def by_touch(texts: Texts) -> bool:
-    """Return whether the participant answers with touch keys."""
+    """Return whether the participant answers with on-screen keys."""
     return texts["window.touch"] == "yes"
 
 
@@ -93,7 +93,7 @@ def going_on(texts: Texts, text: str) -> Scene:
 
 
 class Reading(Waiting):
-    """A text that the participant reads at their own pace."""
+    """Screen with a text that the participant reads at their own pace."""
 
     def __init__(self, step: Instruct, texts: Texts) -> None:
         super().__init__(texts)
@@ -147,7 +147,7 @@ class Exploring(Waiting):
 
 
 class Resting(Waiting):
-    """The screen of a break, which shows the participant's progress."""
+    """Break screen, which shows the participant's progress."""
 
     def __init__(self, step: Rest, texts: Texts) -> None:
         super().__init__(texts, step.minimum_s)
@@ -224,7 +224,7 @@ class Adjusting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the task, the keys, and the countdown if there is a time limit."""
+        """Return the task, the keys and, if time is limited, the countdown."""
         task = Text(content=self._step.text.strip(), y=0.24, size=0.06, width=1.2, height=0.26)
         texts = self._texts
         labels: tuple[str, ...] = (scene.UP, scene.DOWN)

@@ -51,7 +51,7 @@ class PsychoPyWindow:
     Raises
     ------
     UserError
-        If there is no display, or no screen with this number, when the context is entered.
+        If there is no display or no screen with this number when the context is entered.
     """
 
     kind: ClassVar[Kind] = "person"
@@ -192,7 +192,7 @@ class PsychoPyWindow:
             self._show(scene.message(text))
 
     def _show_first(self, screen: Screen, watch: Watch) -> float:
-        """Discard earlier input, show a screen's first frame and return the frame's time."""
+        """Discard earlier input, show the first frame of a screen, and return the frame's time."""
         if screen.single_key:
             self._await_release(watch)
         self._pointed = screen.pointed
@@ -201,7 +201,7 @@ class PsychoPyWindow:
         return self._show(screen.scene(0.0))
 
     def _show(self, shown: Scene) -> float:
-        """Show one frame; return its time on the session's clock."""
+        """Show one frame, and return its time on the session's clock."""
         if not self.focused:
             shown = scene.message(self._texts["window.focus"])
         self._shown = shown

@@ -1,1 +1,1 @@
-"""Simulated participants: the population, each person's answers, and their runs."""
+"""Simulated participants: populations, the answers of each person, and runs."""

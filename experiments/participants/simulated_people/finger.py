@@ -30,7 +30,7 @@ LIFTED_S = 0.6
 
 
 class SimulatedFinger:
-    """A finger with a known position at any time of an exploration.
+    """Simulated finger, with a position that can be computed for any time of an exploration.
 
     Parameters
     ----------

@@ -1,6 +1,6 @@
 """Response habits of simulated people, each with one parameter and off by default.
 
-Each description names the analysis that detects the habit.
+Each description names the analysis that can detect the habit.
 """
 
 from __future__ import annotations

@@ -126,7 +126,7 @@ class SimulatedParticipant:
         )
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Adjust until the answering function is satisfied or requests the reference."""
+        """Adjust the surface until the answering function accepts it or requests the reference."""
         watch()
         self._stop_if_enough()
 

@@ -1,4 +1,4 @@
-"""The memory of a simulated person: the current trial and the finished steps.
+"""Memory of a simulated person: the current trial and the finished steps.
 
 A step is remembered only after its answer has been written to disk. The memory of a resumed pilot
 is therefore the same as in an uninterrupted pilot.

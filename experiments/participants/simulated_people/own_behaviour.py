@@ -52,7 +52,7 @@ class Behaviour:
 
     @property
     def scale_top(self) -> float:
-        """The number that the person would give to the most slippery surface imaginable."""
+        """Number that the person would give to the most slippery surface imaginable."""
         return self.person.scale_top
 
     @property
@@ -62,7 +62,7 @@ class Behaviour:
 
     @property
     def turned(self) -> int:
-        """The net number of notches in an `Adjust` step."""
+        """Net number of notches in an `Adjust` step."""
         return self.person.turned
 
     @property
@@ -101,7 +101,7 @@ class Behaviour:
         return self.person.rating(start)
 
     def ratio(self) -> float:
-        """Return the strength of the last surface relative to the standard, above 0."""
+        """Return the strength of the last surface relative to the standard (above 0)."""
         return self.person.ratio()
 
     def reaches(self, ratio: float) -> bool:
@@ -113,7 +113,7 @@ class Behaviour:
         return self.person.lapses()
 
     def notices(self) -> bool:
-        """Return whether the last two surfaces seem different."""
+        """Return whether the last two surfaces feel different to the person."""
         return self.person.notices()
 
     def verbal_report(self) -> str:

@@ -54,7 +54,7 @@ LEAST_RATIO = 0.01  # nobody enters a ratio of 0
 
 
 def unanswered(protocol: str, name: str) -> str:
-    """Return the error message for a question that simulated participants cannot answer."""
+    """Format the error message for a question that simulated participants cannot answer."""
     return (
         f"{protocol}: no simulated participant can answer '{name}', so the study cannot be "
         "piloted; expected a function for this question in the protocol's 'simulated'"
@@ -75,7 +75,7 @@ class Respondent:
     planned : int
         Number of planned trials in the run. A dropout's last trial is drawn from these trials.
     language : str
-        Language of the verbal reports; English if the language is not available.
+        Language of the verbal reports. English is used if the language is not available.
     population : Population, optional
     answers : Mapping
         Functions that answer questions, keyed by task name and question name
@@ -194,7 +194,7 @@ class Respondent:
 
     @property
     def felt_again(self) -> int:
-        """The number of repetitions of the reference."""
+        """How often the reference was repeated."""
         return self.memory.felt_again
 
     @property
@@ -268,7 +268,7 @@ class Respondent:
         return bool(lapses) and self.stream(self.memory.question, "lapse").uniform() < lapses
 
     def notices(self) -> bool:
-        """Return whether the last two surfaces feel different."""
+        """Return whether the last two surfaces feel different to the person."""
         if self.lapses():
             return self._any_yes()
         before, after = (self._curves.mean(felt) for felt in self.memory.felt)
@@ -280,7 +280,7 @@ class Respondent:
         return self.stream(self.memory.question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return a random number stream for a given purpose, different for each repeated trial."""
+        """Return the random number stream for a purpose, which differs between repetitions."""
         place = (self.memory.trial.task, self.memory.trial.number) if self.memory.trial else ("", 0)
         return self.constant_stream(*self._visit, *place, *purpose, *self.memory.again)
 
@@ -345,7 +345,7 @@ class Respondent:
         return self.stream(self.memory.question, "lapse", "value").uniform() < 0.5  # noqa: PLR2004
 
     def _own(self, what: str) -> float:
-        """Return the person's standard normal deviate for a parameter."""
+        """Return the person's standard normal deviate for a named parameter."""
         return self.constant_stream(what).normal()
 
     def constant_stream(self, *purpose: str | int) -> Stream:

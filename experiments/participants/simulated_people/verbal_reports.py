@@ -1,4 +1,4 @@
-"""Verbal reports of simulated people about a lower level, by language."""
+"""Verbal reports with which simulated people describe a lower level, by language."""
 
 from __future__ import annotations
 

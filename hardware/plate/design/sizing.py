@@ -105,7 +105,7 @@ class Design:
 
     @property
     def beam_admissible(self) -> tuple[Candidate, ...]:
-        """Candidates that are worth solving with finite elements."""
+        """Candidates that the beam model admits for a finite-element solution."""
         return tuple(plate for plate in self.candidates if plate.beam_admissible)
 
 
@@ -230,7 +230,7 @@ def ceramic_of(brief: Brief) -> Piezoceramic:
 
 
 def layout_of(brief: Brief, plate: Candidate) -> Layout:
-    """Convert a candidate to a layout for finite elements."""
+    """Convert a candidate to a layout for the finite-element model."""
     return Layout(
         length_mm=plate.length_mm,
         width_mm=plate.width_mm,

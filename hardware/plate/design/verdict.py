@@ -1,8 +1,8 @@
-"""Check with finite elements whether a plate meets the requirements.
+"""Check with the finite-element model whether a plate meets the requirements.
 
 The beam model of equation (37) bends uniformly across its width and overestimates the amplitude:
 the paper's plate reaches two thirds of the predicted value at its edge and less than half in its
-middle. The beam model therefore only selects plates to solve. The mesh is refined until the
+middle. The beam model therefore only selects which plates are solved. The mesh is refined until the
 amplitude changes by less than 4 %.
 """
 
@@ -80,7 +80,7 @@ class Judged:
 
 
 def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple[Modes, Solution]:
-    """Compute a candidate's modes and its response to the drive. Raises UserError."""
+    """Compute the modes of a candidate and its response to the drive. Raises UserError."""
     layout = layout_of(brief, candidate)
     found = plate_modes(layout, near_hz=candidate.frequency_hz, density=density)
     voltage_v = brief.requirements.voltage_v
@@ -192,7 +192,7 @@ def placed(brief: Brief, plate: DrawnPlate) -> Layout:
 def judged(
     brief: Brief, solution: Solution, frequency_min_hz: float, *, place: str | None = None
 ) -> Judged:
-    """Compare a solved plate with the brief and with the default limits of the driver."""
+    """Compare a solved plate with the brief and with the driver's default limits."""
     wanted, limits = brief.requirements, PlateLimits()
     place = place or wanted.finger_place
     amplitude_um_peak = solution.amplitude_um_peak[place]
