@@ -61,7 +61,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         metavar="FILE",
         help="new file to write (default: calibration.toml)",
     )
-    parser.add_argument("--by", required=True, help="name of the person who calibrates")
+    parser.add_argument("--by", required=True, help="name of the person performing the calibration")
     parser.add_argument("--instrument", required=True, help="model and range of the vibrometer")
     parser.add_argument(
         "--temperature", type=float, metavar="C", help=("temperature of the plate, in °C")

@@ -244,9 +244,9 @@ def _solution_as_text(solution: dict[str, float] | None) -> str:
 
 def _why_none(result: dict[str, Any]) -> str:
     if result["half_wave_min_mm"] > result["half_wave_max_mm"]:
-        return "the amplitude needs a longer half wave than the frequency allows"
+        return "the required amplitude needs a longer half wave than the minimum frequency allows"
     if not any(c["beam_admissible"] for c in result["candidates"]):
-        return "no available ceramic gives a half wave between the bounds"
+        return "no available ceramic gives a half wave within the bounds"
     return "in the finite-element model, no plate reaches the amplitude at the finger's position"
 
 

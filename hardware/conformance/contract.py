@@ -142,7 +142,7 @@ def _closed_is_told(rig: Rig) -> None:
             command()
         except PlateFault:
             continue
-        differs(f"a PlateFault from {name} of a plate that is not connected", "none")
+        differs(f"a PlateFault from {name} if the plate is not connected", "none")
 
 
 def _reconnects(rig: Rig) -> None:

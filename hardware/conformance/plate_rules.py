@@ -212,7 +212,7 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("DRIV applies the commanded frequency and voltage", _open_loop),
     ("lists can store 64 amplitudes", _list_limits),
     ("a list can only be filled in order and within limits", _list_is_filled),
-    ("only a settled plate plays a list, which must be complete", _list_waits_for_hold),
+    ("a list is played only if it is complete and the plate has settled", _list_waits_for_hold),
     ("lists with times outside the limits are rejected", _list_times),
     ("a list is played, and its mean is reported", _list_plays),
     ("! ends a list", _stop_ends_a_list),

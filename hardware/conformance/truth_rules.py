@@ -233,6 +233,6 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("the watchdog also acts during a ramp", _watchdog_on_a_ramp),
     ("DRIV applies the voltage that it reports", _open_loop_is_true),
     ("a list reaches its largest amplitude", _list_reaches_its_largest),
-    ("a list keeps its timing and its order", _list_keeps_time),
+    ("a list is played in order and on time", _list_keeps_time),
     ("the plate is switched off after the maximum on-time", _on_time),
 )
