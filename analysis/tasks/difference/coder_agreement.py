@@ -49,7 +49,8 @@ def agreement(codes: pd.DataFrame) -> CoderAgreement | NotComputed:
     Parameters
     ----------
     codes : DataFrame
-        Columns ``verbal_report coder category``, from ``code/verbal_codes.tsv`` in a data set.
+        Table with the columns ``verbal_report``, ``coder`` and ``category``, as in
+        ``code/verbal_codes.tsv`` of a data set.
     """
     from statsmodels.stats.inter_rater import cohens_kappa  # noqa: PLC0415 - takes a second to import
 

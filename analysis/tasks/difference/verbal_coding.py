@@ -22,7 +22,7 @@ CLAUSES = re.compile(r"[,;.!/]+| and | but | et | mais ")
 
 
 class Category(FrozenTable):
-    """A category, with the stems that identify it and its meaning for slipperiness.
+    """A category of verbal reports, with its word stems and its meaning for slipperiness.
 
     ``more_stems`` are the stems of comparatives, such as "rougher".
     """

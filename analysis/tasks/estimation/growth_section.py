@@ -88,7 +88,7 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
 
 
 def _of_friction(found: FrictionGrowth) -> str:
-    """Return a sentence on the best function of the predicted reduction in friction."""
+    """Return a sentence on the growth function that fits best against predicted friction."""
     compared = found.comparison
     weight = grouped(compared.models[compared.best].weight)
     verb = "is not clearly better than the next function" if compared.undecided else "fits best"

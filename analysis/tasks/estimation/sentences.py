@@ -221,7 +221,7 @@ def _equivalence(pair: PairComparison, logs: PairedT, quantity: Quantity) -> str
 
 
 def bayes_of_none(for_a_difference: float) -> str:
-    """Format the Bayes factor in favour of no difference, with its relation sign.
+    """Format the Bayes factor in favour of no difference, preceded by "=", "<" or ">".
 
     >>> bayes_of_none(0.236), bayes_of_none(float("inf")), bayes_of_none(0.0001)
     ('= 4.24', '< 0.01', '> 100')

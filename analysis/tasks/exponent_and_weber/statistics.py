@@ -90,7 +90,7 @@ def exponent_and_weber(
     tasks: tuple[TaskThresholds, ...] | NotComputed,
     confidence: float = 0.95,
 ) -> tuple[ExponentAndWeber, ...] | NotComputed:
-    """Return a comparison for each task with Weber fractions.
+    """Compare exponent and Weber fraction for each task that yields Weber fractions.
 
     Parameters
     ----------

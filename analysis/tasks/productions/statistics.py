@@ -196,7 +196,7 @@ def productions(
 
 
 def slopes(main: pd.DataFrame) -> pd.Series[float]:
-    """Return each participant's slope of log amplitude on log number; NaN for a single number."""
+    """Return each participant's slope of log amplitude on log number (NaN if only one number)."""
     table = log_cells(main, "number", "produced_um_pp")
     lines = fit_lines(np.log(table.columns.to_numpy(float)), table.to_numpy(float))
     return pd.Series(lines.slope, index=table.index)

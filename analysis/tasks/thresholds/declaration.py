@@ -60,7 +60,7 @@ def rows(task: TaskThresholds) -> list[JsonObject]:
 
 
 def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
-    """Return a participant's means of reversals, one value per condition."""
+    """Return one participant's mean of reversals in each condition."""
     if isinstance(task.reversals, NotComputed):
         return {}
     return {

@@ -149,7 +149,7 @@ def _condition(
 
 
 def _replayed(track: UpDownTrack, answers: list[bool]) -> tuple[float, ...]:
-    """Return the levels of a track's reversals, given its answers."""
+    """Return the levels at which a track reversed, given its answers."""
     for correct in answers:
         track = track.answered(correct=bool(correct))
     return track.reversal_levels

@@ -88,7 +88,7 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
     Raises
     ------
     UserError
-        The file participants.tsv lacks the column named in the study.
+        The file participants.tsv does not contain the column that the study selects.
     """
     asked = data.choices.group
     about = data.participants

@@ -132,7 +132,7 @@ def _measure(name: str, unit: str, table: pd.DataFrame, confidence: float) -> Se
 
 
 def _corrected(measures: list[SessionMeasure]) -> tuple[SessionMeasure, ...]:
-    """Return the measures with p-values corrected across all changes."""
+    """Apply Holm's correction to the p-values of all changes in all measures."""
     ps = iter(holm_of([each.change for measure in measures for each in measure.changes]))
     return tuple(
         replace(

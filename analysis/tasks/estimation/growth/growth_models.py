@@ -171,7 +171,7 @@ class GrowthFit:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class RankedFit:
-    """The fit of a growth function, compared with the best fit by AICc.
+    """Fit of a growth function, with its AICc relative to the best fit.
 
     Parameters
     ----------

@@ -39,14 +39,14 @@ INDIVIDUALS_AT_MOST = 200
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionGrowth:
-    """Growth of estimates with the reduction in friction predicted by the squeeze film.
+    """Growth of estimates with the reduction in friction predicted by the squeeze-film model.
 
     Parameters
     ----------
     comparison : GrowthComparison
-        Comparison of growth functions of the reduction in friction.
+        Comparison of growth functions of the predicted reduction.
     exponent : MeanOverParticipants or NotComputed
-        Mean exponent of participants' power functions of the reduction in friction.
+        Mean exponent of participants' power functions of the predicted reduction.
     reduction : Mapping
         Predicted reduction in friction (0 to 1) by amplitude (µm peak to peak).
     shared_load : Mapping
@@ -150,7 +150,7 @@ def _shared_load_reduction(amplitude_um_pp: float) -> tuple[float, float]:
 
 
 def against_friction(logs: pd.DataFrame, confidence: float = 0.95) -> FrictionGrowth | NotComputed:
-    """Compare growth functions of the reduction in friction that the squeeze film predicts.
+    """Compare growth functions of the reduction in friction predicted by the squeeze-film model.
 
     Parameters
     ----------
