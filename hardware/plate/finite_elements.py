@@ -55,7 +55,7 @@ class Assembly:
     polarity : ndarray, shape (n,)
         Polarity (+1 or -1) of the ceramic that contains the node; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
-        Stiffness in N/m and mass in kg, ordered by node and then by direction x, y, z.
+        Stiffness in N/m and mass in kg: all nodes in x, then all nodes in y, then in z.
     ceramic_stiffness : sparse, shape (3n, 3n)
         Part of ``stiffness`` that is due to the ceramics.
     coupling : sparse, shape (3n, n)
