@@ -49,7 +49,7 @@ class SimulatedFinger:
         self._guide: Guide | None = None
 
     def strokes(self, begun_s: float, chance: Stream, guide: Guide | None = None) -> None:
-        """Start stroking at one end of the stroke, at the guide's speed and force if given."""
+        """Start stroking at one end of the stroke. A guide sets the typical speed and force."""
         self._begun_s = begun_s
         self._guide = guide
         speed_mm_s, force_n = self._own_speed, self._own_force
