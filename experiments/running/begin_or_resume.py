@@ -110,7 +110,7 @@ def run_plan(
     warnings : tuple of str, optional
         Warnings that are shown to the operator from the start of the session.
     steps : generator, optional
-        Steps to carry out instead of the plan's own steps.
+        The plan's steps, if the caller has wrapped them (default: the plan's own steps).
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"

@@ -160,7 +160,7 @@ def _readings(source: ContactSource) -> str:
 
 
 def require_virtual(specs: ContactSpecs) -> None:
-    """Raise `UserError` unless all sources given on a pilot's command line are simulated."""
+    """Raise `UserError` unless all sources in a pilot's command can run in virtual time."""
     for kind, spec in specs.used.items():
         if spec.partition(":")[0] not in VIRTUAL:
             raise UserError(f"--{kind} {spec}: a pilot runs in virtual time; expected {SIMULATED}")

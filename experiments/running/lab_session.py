@@ -347,7 +347,7 @@ def _leave(
     error: BaseException | None,
     _trace: TracebackType | None,
 ) -> None:
-    """Build the data set. If the session failed, add to the error how to resume the run."""
+    """Build the data set. If the session failed, print how to resume the run."""
     if not journal.records:
         return
     if journal.lost:
@@ -377,7 +377,7 @@ def _leave(
 
 
 def _sounds(plan: RunPlan) -> Sounds:
-    """Return the sound output for the headphone test, or a stand-in that states the reason."""
+    """Return the sound output for the headphone test, or a stand-in that says why it is missing."""
     missing = check_device() if plan.study.headphone_test else "the study has none"
     return NoSounds(missing) if missing else SoundOutput()
 

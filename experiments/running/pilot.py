@@ -115,12 +115,12 @@ def next_folder(parent: Path) -> Path:
 
 
 def claim(folder: Path, plans: list[RunPlan]) -> None:
-    """Check that a folder is new or contains only part of this pilot.
+    """Check that a folder is new or contains only runs of this pilot.
 
     Raises
     ------
     UserError
-        If the folder contains a different pilot, a participant's data or unrelated files.
+        If the folder contains a different pilot, a participant's data or only unrelated files.
     """
     try:
         # A pilot that is interrupted before its first record leaves folders without files.
@@ -219,8 +219,8 @@ def run_simulated(
         SPEC of the plate.
     contact : ContactSpecs, optional
     synced : bool, optional
-        Whether each journal record is flushed to disk before the run continues. The default is True
-        only if the plate's SPEC has options, such as simulated faults.
+        Whether each journal record is flushed to disk as it is written. The default is True only if
+        the plate's SPEC has options, such as simulated faults.
     """
     if synced is None:
         synced = spec != MOCK

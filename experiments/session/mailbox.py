@@ -246,7 +246,7 @@ def read_status(journal: Path) -> LiveStatus | None:
 
 
 def beat_ns(journal: Path) -> int | None:
-    """Return when a running session last updated its mailbox; None if there is no mailbox."""
+    """Return when the session last updated its mailbox, in ns; None if there is no mailbox."""
     try:
         return (mailbox_of(journal) / REQUESTS).stat().st_mtime_ns
     except OSError:

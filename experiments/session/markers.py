@@ -38,7 +38,7 @@ class MarkerOutput(Protocol):
         """Send an event without delay. Raises OSError if the device rejects the event."""
 
     def close(self) -> None:
-        """Close the output, and set all its signal lines to inactive."""
+        """Set all signal lines to inactive, and close the output."""
 
 
 class Markers:

@@ -28,7 +28,7 @@ class SessionStatus:
     task : str
         The task label.
     trial, total : int
-        Number of the current trial and of all trials in the task; 0 before the first trial.
+        Number of the current trial, and number of trials in the task; 0 before the first trial.
     voidable : Trial or None
         Default trial for a void request: the current or the last trial.
     answered : Trial or None

@@ -92,7 +92,7 @@ class Session:
     warnings : tuple of str, optional
         Problems that are shown to the operator from the start of the session.
     stroke : Stroke, optional
-        Stroke windows; a trial with strokes outside the windows is rejected.
+        Stroke windows; a trial with strokes outside the windows may be rejected.
     """
 
     def __init__(

@@ -31,7 +31,7 @@ class StrokeControl:
     stroke : Stroke
     journal : Journal
     texts : Mapping
-        Text shown to the participant after each outcome.
+        Text shown to the participant after strokes outside the windows.
     """
 
     def __init__(self, stroke: Stroke, journal: Journal, texts: Texts) -> None:
@@ -74,7 +74,7 @@ class StrokeControl:
         return REASON + ", ".join(outside) if outside and self._stroke.reject else ""
 
     def repeats(self, trial: Trial) -> bool:
-        """Return whether a rejected trial may be repeated again."""
+        """Return whether a rejected trial may still be repeated."""
         rejected = {
             record.data["trial"]
             for record in self._journal.records

@@ -39,7 +39,7 @@ MEASURED = ("measured", "applied")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Done:
-    """A completed step of a trial's script, with its start time if it is a presentation."""
+    """A completed step of the script, with its start time if it is a presentation."""
 
     step: Present | Explore | Silence
     began_s: float = 0.0
@@ -160,7 +160,7 @@ class SurfaceState:
         self._make(replace(self._wanted, surface=surface))
 
     def adjusted(self, surface: Stimulus) -> None:
-        """Register the surface at the end of an adjustment, with the level the participant felt."""
+        """Register the final surface of an adjustment, which the participant felt last."""
         if self._wanted is None:
             return
         self._wanted = turned = replace(self._wanted, surface=surface)
@@ -170,8 +170,8 @@ class SurfaceState:
     def feel_again(self, before: Present, explore: Explore) -> Presented:
         """Present ``before`` for exploration, then restore the current surface.
 
-        Returns how the surface to be explored was presented. If interrupted, the current surface
-        counts as lost.
+        Returns the presentation of ``before``. After an interruption, the current surface counts as
+        lost.
         """
         wanted = self._wanted
         if wanted is None:
@@ -188,7 +188,7 @@ class SurfaceState:
         return made
 
     def restore(self, at: Callable[[float], None]) -> list[tuple[Present, Presented]]:
-        """Repeat the trial's presentations up to the interruption.
+        """Repeat the completed steps of the script in order.
 
         Call this method when `must_be_felt_again` returns True.
 
@@ -241,7 +241,7 @@ class SurfaceState:
         return readback.level
 
     def check(self) -> None:
-        """Raise a `PlateFault` if the plate fails while presenting a surface. The check is fast."""
+        """Raise a `PlateFault` if the plate fails while a surface is on it. The check is fast."""
         if self._wanted is not None and self._held:
             self._plate.check()
 
@@ -273,7 +273,7 @@ class SurfaceState:
             self.forget()
 
     def forget(self) -> None:
-        """Forget the current surface and the trial's sequence of presentations."""
+        """Forget the current surface and the script."""
         self._script, self._wanted, self._held = [], None, True
 
     def part_over(self) -> None:
@@ -281,7 +281,7 @@ class SurfaceState:
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return and clear how the standard was repeated; None if it was not repeated."""
+        """Return and clear the repeated presentation of the standard; None if there was none."""
         made, self._standard_made = self._standard_made, None
         return made
 
@@ -322,7 +322,7 @@ class SurfaceState:
         self._standard_made, self._standard_due = made, False
 
     def _redrive(self, step: Present) -> Presented:
-        """Present a surface again, preceded by the trial's standard and lead-in, if any."""
+        """Present a surface again, preceded by the standard if required, and by any lead-in."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in

@@ -210,8 +210,8 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
     Parameters
     ----------
     client : tuple
-        Host and port of the client. A test client's host is a name instead of an IP address; it is
-        treated like None.
+        Host and port of the client. A test client, whose host is a name instead of an IP address,
+        is treated like None.
     """
     if client is None or not CONNECTIONS.exists():
         return False

@@ -177,8 +177,8 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 def _open(address: str) -> None:
     """If a browser is available, use it to open the file that leads to the console.
 
-    The address is not passed as an argument, because other users can read a program's arguments and
-    the address contains the token.
+    The console's own address contains the token and is not passed as an argument, because other
+    users can read a program's arguments.
     """
     try:
         opened = webbrowser.open(address)

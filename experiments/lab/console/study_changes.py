@@ -1,7 +1,7 @@
 """Apply changes from the editor's form to the text of a study file, and keep its comments.
 
-The functions are pure: each returns a new text and writes nothing. If the form cannot make a
-change, for example because the text is not TOML, the user must edit the file itself.
+A change returns a new text and writes no file. If the form cannot make a change, for example
+because the text is not TOML, the user must edit the file itself.
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class Presenting:
     _rewinds: bool = field(default=False, init=False)  # an interrupted pilot lost the surface
 
     def present(self, step: Present) -> Presented:
-        """Present a surface, and record the times of its onset and settling."""
+        """Present a surface, and send markers at its onset and when it has settled."""
         if not self.surface.begins(step):
             self.restore(step)
         self._rewinds = False

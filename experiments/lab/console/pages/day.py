@@ -72,7 +72,7 @@ def _between(found: Snapshot, job: Job | None) -> str:
 
 
 def _pressing(people: Sequence[Person]) -> list[Person]:
-    """Return the participants to list first; if there are many, prefer pending and recent ones."""
+    """Return the participants to show; if there are many, prefer pending and recent ones."""
     if len(people) <= MOST_PEOPLE:
         return list(people)
 

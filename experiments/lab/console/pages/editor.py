@@ -93,7 +93,7 @@ def simulated_minutes(whole: str, source: str) -> Timeline | None:
 
 
 def _drawings(content: Mapping[str, object]) -> dict[str, list[Drawing]]:
-    """Return a drawing of each valid surface, by its position in the file."""
+    """Return the drawings of all valid surfaces, by position in the file."""
     names = file_names(dict(content))
     in_code = names.to_code(dict(content))
     made: dict[str, list[tuple[Surface, str]]] = {"levels": []}
