@@ -47,7 +47,7 @@ def run_export(args: Namespace) -> int:
     check_installed(args.forms)
     with telling() as progress:
         analysis = analysed(args, progress)
-        progress("writing tables, figures and the report in all formats")
+        progress("writing tables, figures, the report and the requested formats")
         out = Path(args.out)
         names = write_export(analysis, out, [name for name in FORMS if name in args.forms])
     for sentence in analysis.problems:

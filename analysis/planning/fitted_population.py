@@ -168,7 +168,7 @@ def _tops(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     tops = trials.groupby(trials[PARTICIPANT].astype(str))["scale_top"].first()
     if not (tops > 0).all():
         return {}, ""
-    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, "declared by each person"
+    return {"scale_tops": tuple(sorted(tops.astype(float).tolist()))}, "declared scale tops"
 
 
 def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
@@ -179,7 +179,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
     share = float((np.abs(steps - steps.round()) < 1e-6).mean())  # noqa: PLR2004 - floats
     excess = (share - ROUND_BY_CHANCE) / (1 - ROUND_BY_CHANCE)
     return {"habits.rounding": round(max(excess, 0.0), 4)}, (
-        f"{share:.0%} of estimates are round numbers"
+        f"the proportion of estimates that are round numbers ({share:.0%})"
     )
 
 

@@ -5,8 +5,8 @@ Rules:
 - Two codes that form an obvious pair (`PAIRS`) are recognised. For any other pair, the user must
   declare which code means yes. The column may then contain only one other code, which means no.
 - Cells that match neither code are excluded and reported. If more than `FEW` cells and more than
-  the proportion `FEW_SHARE` of all cells match neither code, the column is probably not an answer
-  column and is rejected.
+  the proportion `FEW_SHARE` of the filled cells match neither code, the column is probably not an
+  answer column and is rejected.
 """
 
 from __future__ import annotations

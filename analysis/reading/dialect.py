@@ -115,8 +115,8 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        If no number shows the decimal mark although a comma (or a point in a column with whole
-        numbers) could also separate thousands, or if both decimal marks are equally frequent.
+        If no number shows the decimal mark and a comma (or a point in a column with whole numbers)
+        could also separate thousands, or if both decimal marks are equally frequent.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}

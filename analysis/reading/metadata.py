@@ -119,7 +119,7 @@ def participants(folder: Path, sources: list[Source], problems: Problems) -> pd.
     unnamed = frame[PARTICIPANT].isna()
     if unnamed.any():
         lines = listed_lines(frame.loc[unnamed, "line"].tolist())
-        problems.add(f"{path.name}, {lines}: no participant_id; the rows are omitted")
+        problems.add(f"{path.name}, {lines}: omitted, because there is no participant_id")
     return frame[~unnamed].drop(columns=["file", "line"]).reset_index(drop=True)
 
 
@@ -129,7 +129,7 @@ def choices(
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
 ) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
-    """Read the study file; return choices, their keys, whether sessions used it, and its text."""
+    """Read the study file; return choices, keys that it sets, whether sessions used it, text."""
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None, ""

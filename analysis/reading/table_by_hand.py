@@ -199,7 +199,7 @@ def only_named(
         words &= ~quoted
     if absent.any():
         lines = listed_lines(frame.loc[absent, "line"].tolist())
-        problems.add(f"{name}, {lines}: no {identifier}; the rows are omitted")
+        problems.add(f"{name}, {lines}: omitted, because there is no {identifier}")
     if words.any():
         names = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())
@@ -217,7 +217,7 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
-    """Return which rows contain an identifier in quotation marks, such as ``"NA"``."""
+    """Return which rows have a missing-value code in quotation marks as their identifier."""
     found = np.zeros(len(frame), bool)
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects) or b'"' not in text:

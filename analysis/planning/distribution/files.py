@@ -195,9 +195,9 @@ def _conclusions(found: Distribution) -> html.ReportSection:
     ]
     columns = html.columns("Conclusion", "Studies", "95 % Monte Carlo interval", left=1)
     caption = (
-        "Proportion of studies in which each conclusion holds (p is below the significance "
-        "level after the given correction). Studies that could not be analysed "
-        "count as studies in which no conclusion holds."
+        "Proportion of studies in which each conclusion holds. A conclusion from a test holds if "
+        "p is below the significance level after the given correction. Studies that could not be "
+        "analysed count as studies in which no conclusion holds."
     )
     section.blocks.append(html.table(columns, rows, caption))
     return section

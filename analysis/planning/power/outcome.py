@@ -63,7 +63,7 @@ class Sums:
 
     @classmethod
     def of(cls, values: NDArray[np.float64]) -> Self:
-        """Count the finite values, and sum the values and their squares."""
+        """Count the finite values, and sum these values and their squares."""
         finite = values[np.isfinite(values)]
         return cls(n=len(finite), total=float(finite.sum()), squares=float((finite**2).sum()))
 

@@ -116,7 +116,7 @@ def run_grid(
     scheduler : str, optional
         Address of a Dask scheduler to use instead of local processes.
     progress : callable, optional
-        Function that is called with the number of finished shards and the number of all shards.
+        Function that is called with the number of finished shards and the total.
 
     Returns
     -------

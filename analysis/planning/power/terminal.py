@@ -103,9 +103,9 @@ def _of_factors(design: Design) -> list[str]:
         )
     if some := [name for name in absent if name in bounded]:
         lines.append(
-            f"{', '.join(some)}: although no change in growth is simulated, there is an "
-            "interaction, because the top of the scale limits answers, so that an effect changes "
-            "large answers by a smaller ratio."
+            f"{', '.join(some)}: no change in growth is simulated, but there is an interaction. "
+            "The top of the scale limits answers, so an effect changes large answers by a smaller "
+            "ratio."
         )
     if mixed := design.mixed_tests:
         lines.append(

@@ -190,7 +190,7 @@ def enough(
     """Return the smallest sufficient number of participants for each factor with an effect.
 
     With this and every larger simulated number, the most powerful comparison between levels of the
-    factor reaches the target. The value is None if no simulated number reaches the target.
+    factor reaches the target. The value is None if there is no such number.
     """
     simulated = {name for name, _, by in (*population.effects, *population.growths) if by != 1}
     sizes: dict[str, int | None] = {}

@@ -75,7 +75,7 @@ class ProtocolStudy:
     number: int
 
     def with_number(self, number: int) -> ProtocolStudy:
-        """Return the study with a different number of trials."""
+        """Return the study with the option `amount` set to `number`."""
         document = tomlkit.parse(self.text)
         tasks = document["tasks"]
         if not isinstance(tasks, list):
@@ -155,7 +155,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
     Raises
     ------
     UserError
-        If the study takes too long even if its number of trials, the option `amount`, is 1.
+        If the study takes too long even with the option `amount` set to 1.
     """
     once = study.minutes(population)
     twice = study.with_number(2 * study.number).minutes(population)

@@ -308,7 +308,7 @@ def test_rows_of_participants_tsv_without_a_name_are_left_out(dataset):
     assert list(data.participants["participant_id"]) == ["sub-01", "sub-02", "sub-03"]
     assert data.problems == (
         "participants.tsv, line 3: empty; skipped",
-        "participants.tsv, line 4: no participant_id; the rows are omitted",
+        "participants.tsv, line 4: omitted, because there is no participant_id",
     )
     assert not any("have no trials" in p for p in analyse(data).problems)
 

@@ -122,7 +122,7 @@ def test_blanks_around_names_make_no_other_names(table_by_hand):
     text = HEADER + ROWS.replace("a,2", " a ,2").replace("b,1", "   ,1")
     data = load(table_by_hand(text.replace("trial,", " trial ,")))
     assert sorted(data.estimates["participant_id"].unique()) == ["a", "b"]
-    assert data.problems == ("study.csv, line 6: no participant_id; the rows are omitted",)
+    assert data.problems == ("study.csv, line 6: omitted, because there is no participant_id",)
 
 
 def test_a_label_that_is_a_number_with_gaps_stays_as_it_was_written(table_by_hand):
