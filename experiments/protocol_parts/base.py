@@ -296,8 +296,8 @@ class Protocol:
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
-        Returns whether any surface depends on the finger's position, which must then be measured.
-        The default is False.
+        Returns whether any surface depends on the finger's position, given the options. If so, the
+        position must be measured. The default is False.
     textures : bool
         Whether the protocol presents the study's textures. Protocols with textures require a column
         ``texture``, unless their trials have intervals.

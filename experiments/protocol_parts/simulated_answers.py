@@ -162,7 +162,7 @@ def _has_reached(reference: float, now: float, turned: int) -> bool:
 
 
 def until_number(step: Adjust, person: SimulatedPerson) -> int:
-    """Adjust until the surface seems to match the number shown, or the range ends."""
+    """Adjust until the surface seems to reach the number shown, or the range ends."""
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
         raise TypeError(f"'{step.name}' requires a number and a modulus")

@@ -1,8 +1,8 @@
 """Method of limits: levels move towards or away from a standard until the answer changes.
 
 In each trial, the participant feels the standard, then a surface at some level, and answers whether
-the two differ. An ascending series begins at the lowest level and ends with the first "yes". A
-descending series begins at the highest level and ends with the first "no". The transition lies
+the two differ. An ascending series begins near the lowest level and ends with the first "yes". A
+descending series begins near the highest level and ends with the first "no". The transition lies
 between the last two levels of a series. Series begin at different levels, so that the number of
 trials does not predict the transition.
 """
@@ -221,9 +221,11 @@ PROTOCOL = ProtocolDeclaration(
             kind="label",
             description="Direction of the series",
             levels={
-                "ascending": "a series that begins at the lowest level and ends with the first yes",
+                "ascending": (
+                    "a series that begins near the lowest level and ends with the first yes"
+                ),
                 "descending": (
-                    "a series that begins at the highest level and ends with the first no"
+                    "a series that begins near the highest level and ends with the first no"
                 ),
             },
         ),

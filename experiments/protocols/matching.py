@@ -176,7 +176,7 @@ class _Run(IntervalTask[_Match]):
         return _Match(phase, reference, direction, start)
 
     def among_catch_trials(self, planned: Sequence[_Match]) -> list[_Match]:
-        """Return the planned trials with catch trials at random; all orders are equally likely."""
+        """Insert catch trials at random positions; all placements are equally likely."""
         options, context = self.options, self.context
         stream = context.stream(context.task, "catch")
         references = options.references(context)

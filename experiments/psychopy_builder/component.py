@@ -1,4 +1,4 @@
-"""The Builder component and the code that it generates. PsychoPy finds it by its entry point.
+"""The Builder component, which PsychoPy finds by its entry point, and the code it generates.
 
 The generated code and the names of methods, parameters and attributes follow PsychoPy.
 """

@@ -188,6 +188,6 @@ class Stopping(Asking):
 
 
 def number_size(content: str) -> float:
-    """Return the font size for digits at which the longest entry fits the field."""
+    """Return the font size at which the digits of an entry fit the field."""
     roomy = 11
     return scene.DIGITS * min(1.0, roomy / max(len(content), 1))

@@ -33,7 +33,7 @@ _EXIT_HANDLER = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class WindowLost(RigError):
-    """The participant's window was lost, because the display server is no longer running."""
+    """The participant's window was lost, because the connection to the display server broke."""
 
     def __init__(self) -> None:
         super().__init__(
@@ -51,7 +51,7 @@ class Connection:
         self._poll: Any = None
 
     def guard(self) -> None:
-        """Install error handlers, so that Xlib does not end the process."""
+        """Install the handler that Xlib calls when the connection breaks."""
         if sys.platform == "linux":
             self._xlib = ctypes.CDLL(LIBRARY)
             self._poll = select.poll()

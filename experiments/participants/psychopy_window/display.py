@@ -120,7 +120,7 @@ class Pointer:
         self._mouse = event.Mouse(visible=window.mouseVisible, win=window)
 
     def at(self, time_s: float) -> Touch | None:  # noqa: ARG002 - only the current position is known
-        """Return the pointer position in pixels from the centre, or None outside the window."""
+        """Return the position in px right of and above the centre, or None outside the window."""
         if self._mouse is None:
             return None
         x, y = (float(each) for each in self._mouse.getPos())

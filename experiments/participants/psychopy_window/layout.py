@@ -78,7 +78,7 @@ def faults(scene: Scene) -> Iterator[str]:
 
 
 def _backgrounds(scene: Scene) -> Iterator[tuple[Text, Colour]]:
-    """Yield each text with its background, which is the topmost box behind the text's centre."""
+    """Yield each text with its background, the colour of the topmost box behind its centre."""
     boxes: list[Box] = []
     for item in scene:
         if isinstance(item, Box):

@@ -44,7 +44,7 @@ class Pointing(Waiting):
         self._cursor_mm: tuple[float, float] | None = None
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the instruction, start, target and cursor, with the next target highlighted."""
+        """Return the instruction, start, target and cursor, with the next item highlighted."""
         question, moving = self._question, self._began_s is not None
         start = self._mark(question.start_mm, "quiet" if moving else "accent")
         target = self._mark(question.target_mm, "accent" if moving else "quiet")

@@ -34,7 +34,7 @@ WIDTH = 1.3  # line width of a text; the narrowest monitors (5:4) are 1.25 wide,
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Text:
-    """Text with font size ``size``, wrapped to ``width`` and centred at ``x``, ``anchor`` at ``y``.
+    """Text of size ``size``, wrapped to ``width``, centred at ``x``, with its ``anchor`` at ``y``.
 
     If ``caret`` is True, a caret follows the last letter; this requires text of one line.
     """

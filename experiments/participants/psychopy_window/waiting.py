@@ -134,7 +134,7 @@ class Exploring(Waiting):
         return (task, *self._pacer(elapsed_s), *left, *foot)
 
     def _pacer(self, elapsed_s: float) -> Scene:
-        """Return a mark that moves at the requested stroke speed, or nothing without a guide."""
+        """Return a mark that moves at the stroke speed, or nothing if no mark is requested."""
         guide = self._step.guide
         share = guide.place_share(elapsed_s) if guide else None
         if share is None:

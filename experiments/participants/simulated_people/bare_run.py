@@ -180,5 +180,5 @@ def _felt_level(surface: Stimulus | None) -> float:
 
 
 def _felt(level: float, surface: Stimulus | None) -> float:
-    """Return the felt level. Amplitudes are rounded as in a session, to `FELT_DIGITS` digits."""
+    """Return the felt level. Amplitudes are rounded as in a session, to `FELT_DIGITS` decimals."""
     return level if isinstance(surface, Varied) else round(level, FELT_DIGITS)

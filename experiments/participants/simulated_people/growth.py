@@ -38,8 +38,8 @@ class Growth:
     Parameters
     ----------
     exponent : float
-        Exponent of a power function of the level divided by the largest level. Unused if ``weber``
-        is given.
+        Exponent of a power function of the level's position in the study's range (0 to 1). Unused
+        if ``weber`` is given.
     weber : float or None
         Weber fraction: the smallest relative change that is detected in 75 % of forced choices. If
         given, sensation grows with the logarithm of the level.

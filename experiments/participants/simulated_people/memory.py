@@ -64,7 +64,7 @@ class Memory:
 
     @property
     def past(self) -> History:
-        """The past sensations in the current task, and the contact time since the last rest."""
+        """The sensations so far in the current task, and the contact time since the last rest."""
         past = self._histories.get(self.trial.task, History()) if self.trial else History()
         return past.after_contact(self._contact_s)
 
@@ -98,7 +98,7 @@ class Memory:
         )
 
     def feels(self, step: Explore | Adjust, felt_level: float) -> None:
-        """Store the level that the person felt in µm peak to peak."""
+        """Store the level that the person felt, in µm peak to peak."""
         if isinstance(step, Explore):
             self.felt = (self.felt[1], felt_level)
         self.of_trial[step.interval or 1] = felt_level

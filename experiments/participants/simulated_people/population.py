@@ -96,9 +96,9 @@ class Population(BaseModel):
         0.55,
         "Proportion of the variance at the lowest and highest amplitudes that is due to the "
         "person's intercept. The remaining variance, except for trial-to-trial variance, is due "
-        "to the exponent. Our assumption, which gives a correlation of 0.29 between sensations at "
-        "the lowest and highest amplitudes. The published table does not show which sensations "
-        "belong to the same person.",
+        "to the exponent. Our assumption, which gives a correlation of 0.29 between a person's "
+        "mean sensations at the lowest and highest amplitudes. The published table does not show "
+        "which sensations belong to the same person.",
     )
     trial_to_trial: Share = setting(
         0.15, "Proportion of the variance that differs from trial to trial. Our assumption."
@@ -117,8 +117,8 @@ class Population(BaseModel):
     )
     line_shift_sd: NotNegative = setting(
         0.3,
-        "Standard deviation, between people, of the logit at which they place the middle of a "
-        "rating line. Our assumption.",
+        "Standard deviation, between people, of the logit of the rating that they give to a "
+        "sensation of 50. Our assumption.",
     )
     line_stretch_sigma: NotNegative = setting(
         0.2,

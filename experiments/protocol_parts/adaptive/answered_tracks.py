@@ -18,7 +18,7 @@ class Answered(NamedTuple):
 
 
 class AnsweredTracks:
-    """Interleaved tracks, together with the answer to each trial.
+    """Interleaved tracks, together with the answers, keyed by trial.
 
     A trial that times out or is voided while it runs has no answer, so its track repeats the level.
     If an answer is taken back later, the track is recomputed from its remaining answers at their

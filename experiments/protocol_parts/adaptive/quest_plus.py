@@ -228,7 +228,7 @@ def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
     Returns
     -------
     array, shape (runs, levels)
-        Information in nats, rounded to `track.DECIMALS` decimals.
+        Information in nats, rounded to `rounding.DECIMALS` decimals.
     """
     predicted = np.clip(posteriors @ rule.proportion.T, 0.0, 1.0)  # rounding may push a sum above 1
     return np.round(entropy(predicted) - posteriors @ rule.answer_entropy.T, DECIMALS)

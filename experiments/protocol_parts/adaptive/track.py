@@ -1,4 +1,4 @@
-"""The common interface of adaptive methods, and the rounding of levels.
+"""The common interface of adaptive methods, and checks of their parameters.
 
 A level, in µm peak to peak, is an amplitude or the difference between two amplitudes.
 """

@@ -34,9 +34,9 @@ class AdaptiveOptions(RestedOptions):
         "staircase",
         "Rule that chooses the next level. staircase: one step down after down_after correct "
         "answers in a row, one step up after a wrong answer, with García-Pérez's step-size "
-        "ratios; weighted: one step after every answer, with step sizes that make the level "
-        "converge to target; quest_plus: the level whose answer is expected to be most "
-        "informative.",
+        "ratios; weighted: one step after every answer, with step sizes for which the "
+        "proportion of correct answers converges to target; quest_plus: the level whose answer is "
+        "expected to be most informative.",
     )
     start_level: Positive = setting(
         0.5, "Level of a track's first trial; quest_plus chooses this level itself."

@@ -65,7 +65,7 @@ class Shown(NamedTuple):
 def with_catch_trials(
     planned: Sequence[Condition], catch_trials: Sequence[Condition], stream: Stream
 ) -> list[Condition]:
-    """Return the planned trials with catch trials at random; all placements are equally likely."""
+    """Insert catch trials at random positions; all placements are equally likely."""
     marks = stream.shuffled([False] * len(planned) + [True] * len(catch_trials))
     trials, catches = iter(planned), iter(catch_trials)
     return [next(catches) if catch else next(trials) for catch in marks]
@@ -74,7 +74,7 @@ def with_catch_trials(
 def in_both_orders(
     groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
 ) -> list[Shown]:
-    """Return the main trials: shuffled groups, reversed in every other repetition."""
+    """Return all groups in each repetition, shuffled; the order within a group alternates."""
     stream = context.stream(context.task, "main")
     begins = [stream.below(2) for _ in groups]  # reversed in odd repetitions
     return [

@@ -123,7 +123,7 @@ def surface_blocks(
 def with_catch_trials(
     planned: list[list[Presentation]], catches: Sequence[Presentation], context: Context
 ) -> list[list[Presentation]]:
-    """Return the planned trials with catch trials at random; a column marks the catch trials.
+    """Insert catch trials at random positions; a column marks the catch trials.
 
     Catch trials can occur anywhere among the main trials, and all placements are equally likely. A
     catch trial belongs to the block in which it occurs.
