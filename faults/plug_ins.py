@@ -66,7 +66,7 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     ------
     UserError
         If the plug-in raises an exception other than a UserError or a RigError. The message gives
-        the line of the plug-in's code that raised it.
+        the line of the plug-in's code.
     """
     try:
         return action()

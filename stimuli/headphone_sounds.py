@@ -1,6 +1,6 @@
 """Generate sounds for testing whether participants wear headphones that play in both ears.
 
-In each test, one of three tones is quieter, and one of the other two has opposite phase in the two
+In each trial, one of three tones is quieter, and one of the other two has opposite phase in the two
 ears. With headphones, the phase hardly affects loudness. With loudspeakers, the two channels cancel
 in the air, so the antiphase tone seems quietest. Source: Woods, Siegel, Traer and McDermott (2017),
 Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &

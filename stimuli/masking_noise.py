@@ -85,7 +85,7 @@ def ramp(gain: float, target: float, samples: int, fade_samples: int) -> NDArray
     Parameters
     ----------
     gain, target : float
-        First and last gain of the ramp, each from 0 (silence) to 1 (full level of the noise).
+        Gains before and at the end of the ramp, from 0 (silence) to 1 (full level of the noise).
     samples : int
         Number of gains.
     fade_samples : int

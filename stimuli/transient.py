@@ -4,7 +4,7 @@ At first, the amplitude of a transient is constant. When the finger reaches a gi
 force, or when a given time has passed since contact, the amplitude changes to another value within
 a transition time. The amplitude returns to its first value after a given duration. Without a
 duration, it returns when the trigger condition is no longer met. A transient that is triggered by
-position feels like an edge on the plate.
+position thus acts as an edge on the plate.
 
 The list of amplitudes is timed by the clock of the plate itself. The duration of the transition is
 therefore exact even if the computer rarely samples the finger; only its beginning depends on the
@@ -96,8 +96,8 @@ class Transient(Parametric):
             unit="s",
             above=0,
             most=10,
-            description="Time after which the amplitude begins to change back; default: when the "
-            "trigger condition is no longer met.",
+            description="Time from the beginning of the change until the amplitude begins to "
+            "change back; default: until the trigger condition is no longer met.",
         ),
     ] = None
     position_mm: Annotated[
@@ -107,8 +107,8 @@ class Transient(Parametric):
             unit="mm",
             least=0,
             most=500,
-            description="Position along the stroke at which the amplitude changes, measured from "
-            "the sensor's zero.",
+            description="Position along the stroke, measured from the sensor's zero, at and "
+            "beyond which the amplitude is changed.",
         ),
     ] = None
     force_n: Annotated[
@@ -118,7 +118,7 @@ class Transient(Parametric):
             unit="N",
             above=0,
             most=20,
-            description="Normal force at which the amplitude changes.",
+            description="Normal force at and above which the amplitude is changed.",
         ),
     ] = None
     delay_s: Annotated[

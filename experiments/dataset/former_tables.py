@@ -97,7 +97,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Find journals that lost data after their tables were written, and return these tables.
+    """Return a problem and the tables for each journal that lost data after they were written.
 
     A journal only grows, so it must still contain the records that the sidecar describes.
     """

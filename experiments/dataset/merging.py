@@ -65,7 +65,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
     for folder in sources:
         _check_source(folder)
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
-        raise UserError(f"--out {out}: the folder is not empty; name a new folder")
+        raise UserError(f"--out {out}: is not an empty folder; name a new folder")
     chosen = _by_place(one)
     for place, path in _by_place(other).items():
         # For each run, the longer journal is used, because the shorter one was copied before the

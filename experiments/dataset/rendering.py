@@ -1,4 +1,4 @@
-"""Generate the content of a data set's files from its runs, without reading or writing files.
+"""Generate the content of a data set's files from its runs, without access to the data set.
 
 `render` generates the content of all files from the journals. `slipscale.experiments.dataset.bids`
 writes the files, and `slipscale.experiments.dataset.verification` compares them with the existing

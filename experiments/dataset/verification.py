@@ -153,8 +153,8 @@ def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Probl
 def _settled(content: object, file: str) -> dict[str, object]:
     """Return the entries that are the same in all versions, such as units and codes.
 
-    The meanings of codes are compared only for the study's questions. Other meanings are
-    Slipscale's own wording, which can change between versions.
+    The meanings of codes are compared only for the study's questions about the participant. Most
+    other meanings are Slipscale's own wording, which can change between versions.
     """
     if not isinstance(content, dict):
         return {}

@@ -30,7 +30,7 @@ class Pending:
     copies : tuple of Path
         Backups and merged data sets that contain data from the participant.
     merged : tuple of Path
-        The merged sets among ``copies``, because each has its own list of withdrawals.
+        The merged sets among ``copies``, each of which has its own list of withdrawals.
     """
 
     remove: tuple[Path, ...] = ()
@@ -39,7 +39,7 @@ class Pending:
 
 
 def withdrawn(dataset: Path) -> list[str]:
-    """Return the labels of withdrawn participants in the order of withdrawal."""
+    """Return the labels of withdrawn participants in the order of the list."""
     return [str(entry["participant"]) for entry in entries(dataset)]
 
 

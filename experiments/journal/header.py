@@ -39,8 +39,8 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record for a resumption, with everything that may differ from the header.
 
-    The times of all later records are relative to the date in this record. Session time never
-    decreases, even if the computer's clock was set back.
+    Later records are dated from the date and the session time of this record, because session time
+    never decreases, even if the computer's clock was set back.
     """
     return {
         "plate_spec": spec,

@@ -103,7 +103,7 @@ def release(journal: Path) -> None:
 
 
 def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | None:
-    """Return whether a file could be locked, or None if the file system does not support locks."""
+    """Lock a file and return whether this succeeded, or None if locks are not supported."""
     try:
         portalocker.lock(stream, kind | portalocker.LOCK_NB)
     except portalocker.AlreadyLocked:

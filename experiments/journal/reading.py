@@ -187,7 +187,9 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
             before = None
             reading.mark()
             if missing > sum(place < each < line.place for each in wrong):
-                reason = f"expected record {expected}, found {record.number}: records were removed"
+                reason = (
+                    f"expected record {expected}, found {record.number}: one or more were removed"
+                )
                 reading.damage.append(Damage(line=line.place + 1, reason=reason))
         if before is None or follows(record, line.covered, before):
             reading.records.append(record)

@@ -94,7 +94,7 @@ class Condition:
 
     @property
     def label(self) -> str:
-        """The condition as a text, which is part of the seed of random numbers."""
+        """The condition as text, which is part of the key of its random number streams."""
         return " ".join(f"{name}={factor_level(value)}" for name, value in self.values.items())
 
     def context(self, context: Context, plate: Quantity) -> Context:

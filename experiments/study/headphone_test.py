@@ -140,7 +140,7 @@ class HeadphoneTest(FrozenTable):
         return right
 
     def _decision(self, right: int, wrong_ears: list[str]) -> Ask:
-        """Return the question about a failed test, which the operator answers (in English)."""
+        """Return the question about a failed test, in English, which the operator answers."""
         ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
         elsewhere = " was heard elsewhere" if wrong_ears else ""
         prompt = (

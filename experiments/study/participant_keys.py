@@ -1,7 +1,7 @@
 """Keys that participants use on a keyboard, a keypad, a response box or a pedal.
 
 All of these devices act as keyboards that send characters. The screen shows which keys to use.
-Numbers and choices are always answered with the digit keys and Enter.
+Numbers and choices need no setting, because they use the digit keys and Enter.
 """
 
 from __future__ import annotations

@@ -90,7 +90,7 @@ class Questionnaire(FrozenTable):
         ]
 
     def asks(self, language: str, texts: Mapping[str, str]) -> list[Ask]:
-        """Return the steps that ask for each item in a language.
+        """Return the steps that ask each item in a language.
 
         Raises
         ------

@@ -227,7 +227,7 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return the number of continuation steps; each increases σ by a factor of at most 4."""
+    """Return the number of values of σ to solve, which increase by a factor of at most 4."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 

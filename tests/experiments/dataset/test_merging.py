@@ -121,4 +121,4 @@ def test_a_folder_in_use_or_without_journals_is_refused(folders, tmp_path, capsy
     assert main(words) == 0
     assert "2 runs from" in capsys.readouterr().out
     assert main(words) == 2
-    assert "is not empty" in capsys.readouterr().err
+    assert "is not an empty folder" in capsys.readouterr().err
