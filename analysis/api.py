@@ -112,7 +112,7 @@ class Power:
 
     @property
     def enough(self) -> int | None:
-        """Smallest sample size at which all comparisons reach the target power, or None."""
+        """Smallest sample size from which all comparisons reach the target power, or None."""
         from slipscale.analysis.planning.power.answers import fewest  # noqa: PLC0415
 
         return next(iter(fewest(self.rows, self.target).values()))

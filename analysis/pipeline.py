@@ -54,8 +54,8 @@ def analyse(
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. The default is the rule in
         the study file or, if none is set, `default_rule` in that module.
     equivalence_ratio : float, optional
-        Largest ratio of two amplitudes that count as equal. The default is the ratio in the study
-        file.
+        Largest ratio of the geometric means of two amplitudes that count as equivalent. The default
+        is the ratio in the study file.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function as well, which requires the extra
         ``bayes``.
@@ -164,7 +164,7 @@ def normalised(
 
 
 def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tuple[str, ...]]]:
-    """Return the data without excluded participants, and each exclusion's reasons."""
+    """Return the data without excluded participants, and the reasons for each exclusion."""
     rules: list[str] = list(data.choices.exclusions)
     by_hand = excluded_by_hand(data.folder) if data.folder else {}
     why: dict[str, tuple[str, ...]] = {}

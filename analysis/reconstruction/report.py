@@ -97,7 +97,7 @@ def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
 
 
 def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer]) -> str:
-    """Summarise the verdicts on all columns and tests in one or two sentences."""
+    """Summarise the verdicts on all columns and tests in a few sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
     sentence = f"No ratings give the printed {_listed('column', none)}." if none else ""

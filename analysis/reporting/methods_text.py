@@ -82,6 +82,6 @@ def cited(text: str) -> str:
 
 
 def references(texts: list[str]) -> dict[str, Reference]:
-    """Return the references cited in a list of sentences, keyed by citation, sorted by author."""
+    """Return the references cited in sentences, keyed by citation key and sorted by author."""
     keys = {found[1] for text in texts for found in CITATION.finditer(text)}
     return {key: REFERENCES[key] for key in sorted(keys, key=lambda key: REFERENCES[key].listed)}

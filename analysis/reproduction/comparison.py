@@ -3,7 +3,7 @@
 A source is a module that defines ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps each item's name to a
 function that returns an `Outcome`. ``FIGURES`` maps each figure's name to a function that returns a
 Matplotlib figure. The recorded values are stored in a JSON file next to the module. For each item,
-``agrees`` is True if our value rounds to the published value, and ``drift`` is True if our value
+``agrees`` is True if our value rounds to the published value, and ``drifted`` is True if our value
 differs from the recorded value. ``reason`` explains why our value differs from the paper.
 """
 

@@ -75,8 +75,8 @@ def tables(convention: str) -> Outcome:
         unit="tables",
         reason=(
             f"{exact:,} tables with the {convention} standard deviation: the product of the "
-            "columns' counts with participants distinguished, because columns can be paired in "
-            "any order"
+            "columns' counts with participants distinguished, because ratings in different "
+            "columns can be paired in any way"
         ),
     )
 

@@ -3,11 +3,10 @@
 Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of the other values (the
 outer values) are enumerated. For a given choice, let k be the number of outer values, d the sum of
 their signed distances from c, and q the sum of their squared distances. The totals n, D and V (see
-`meet_in_the_middle`) then determine the frequencies of the three neighbouring values. The values c
-- 1 and c + 1 together occur w = V - q times, and their frequencies differ by D - d. Such
-frequencies exist if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares form a
-range with step 2, so do the possible values of w. Each choice of outer values then requires only
-one subtraction.
+`meet_in_the_middle`) then determine the frequencies of the three neighbouring values. Together,
+c - 1 and c + 1 occur w = V - q times, and their frequencies differ by D - d. Such frequencies exist
+if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares form a range with step 2,
+so do the possible values of w. Each choice of outer values then requires only one subtraction.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
 
 
 def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
-    """Return the number of multisets of n values with a given sum and sum of squares.
+    """Return the number of multisets of n values with one of the given sums and sums of squares.
 
     Parameters
     ----------

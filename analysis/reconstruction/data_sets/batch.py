@@ -40,8 +40,8 @@ class Verdict:
     label : str
         Label of the column.
     verdict : {"consistent", "inconsistent", "not counted", "not understood"}
-        The result. "Not counted" means that the row passes GRIM and GRIMMER, but that counting is
-        not possible.
+        The result. "Not counted" means that no contradiction was found, but that the row exceeds
+        the limits on counting.
     failed : {"", "impossible", "GRIM", "GRIMMER", "extremes", "count"}
         Name of the first test that an inconsistent row fails.
     multisets : str

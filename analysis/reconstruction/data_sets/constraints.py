@@ -1,6 +1,6 @@
 """Derive constraints on ratings from printed numbers, including GRIM and GRIMMER.
 
-Ratings are counted in steps above the scale minimum, so all quantities in this module are whole
+Ratings are counted in steps above the scale minimum, so their sums and sums of squares are whole
 numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean.
 GRIMMER (Anaya, 2016; Allard, 2018) checks whether any sum of squares that is a whole number of the
 right parity gives the printed standard deviation. Both conditions are necessary but not sufficient.
@@ -294,7 +294,7 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the printed maximum deviation, and those that may equal it."""
+        """Return the ratings within the printed maximum deviation, and those that may have it."""
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()

@@ -2,7 +2,7 @@
 
 As in sampling, values are removed from the state tables in order of their distance. For each state,
 a second table contains the number of ways to complete the solution. At each distance, the product
-of the two tables gives the number of solutions with 0, 1, 2, ... values at larger distances.
+of the two tables gives the number of solutions with 0, 1, 2, ... values at this distance or beyond.
 """
 
 from __future__ import annotations

@@ -84,9 +84,10 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
 
 def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
-    """Return the moments of free values, the fixed values, and the values that must be present.
+    """Return the moments of free values, the fixed values, and the sets of required values.
 
-    Returns None if a printed percentage leaves several possible frequencies of a rating.
+    At least one value of each set must be present. Returns None if a printed percentage leaves
+    several possible frequencies of a rating.
     """
     moments, holes, occurring = wish.moments, set(), set()
     forced = []

@@ -43,7 +43,7 @@ class ColumnRows:
 
     @classmethod
     def quickest(cls, solutions: Solutions) -> ColumnRows:
-        """Group data sets by counting them if that is quick, otherwise by the possible sums."""
+        """Return groups from a count if counting is quick, otherwise from the possible sums."""
         return cls(
             solutions,
             sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,

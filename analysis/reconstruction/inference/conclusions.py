@@ -126,7 +126,7 @@ def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) 
 
 
 def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
-    """Return the conclusion from the sign test, given the range of the number of participants."""
+    """Return the conclusion from the sign test, given the range of the number of higher ratings."""
     from scipy.stats import binomtest  # noqa: PLC0415 - SciPy takes longer than the counts
 
     n, (one, other) = columns[0].column.n, labels(columns)

@@ -32,7 +32,7 @@ ALL_OF = 1000
 
 @dataclass(frozen=True)
 class Group:
-    """All possible pairs of mean and variance (n - 1) of one column."""
+    """Possible pairs of mean and variance (n - 1) of one column."""
 
     label: str
     n: int

@@ -110,8 +110,8 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
     """Return the intervals of |t|, F or r that match a printed test, given the columns' n.
 
-    The list of intervals is empty if no value matches. Only the printed t and d are used for
-    Welch's t, whose degrees of freedom depend on the data.
+    The list of intervals is empty if no value matches. For Welch's t, whose degrees of freedom
+    depend on the data, only the printed t is used.
     """
     k, first = len(n), int(n[0])
     if test.kind == "correlation":

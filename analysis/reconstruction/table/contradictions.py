@@ -88,7 +88,7 @@ def _occurrences(column: Column, printed: Printed) -> range:
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
     """Return the ratings with stated frequencies, each with its minimum and maximum frequency.
 
-    Ratings outside the scale are omitted.
+    Ratings are given in steps above the minimum. Ratings outside the scale are omitted.
     """
     stated = [
         *((value, range(1, column.n + 1)) for value in column.present),

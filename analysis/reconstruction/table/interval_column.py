@@ -70,7 +70,8 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
     Raises
     ------
     ValueError
-        If the column has entries for whole ratings, or has no SD, SE or confidence interval.
+        If the column has entries that require whole ratings, or has no SD, SE or confidence
+        interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
         raise ValueError(f"omit {', '.join(more)}: only mean and SD are used for continuous values")

@@ -34,7 +34,7 @@ def _words(value: object) -> object:
 
 
 def _by_value(value: object) -> object:
-    """Convert a table, or a CSV cell such as "0:3 7:1", to pairs of rating and frequency."""
+    """Convert a table, or a CSV cell such as "0:3 7:1", to pairs of rating and number."""
     if isinstance(value, str):
         return [tuple(part.rpartition(":")[::2]) for part in value.split()]
     return list(value.items()) if isinstance(value, dict) else value

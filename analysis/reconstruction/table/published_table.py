@@ -119,7 +119,7 @@ class Summary(FrozenTable):
     n : int
         Number of ratings, 2 or more.
     mean, mean_percent, sum : Printed, optional
-        Mean of the ratings, mean of ratings of 0 and 1 in percent, or sum of the ratings. At least
+        Mean of the ratings, mean of ratings from 0 to 1 in percent, or sum of the ratings. At least
         one of the three is required, unless `geometric_mean` is given. Trailing zeros count as
         printed decimals.
     sd, se : Printed, optional

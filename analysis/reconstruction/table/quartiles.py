@@ -48,7 +48,7 @@ def are_met(column: Column, rows: Array) -> Array:
     column : Column
         The published column.
     rows : ndarray of int, shape (m, n)
-        Sorted data sets.
+        Sorted data sets, in steps above the scale minimum.
 
     Returns
     -------

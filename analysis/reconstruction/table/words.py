@@ -56,7 +56,7 @@ def assumptions(column: Column) -> Iterator[str]:
     yield f"none of the n = {column.n} ratings is missing"
     far = {"minimum": scale.minimum, "maximum": scale.maximum}
     if derived := [f"{name} {float(far[name]):g}" for name in far if name in column.assumed]:
-        yield f"the ends of the scale are derived from the SD ({' and '.join(derived)})"
+        yield f"scale ends that are derived from the SD: {' and '.join(derived)}"
     if "sd_convention" in column.assumed:
         yield "the SD divides by n - 1 (no divisor is stated)"
     yield f"rounding: {column.rounding}"

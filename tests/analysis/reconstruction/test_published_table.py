@@ -53,7 +53,7 @@ def test_what_is_not_printed_is_named_as_assumed():
     said = "; ".join(assumptions(column))
     assert "in steps of 1 (no step is stated)" in said
     # By hand: no rating lies farther from the mean than 1.145 √5 = 2.56 allows, so 5 at most.
-    assert "the ends of the scale are derived from the SD (maximum 5)" in said
+    assert "scale ends that are derived from the SD: maximum 5" in said
     assert "divides by n - 1 (no divisor is stated)" in said
 
 
