@@ -244,7 +244,7 @@ class Reconstruction:
         -------
         dict
             Arrays of ratings, keyed by column label, with shape (number, participants) and sorted
-            rows. Columns for which no data set is consistent are omitted.
+            rows. Columns that cannot be sampled are omitted.
 
         Raises
         ------

@@ -53,8 +53,8 @@ class PrintedTestAnswer:
         Number of choices of a sum and a sum of squares per column, and number of these choices that
         can give the printed test. None if choices are not examined individually.
     correlation_low, correlation_high : float or None
-        Range of correlations that are compatible with the printed test, or None for independent
-        groups.
+        Range of correlations that are compatible with the printed test. None if it is not computed,
+        for example for independent groups.
     example : tuple of tuple of float
         Ratings that reproduce the printed test, one row per column. Empty if none are known.
     """
