@@ -64,7 +64,7 @@ class Guide:
     """Instructions for stroking: speed, force and direction, and whether a mark shows the speed.
 
     The speed or force is None if the study does not prescribe it. If ``passive`` is True, a stage
-    moves the plate.
+    makes the strokes.
     """
 
     LATER: ClassVar = frozenset({"passive"})

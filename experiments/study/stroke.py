@@ -89,7 +89,7 @@ class Stroke(FrozenTable):
     )
     passive: Switch = setting(
         False,
-        "Whether a stage moves the plate while the finger rests; --position then selects the "
+        "Whether a stage makes the strokes while the finger rests; --position then selects the "
         "stage.",
     )
     pacer: Switch = setting(
