@@ -81,7 +81,7 @@ class MixedModel:
     trials: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci")
 
 

@@ -46,7 +46,7 @@ class PowerLaw:
     points: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval=key_of(self.interval))
 
 

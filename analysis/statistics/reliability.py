@@ -39,7 +39,7 @@ class IntraclassCorrelation:
     interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci")
 
 

@@ -35,7 +35,7 @@ class SubsetSummary:
     means: Mapping[float, float]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         exponent, friedman = computed(self.power_law), computed(self.friedman)
         return {
             "participants": self.participants,

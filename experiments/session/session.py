@@ -129,7 +129,10 @@ class Session:
         position = (sources or {}).get("position")
         self._shows_finger = position is not None and position.name != "mouse"
         self._stroke = StrokeControl(stroke, journal, texts) if stroke else None
-        voided = sum(record.kind == "void" for record in journal.records)
+        voided = sum(
+            record.kind == "void" and record.data.get("repeated", True)
+            for record in journal.records
+        )
         self._progress = Progress(
             operator,
             clock,

@@ -133,10 +133,11 @@ def run_grid(
         elif here.takes(place):
             left.append(shard)
     tell = progress or (lambda _done, _of: None)
-    tell(len(found), len(found) + len(left))
+    all_shards = len(found) + len(left)
+    tell(len(found), all_shards)
     for shard, outcome in _computed(left, jobs, scheduler, cache):
         found[shard] = outcome
-        tell(len(found), len(wanted) if here.of == 1 else len(found) + len(left))
+        tell(len(found), all_shards)
     return _sums(wanted, found)
 
 

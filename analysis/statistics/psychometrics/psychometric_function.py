@@ -169,7 +169,7 @@ class PsychometricFunction:
         return float(curve.level(u))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         slope = self.slope
         return {
             "estimator": self.estimator,

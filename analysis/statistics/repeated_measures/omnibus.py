@@ -84,7 +84,7 @@ class RmAnova:
     left_out_um_pp: tuple[float, ...]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         keys = {"scale": "log", **renamed(self, eta2_generalised_interval="eta2_generalised_ci")}
         keys["eta2_generalised_ci"] = bounds(self.eta2_generalised_interval)
         if self.shapiro_p is None:
@@ -133,7 +133,7 @@ class LinearTrend:
     n_incomplete: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         return {
             "unit": OurName("natural logarithm per um_pp"),
             **record(self.log_slope_per_um_pp),

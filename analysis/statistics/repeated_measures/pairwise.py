@@ -111,7 +111,7 @@ class PairComparison:
     ranks: SignedRank
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         keys: dict[str, object] = {
             "from_um_pp": self.from_um_pp,
             "to_um_pp": self.to_um_pp,

@@ -38,7 +38,7 @@ class Effect:
     eta2_partial_interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return the result with its JSON keys."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, eta2_partial_interval="eta2_partial_ci")
 
 

@@ -39,7 +39,7 @@ class CoderAgreement:
     agreed: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci95")
 
 

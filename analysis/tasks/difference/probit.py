@@ -76,7 +76,7 @@ class DPrimeOfSize:
         return self.d_prime is None or self.interval.high == inf
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval=key_of(self.interval)) | {"at_ceiling": self.at_ceiling}
 
 

@@ -71,7 +71,7 @@ class PsychometricCurve:
     answers: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         names = {"interval": "ci", "half_yes_interval": "half_yes_ci"}
         if self.measure == "removed_um_pp":
             names |= {"log_odds_per_unit": "log_odds_per_um", "half_yes": "half_yes_um"}

@@ -52,7 +52,7 @@ class StepAnswers:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="" if self.interval is None else key_of(self.interval))
 
 
@@ -65,7 +65,7 @@ class CatchAnswers:
     interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="" if self.interval is None else key_of(self.interval))
 
 
@@ -107,7 +107,7 @@ class SignalDetection:
     participants: Mapping[str, Sensitivity]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         pooled = record(self.pooled)
         return {
             "pooled_d_prime": pooled.pop("d_prime"),
@@ -150,7 +150,7 @@ class Finding:
         return self.n > 0 and self.said_less_slippery == self.n
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self) | {
             "all_felt_a_difference": self.all_felt_a_difference,
             "all_said_less_slippery": self.all_said_less_slippery,
@@ -195,7 +195,7 @@ class DescendingDifference:
     coders: CoderAgreement | NotComputed | None = None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         detection = self.signal_detection
         keys = renamed(self, coders="" if self.coders is None else "coders")
         d_prime = detection.pooled.d_prime if detection else detection

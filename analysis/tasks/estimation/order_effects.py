@@ -39,7 +39,7 @@ class OrderEffects:
     log_slope_per_um_pp_before: MeanOverParticipants | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return {
             "position": {
                 "unit": "natural logarithm per trial",

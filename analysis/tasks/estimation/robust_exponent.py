@@ -48,7 +48,7 @@ class RobustExponent:
     trimmed: int
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval=key_of(self.interval))
 
 

@@ -114,7 +114,7 @@ class OwnResult:
             raise UserError("; ".join(faults))
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return {"sentences": self.sentences, "numbers": self.numbers}
 
 

@@ -167,6 +167,14 @@ def cluster():
         yield cluster
 
 
+def test_a_part_of_a_grid_tells_its_own_total_and_reaches_it():
+    told = []
+    run_grid(grid(), part=Part(number=2, of=3), progress=lambda *counts: told.append(counts))
+    totals = {of for _, of in told}
+    assert len(totals) == 1  # it grew with every shard that was done
+    assert told[-1] == (*totals, *totals)
+
+
 # Dask's own sockets are closed by the system when a worker is killed.
 @pytest.mark.filterwarnings("ignore")
 def test_a_cluster_that_loses_a_worker_finds_the_same_digits(alone, cluster, tmp_path):

@@ -11,6 +11,7 @@ from slipscale.experiments.participants.psychopy_window.scene import Disc
 from slipscale.experiments.participants.psychopy_window.screens import screen_for
 from slipscale.experiments.running.pilot import run_pilot, run_simulated
 from slipscale.experiments.running.rehearsal import dry_run
+from slipscale.experiments.session.progress import Progress
 from slipscale.experiments.session.stroke_control import StrokeControl
 from slipscale.experiments.steps.steps import Explore, Guide
 from slipscale.experiments.steps.trial import Trial
@@ -177,6 +178,27 @@ def test_a_session_killed_around_a_rejection_goes_on_to_the_same_data(whole, mad
             for row in rows(folder)
         ]
         assert told == [{name: row[name] for name in told[0]} for row in rows(whole)]
+
+
+def test_a_resumed_session_expects_only_trials_that_are_repeated(
+    whole, made_plan, tmp_path, monkeypatch
+):
+    lines = made_plan.journal_path(whole).read_bytes().splitlines(keepends=True)
+    dropped = next(n for n, line in enumerate(lines) if b'"repeated":false' in line)
+    path = made_plan.journal_path(tmp_path)
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"".join(lines[: dropped + 1]))
+    voids = [line for line in lines[: dropped + 1] if json.loads(line)["kind"] == "void"]
+    expected = []
+
+    class Told(Progress):
+        def __init__(self, *args, **settings):
+            expected.append(settings["voided"])
+            super().__init__(*args, **settings)
+
+    monkeypatch.setattr("slipscale.experiments.session.session.Progress", Told)
+    run_simulated(tmp_path, made_plan, "mock")
+    assert expected == [len(voids) - 1]
 
 
 def test_without_rejection_the_column_states_the_outcome(plan, tmp_path):

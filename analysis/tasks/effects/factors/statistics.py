@@ -48,7 +48,7 @@ class FixedEffect:
     p: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci")
 
 

@@ -28,7 +28,7 @@ class GroupMean:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci")
 
 
@@ -65,7 +65,7 @@ class GroupDifference:
     hedges_g_interval: ConfidenceInterval | None
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci", hedges_g_interval="hedges_g_ci")
 
 
@@ -96,7 +96,7 @@ class Welch:
     pairs: tuple[GroupDifference, ...]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, eta2_interval="eta2_ci")
 
 

@@ -70,7 +70,7 @@ class SessionMeasure:
     table: pd.DataFrame = field(compare=False)
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, table="")
 
 

@@ -56,7 +56,7 @@ class IndividualExponent:
     interval: ConfidenceInterval
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci")
 
 
@@ -131,7 +131,7 @@ class BayesianGrowth:
         return self.r_hat < LARGEST_R_HAT and self.divergences == 0
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, interval="ci", sd_exponent_interval="sd_exponent_ci")
 
 

@@ -188,7 +188,7 @@ class RankedFit:
     weight: float
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return {**record(self.fit), **renamed(self, fit="")}
 
 

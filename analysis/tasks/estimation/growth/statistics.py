@@ -60,7 +60,7 @@ class FrictionGrowth:
     shared_load: Mapping[float, tuple[float, float]]
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return {**record(self.comparison), **renamed(self, comparison="")}
 
 
@@ -95,7 +95,7 @@ class Growth:
     individual: IndividualGrowth | NotComputed
 
     def json_form(self) -> Mapping[str, object]:
-        """Return a mapping with the keys used in JSON output."""
+        """Return a dictionary with the keys used in the JSON output."""
         return renamed(self, friction="" if self.friction is None else "friction")
 
 
