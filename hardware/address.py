@@ -179,7 +179,7 @@ def implausible_alone(calibration: Calibration) -> str:
 
 
 def plate_file_of(spec: str) -> PlateFile | None:
-    """Read the plate file that a SPEC names, if any. Raises UserError if the file is invalid."""
+    """Read the plate file that a SPEC names, if any. Raises UserError if reading fails."""
     from slipscale.hardware.plate_file import path_of, read_plate  # noqa: PLC0415 - pydantic
 
     named = _plates_in(spec)

@@ -43,7 +43,7 @@ class PlateDriver(GuardedOutput):
     Parameters
     ----------
     clock : Clock
-        Clock used for all times in the driver.
+        Clock for the times of readbacks and of vibration.
     limits : PlateLimits
         Limits enforced by the driver.
     calibration : Calibration
@@ -141,8 +141,8 @@ class PlateDriver(GuardedOutput):
         OverLimit
             If an amplitude is outside the limits.
         UserError
-            If the surface is a texture that the backend cannot modulate, or not fast enough, or if
-            a required sensor is missing.
+            If the backend cannot play a texture, or cannot play it fast enough, or if a required
+            sensor is missing.
         """
         self.limits.check_level(surface.level)
         loop = surface.loop(self.modulator or DEFAULT_MODULATOR)

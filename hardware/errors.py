@@ -1,7 +1,6 @@
 """Define hardware faults, with codes for the journal and remedies for the operator.
 
-Backends report every hardware fault as one of these exceptions. They are also exported by
-`slipscale.hardware.driver`.
+Backends report every hardware fault as one of these exceptions.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ class GuardedOutput(ABC):
     Parameters
     ----------
     clock : Clock
-        Clock used for all times in the driver.
+        Clock for the times of vibration.
     limits : PlateLimits
         Limits, including those on the duration of vibration.
 
@@ -61,7 +61,7 @@ class GuardedOutput(ABC):
         """Stop the vibration; safe to call at any time, in any state and repeatedly.
 
         Raises `PlateFault` if the plate did not confirm that it is off, unless a fault was already
-        raised since `connect`. `StillVibrating` is always raised, but only once.
+        raised since `connect`. `StillVibrating` is raised even then, but only once.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:

@@ -109,8 +109,9 @@ class Expected(FrozenTable):
 
 
 class Wiring(FrozenTable):
-    """Backend and sensors of the plate; ``amplifier_gain`` and ``channel`` are for generators.
+    """Backend and sensors of the plate.
 
+    ``amplifier_gain`` is for generators and sound cards, ``channel`` only for generators.
     ``position`` and ``force`` are the specifications (SPEC) of the finger sensors.
     """
 
@@ -175,8 +176,8 @@ class PlateFile(FrozenTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the default limits, keyed by name in the file.
 
-        The default level applies only to amplitudes in µm. For other quantities, every level limit
-        counts as wider.
+        The default levels apply only to amplitudes in µm. For other quantities, any ``level``
+        counts as wider, and ``deviation_level`` is not compared.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.in_um_pp:

@@ -6,8 +6,8 @@ Near one resonance, the amplitude at constant drive voltage is
 
 As a function of f, 1/A² is a parabola with its vertex at f0, so three points determine it. A driver
 board follows the resonance automatically. A function generator or a sound card drives the plate at
-the calibrated frequency, but its resonance drifts by 5 Hz per kelvin as it warms up. A detuning of
-52 Hz reduces the amplitude by 2 % if Q = 60, and by 20 % if Q = 200.
+the calibrated frequency, but the resonance drifts by 5 Hz per kelvin as the plate warms up. A
+detuning of 52 Hz reduces the amplitude by 2 % if Q = 60, and by 17 % if Q = 200.
 """
 
 from __future__ import annotations

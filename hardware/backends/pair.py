@@ -57,7 +57,7 @@ class PlatePair(PlateDriver):
         return super().check_supported(surface, sensors=sensors)
 
     def confirm(self, commanded_level: float, readback: Readback) -> None:
-        """Raise `NotReached` or `OffCalibration` unless the first actuator reached its level."""
+        """Check a readback of the first actuator. Raises `NotReached` or `OffCalibration`."""
         self.first.confirm(commanded_level, readback)
 
     def vibration_level(self) -> float:

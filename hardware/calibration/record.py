@@ -37,8 +37,8 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 class Device(FrozenTable):
     """Calibrated device: its backend, its answer to ``*IDN?``, and the plate's number.
 
-    A board's serial number also identifies its plate. Plates driven by a generator are
-    interchangeable, so only the number `plate` identifies them.
+    A board's serial number also identifies its plate. Plates driven by a generator can be
+    exchanged, so only the number `plate` identifies them.
     """
 
     backend: str

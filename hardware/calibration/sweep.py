@@ -37,8 +37,8 @@ FINE_WIDTHS = 1.5  # width of the fine sweep to either side, in half-power width
 class SweepPlan:
     """Frequency and voltage ranges for the sweeps of a calibration.
 
-    ``span_hz`` is half the width of the frequency range. Voltages are measured at the plate and
-    follow the calibration's convention.
+    ``span_hz`` is half the width of the frequency range. Voltages are those at the plate, in the
+    calibration's convention.
     """
 
     centre_hz: float = 30_500.0

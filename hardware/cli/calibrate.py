@@ -104,13 +104,13 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--voltage-convention",
         default="V peak",
         choices=["V peak", "V peak-to-peak", "V RMS"],
-        help="convention for all voltages, measured at the plate (default: V peak)",
+        help="convention for all voltages, which are those at the plate (default: V peak)",
     )
     parser.add_argument(
         "--amplifier-gain",
         type=float,
         metavar="G",
-        help="check that the plate's SPEC sets this gain; this option does not set it "
+        help="check that the plate has this gain; to set the gain, use the plate's SPEC "
         "(scpi:RESOURCE,gain=G)",
     )
     parser.add_argument(

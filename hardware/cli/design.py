@@ -32,12 +32,12 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--fe",
         metavar="LENGTHxCOLUMNS",
-        help=("also compute the mode shape, resonance and amplitude of one plate, e.g. 11x7"),
+        help="also solve one plate on a finer mesh, e.g. 11x7: mode shape, resonance, amplitude",
     )
     parser.add_argument(
         "--fine",
         action="store_true",
-        help=("with --fe: use a finer mesh, which takes about ten times as long"),
+        help=("with --fe: use an even finer mesh, which takes about ten times as long"),
     )
 
 
@@ -203,7 +203,10 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
     if not admissible:
         lines += ["", f"No plate meets the requirements: {_why_none(result)}."]
     for needed in sorted({each for c in admissible for each in c["beyond_shipped_limits"]}):
-        lines += ["", f"This value exceeds the limits that apply without a plate file: {needed}."]
+        lines += [
+            "",
+            f"This value is outside the limits that apply without a plate file: {needed}.",
+        ]
     if "finite_elements" in result:
         fe = result["finite_elements"]
         solution = fe["finite_elements"]

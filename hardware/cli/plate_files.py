@@ -26,7 +26,10 @@ def add_new(parser: ArgumentParser) -> None:
         help=("serial number of the board or generator, as printed by slipscale check"),
     )
     parser.add_argument(
-        "--amplifier-gain", type=float, metavar="G", help="gain of the amplifier (only for scpi)"
+        "--amplifier-gain",
+        type=float,
+        metavar="G",
+        help="gain of the amplifier, for scpi; peak voltage at full scale, for sound",
     )
 
 

@@ -65,8 +65,8 @@ class GeneratorChannel:
     def plate_vpp(self) -> float:
         """Return the voltage that would drive a plate at resonance, in V peak to peak.
 
-        An untriggered burst gives 0; for other modulations and for sweeps, half the amplitude is
-        assumed.
+        Only a sine wave drives the plate. An untriggered burst gives 0; for other modulations and
+        for sweeps, half the amplitude is assumed.
         """
         if not self.on or "BURS" in self.active or not self.function.startswith("SIN"):
             return 0.0

@@ -167,7 +167,7 @@ class Emulator:
         }
 
     def order(self, text: str) -> None:
-        """Inject faults, specified as for ``--fault``. Raises ValueError if the text is invalid."""
+        """Inject faults, written as for ``--fault`` but counted from now. Raises ValueError."""
         for each in parse_injections(text, faults=(*ANSWER_FAULTS, *COMMAND_FAULTS), phases=PHASES):
             self._schedule.add(each)
 

@@ -206,7 +206,8 @@ class Density:
     Parameters
     ----------
     along_ceramic, across_ceramic : int
-        Number of bricks per ceramic along x and y. Gaps are one brick wide.
+        Number of bricks per ceramic along x and y. A gap has one brick unless it is wider than a
+        brick of the ceramic.
     ceramic_layers, resonator_layers : int
         Number of bricks through the thickness of the ceramics and of the resonator.
     """

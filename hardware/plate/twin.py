@@ -29,7 +29,7 @@ FIRST_READ_PERIODS = 2
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """Temperature and warm-up of the plate's surroundings.
+    """Temperature of the surroundings, and warm-up of the plate.
 
     Parameters
     ----------
@@ -180,8 +180,8 @@ class Twin:
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
         """Return the envelope during a played loop.
 
-        The computation starts a fixed number of time constants ago, because earlier states have no
-        effect.
+        The computation starts at most `SETTLING_TIME_CONSTANTS` time constants ago, because earlier
+        states have no effect.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s

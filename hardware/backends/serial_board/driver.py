@@ -200,7 +200,7 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
-        """Return the board's reading; for a list, wait until the board has corrected the mean."""
+        """Return the board's reading; for a list, allow the board time to correct the mean."""
         begun_s, active = self._machine.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":

@@ -228,7 +228,8 @@ def parse_list_limits(value: str) -> ListLimits:
     points, step, edge = value.split(",")
     limits = ListLimits(points=int(points), step_ms=_finite(step), edge_ms=_finite(edge))
     _require(
-        limits.points > 1, f"a list holds {limits.points} amplitudes, but must hold at least 2"
+        limits.points > 1,
+        f"the largest number of amplitudes is {limits.points}, but must be at least 2",
     )
     _require(
         limits.step_ms > 0,

@@ -66,7 +66,7 @@ class Judged:
     why_not : tuple of str
         Unmet requirements; empty if the plate meets all requirements.
     needs : tuple of str
-        Requirements that exceed a driver's default limits, so that a plate file is required.
+        Values outside a driver's default limits, for which a plate file is required.
     """
 
     solution: Solution | None
