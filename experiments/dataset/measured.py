@@ -180,7 +180,7 @@ class Explorations:
         """Describe values measured in the last exploration that are implausible for a finger."""
         places, forces = self._whole.get("position", []), self._whole.get("force", [])
         found = [*implausible_places(places), *implausible_forces(forces)]
-        if self._unreadable > UNREADABLE * (len(places) + len(forces)):
+        if self._unreadable > UNREADABLE * (self._unreadable + len(places) + len(forces)):
             found.append(f"{self._unreadable} unreadable readings")
         return found
 

@@ -163,7 +163,8 @@ def _settled(content: object, file: str) -> dict[str, object]:
     columns = {name: part for name, part in content.items() if isinstance(part, dict)}
     return {name: content[name] for name in SETTLED if name in content} | {
         f"{name}: {key}": sorted(part[key])
-        if key == "Levels" and (file != "participants.json" or name in (*TAKEN, CONSENT))
+        if key == "Levels"
+        and (not file.startswith(("participants.json", "phenotype/")) or name in (*TAKEN, CONSENT))
         else part[key]
         for name, part in columns.items()
         for key in ("Units", "Levels")

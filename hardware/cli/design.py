@@ -250,7 +250,7 @@ def _why_none(result: dict[str, Any]) -> str:
         return "the required amplitude needs a longer half wave than the minimum frequency allows"
     if not any(c["beam_admissible"] for c in result["candidates"]):
         return "no available ceramic gives a half wave within the bounds"
-    return "in the finite-element model, no plate reaches the amplitude at the finger's position"
+    return "the last column states why the finite-element model excludes each plate"
 
 
 def _write(out: Path, brief: Brief, result: dict[str, Any], modes: Any) -> None:

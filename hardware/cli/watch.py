@@ -34,7 +34,8 @@ def add_arguments(parser: ArgumentParser) -> None:
         type=float,
         default=1.0,
         metavar="UM",
-        help="amplitude to present, in µm peak to peak; the plate will vibrate (default: 1)",
+        help="level to present, in µm peak to peak or the plate's unit; the plate will vibrate "
+        "(default: 1)",
     )
     parser.add_argument(
         "--seconds",
@@ -62,15 +63,17 @@ def run(arguments: Namespace) -> int:
         raise UserError("plate watch: expected the plate's SPEC, such as mock or serial:PORT")
     clock = SystemClock()
     plate = open_plate(arguments.plate, clock=clock)
-    scale_level = plate.limits.level
+    scale_level, quantity = plate.limits.level, plate.limits.quantity
     if not 0 <= arguments.amplitude <= scale_level:
         raise UserError(
-            f"--amplitude: {arguments.amplitude:g}, expected 0 to {scale_level:g} µm peak to peak"
+            f"--amplitude: {arguments.amplitude:g}, expected 0 to {scale_level:g} "
+            f"{quantity.unit_in_full}"
         )
     with silent_on_signals(plate), plate:
         plate.present(VirtualSurface(level=arguments.amplitude))
         begun_s = clock.now()
-        print(f"time s   µm p-p   0{f'{scale_level:g}':>{COLUMNS}}  | commanded  # readback")
+        unit, scale = f"{quantity.unit_in_short:<6}", f"{scale_level:g}"
+        print(f"time s   {unit}   0{scale:>{COLUMNS}}  | commanded  # readback")
         try:
             for readback in readbacks(plate, clock, arguments.every, arguments.seconds):
                 time_s = clock.now() - begun_s

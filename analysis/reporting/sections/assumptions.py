@@ -24,9 +24,9 @@ def assumptions(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         texts.append(
             f"Sphericity was {verdict}: Mauchly's W = {grouped(anova.mauchly_w, 3)}, "
             f"{p_value(anova.mauchly_p)}. The analysis of variance is always corrected for "
-            f"non-sphericity. Here, Greenhouse-Geisser ε = {grouped(anova.epsilon_gg, 3)}, "
-            f"{p_value(anova.p_gg)} (Huynh-Feldt ε = {grouped(anova.epsilon_hf, 3)}, "
-            f"{p_value(anova.p_hf)})."
+            f"non-sphericity: {p_value(anova.p_gg)} with the Greenhouse-Geisser correction (ε = "
+            f"{grouped(anova.epsilon_gg, 3)}), and {p_value(anova.p_hf)} with the Huynh-Feldt "
+            f"correction (ε = {grouped(anova.epsilon_hf, 3)})."
         )
     elif anova.df1 > 1:
         texts.append(

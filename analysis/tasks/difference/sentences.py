@@ -35,7 +35,7 @@ def _measured(
     """Return the name, the unit and a formatting function for the measure of step size."""
     if found.measure == "weber_fraction":
         return (
-            f"the step's Weber fraction relative to the {quantity.name} before it",
+            f"the step's Weber fraction (its size divided by the {quantity.name} before it)",
             "per unit",
             "a Weber fraction of {}".format,
         )
@@ -65,7 +65,7 @@ def psychometric(
         at = written(own(found.half_yes))
         half = f"; half of the answers were “{quantity.yes}” at {at}, {bounds}"
     return (
-        f"The answer “{quantity.yes}” {verb} on {size}, log odds "
+        f"The probability of “{quantity.yes}” {verb} on {size}: the log odds changed by "
         f"{write(found.log_odds_per_unit)} {per}, {level} CI "
         f"{bracketed(found.interval, write)}, t({found.df}) = {number(found.t)}, "
         f"{p_value(found.p)}{half} ({found.answers} answers from {found.n} participants)."
