@@ -122,7 +122,7 @@ def test_impossible_layout_is_refused(change, said):
 
 
 def test_impossible_density_is_refused():
-    with pytest.raises(UserError, match="1 or more"):
+    with pytest.raises(UserError, match="at least 1"):
         Density(along_ceramic=0)
 
 
