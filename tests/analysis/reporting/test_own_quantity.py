@@ -102,7 +102,9 @@ def test_yes_and_no_are_told_against_the_stimulus(table_by_hand):
     )
     assert sorted(set(words.findall(re.sub(r"<[^>]*>", "", text)))) == []
     assert "How does “yes” depend on contrast?" in text
-    assert re.search(r"The probability of “yes” \w+.* on contrast: the log odds changed by [1-9]", text)
+    assert re.search(
+        r"The probability of “yes” \w+.* on contrast: the log odds changed by [1-9]", text
+    )
 
 
 def test_columns_carry_the_quantity(folder):
