@@ -150,7 +150,7 @@ def not_toml(text: str, said: str) -> str:
 
 
 def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
-    """Merge the errors in each list that probably contains decimal commas into one error."""
+    """For each list that probably contains decimal commas, merge the errors into one."""
     lines = text.split("\n")
     found: dict[int, str] = {}
     rest = []

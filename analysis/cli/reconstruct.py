@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--sample",
         type=int,
         metavar="N",
-        help="draw N data sets per column, all with equal probability, and print them as CSV",
+        help="draw N random data sets per column, all equally likely, and print them as CSV",
     )
     parser.add_argument(
         "--long",

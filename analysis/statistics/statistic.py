@@ -75,7 +75,8 @@ class Family(Generic[T_co]):
     read : callable
         Function that returns the uncorrected p-values of a result.
     primary : {"ranks", "logarithms"}, optional
-        Primary analysis to which the family belongs. If omitted, the tests are always secondary.
+        Primary analysis to which the family belongs. If omitted, the tests are secondary in every
+        analysis.
     corrected : bool
         Whether the p-values of the family are Holm-corrected.
     """

@@ -356,7 +356,7 @@ PROTOCOL = Protocol(
     simulated={"selection": _answer},
     design={
         "sequence": Column(
-            description="Number of the sequence of movements, from 1; practice is counted"
+            description="Number of the movement sequence, from 1, including practice sequences"
         ),
         "feedback": Column(
             kind="label",

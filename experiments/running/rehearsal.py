@@ -224,7 +224,7 @@ def surfaces(plan: RunPlan) -> list[Stimulus]:
 
 
 def _on_a_way(plan: RunPlan, way: Callable[[int], float]) -> set[Stimulus]:
-    """Return the surfaces of a dry run with one pattern of answers; reject undeclared levels."""
+    """Return the surfaces of a dry run in which all answers follow one pattern."""
     bounds: dict[str, tuple[float, float]] = {}
     short = plan.study.quantity.short
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}

@@ -24,7 +24,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     EOFError
         If standard input has ended.
     Exception
-        Any exception raised by ``alive`` is raised immediately.
+        Any exception of ``alive``, without delay.
     """
     print(question, end="", flush=True)
     try:

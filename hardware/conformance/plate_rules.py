@@ -54,7 +54,7 @@ def _zero_ends_off(bench: Bench) -> None:
     bench.settle(bench.some_level)
     status = bench.settle(0)
     if status.target_level or status.voltage_v:
-        differs("TARGET 0 and VOLTAGE 0 when the plate is off", wire.format_status(status))
+        differs("TARGET and VOLTAGE to be 0 when the plate is off", wire.format_status(status))
     bench.ask("AMPL 0")
     bench.expect_state("OFF")
 

@@ -24,7 +24,7 @@ def said(name: str, table: dict[str, str], quantity: Quantity = PLATE_AMPLITUDE)
     """Look up a result's name in a table of patterns; return its position and description.
 
     >>> said("pairwise.0 - 0.5.p_holm", CONCLUSIONS)[1]
-    '0 and 0.5 µm differ (paired t of logarithms, Holm)'
+    '0 and 0.5 µm differ (paired t test of logarithms, Holm)'
     """
     for place, (pattern, words) in enumerate(table.items()):
         if match := re.fullmatch(pattern, name):

@@ -156,7 +156,7 @@ PAIRWISE: Statistic[Pairs] = Statistic(
     "Cauchy prior of scale 0.707 [[rouder2009]].",
     conclusions={
         r"(.+) - (.+)\.p_wilcoxon_holm": "{0} and {1} {q.unit} differ (Wilcoxon's test, Holm)",
-        r"(.+) - (.+)\.p_holm": "{0} and {1} {q.unit} differ (paired t of logarithms, Holm)",
+        r"(.+) - (.+)\.p_holm": "{0} and {1} {q.unit} differ (paired t test of logarithms, Holm)",
         r"(.+) - (.+)\.equivalence_p_holm": "{0} and {1} {q.unit} are equivalent (two one-sided "
         "tests, Holm)",
     },

@@ -147,7 +147,7 @@ def _blocks(
 def _alone(reason: str) -> list[Markup]:
     return [
         html.paragraph(
-            f"Not compared with an estimation exponent: {reason}. The exponent of "
+            f"Not compared with an estimation exponent: {reason}. An exponent from "
             "production alone is biased; add a magnitude_estimation task to the study to measure "
             "the bias.",
             "note",

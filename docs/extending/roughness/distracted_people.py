@@ -1,4 +1,4 @@
-"""Simulated people who are distracted in one of five trials."""
+"""Simulated people who are distracted in 20 % of trials."""
 
 from types import MappingProxyType
 
