@@ -86,7 +86,7 @@ class MeasuredFriction:
     trials : int
         Number of trials used.
     participants : tuple of ParticipantLine
-        Regression lines, one per participant.
+        Regression lines, one per participant who was not excluded.
     left_out : tuple of str
         Participants who were excluded because they had too few trials, or because friction or
         estimates did not vary.

@@ -65,8 +65,8 @@ class Reliability:
         Number of repetitions per participant and amplitude, or its harmonic mean if the numbers
         differ.
     method : {"mean squares", "REML"}
-        Estimation method. REML is used if participants or amplitudes differ in their number of
-        estimates.
+        Estimation method. REML is used if the number of estimates is not the same for every
+        participant and amplitude.
     """
 
     single: IntraclassCorrelation

@@ -49,7 +49,7 @@ class SubsetSummary:
 
 
 def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ...]:
-    """Return the main results for all participants and, if some are flagged, for the others."""
+    """Return the main results for all participants and, if only some have flags, for the others."""
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
     sets = {"all analysed participants": everyone}
     if flagged and kept.any():

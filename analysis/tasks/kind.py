@@ -7,8 +7,8 @@ the declarations. Other packages declare kinds with an entry point; see
 `slipscale.analysis.tasks.outside`.
 
 Shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not refer
-to specific kinds. Every callable in a declaration receives the whole `Analysis`, and returns an
-empty result if there are no trials.
+to specific kinds. Every callable in a declaration, except ``session_tables``, receives the whole
+`Analysis`. Every callable returns an empty result if there are no trials.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class TaskAnalysis:
     name : str
         Name of the folder that contains the kind.
     trials : TaskTrials, optional
-        Description of the tables that contain the trials.
+        Description of the tables that contain the trials, and of how to read them.
     statistics : tuple of Statistic
         Statistics, in the order in which they are computed and written to ``inference.json``.
     questions : callable

@@ -270,8 +270,8 @@ class IntegratedModel:
         Returns
         -------
         end : float
-            The end is infinite if the log likelihood falls by less than ``fall`` up to the edge of
-            the search.
+            End of the interval. Infinite if the log likelihood falls by less than ``fall`` up to
+            the edge of the search.
         likeliest : Maximum
             Best fit found during the search.
         flat : bool

@@ -34,7 +34,7 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return trials of plain surfaces, trials with usable estimates, and trials of textures."""
+    """Return ``answers`` (plain surfaces), ``estimates`` (answered ones) and ``textures``."""
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}

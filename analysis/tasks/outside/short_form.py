@@ -69,7 +69,8 @@ class OwnResult:
     figure : Figure, optional
         A Matplotlib figure.
     figure_caption, figure_alt : str
-        Caption, and text alternative for people who cannot see the figure; both are required.
+        Caption, and text alternative for people who cannot see the figure. Both are required with a
+        figure.
 
     Raises
     ------

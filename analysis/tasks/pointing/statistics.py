@@ -2,9 +2,9 @@
 
 The analysis follows ISO/TS 9241-411:2012 and Soukoreff and MacKenzie (2004, International Journal
 of Human-Computer Studies 61, 751-789). A cell contains the movements of one participant with the
-same feedback, distance and width, pooled across sessions. Cells with fewer than `FEWEST` movements,
-or without spread, are omitted and counted. All other movements are included, even if they miss the
-target.
+same feedback, distance and width, pooled across sessions. Movements that miss the target are
+included. Throughput and regressions omit cells with fewer than `FEWEST` movements, without spread,
+or with a mean movement away from the target. These cells are counted.
 
 The effective width is 4.133 (the square root of 2 pi e) times the standard deviation of the
 selected positions along the movement; the effective distance is the mean of these positions. The

@@ -80,7 +80,8 @@ class Contrast:
         Ratio of the second threshold to the first. For a curve on a linear axis, difference between
         the thresholds, second minus first.
     p, p_holm : float
-        p-values for no change, uncorrected and Holm-corrected across the factor's pairs.
+        p-values of the test against no change, uncorrected and Holm-corrected across the factor's
+        pairs.
     """
 
     first: str
@@ -129,8 +130,8 @@ class PopulationThreshold:
     participants : Mapping of str to float
         Threshold of each participant in µm peak to peak, shrunk towards the population.
     factors : tuple of Factor
-        Thresholds by group, by session, by each study factor and by all factors combined; variables
-        with a single level are left out.
+        Thresholds by group, by session, by each study factor and by all factors combined. Variables
+        with a single level, or with fewer than `FEWEST` participants at a level, are left out.
     better_curve : str
         For comparisons, the linear or logarithmic counterpart of the curve if it fits clearly
         better. Otherwise empty.

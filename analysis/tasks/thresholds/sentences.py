@@ -35,7 +35,7 @@ MEANT = {
 
 #: Explanation of misfits if there are several sessions or conditions.
 POOLED = (
-    ", because each curve pools all sessions and conditions, and differences between them count as "
+    "; each curve pools all sessions and conditions, so differences between them also count as "
     "misfit"
 )
 

@@ -74,8 +74,8 @@ class ConditionChange:
     exponent : MeanOverParticipants or NotComputed
         Mean change in participants' exponents from the first condition.
     log_ratio : MeanOverParticipants or NotComputed
-        Mean difference in log estimates from the first condition, at levels that occur in both
-        conditions.
+        Mean difference in log estimates from the first condition, at the levels that a participant
+        judged in both conditions.
     exponent_p_holm, log_ratio_p_holm : float or None
         p-values, Holm-corrected across the conditions of the factor.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
@@ -213,7 +213,7 @@ def _changes(
 
 
 def mixed_changes(prepared: Prepared, factor: str) -> Mapping[tuple[str, str], FixedEffect]:
-    """Return the changes from the factor's first level in the mixed model, by level and term.
+    """Return the mixed model's changes from a factor's first level, by level and key of `TERMS`.
 
     The mapping is empty if the model cannot be fitted.
     """

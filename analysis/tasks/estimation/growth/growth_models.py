@@ -154,8 +154,8 @@ class GrowthFit:
     estimated : int
         Number of estimated parameters.
     at_bound : tuple of str
-        Parameters that ended at a limit of the search range, because the data do not determine
-        them.
+        Parameters that fit equally well at a limit of the search range, because the data do not
+        determine them.
     """
 
     parameters: Mapping[str, float]
