@@ -236,7 +236,7 @@ class HierarchicalFit:
         return float(2 * stats.t.sf(t, df))
 
     def fallen(self, held: dict[int, float]) -> float:
-        """Return the drop in log likelihood if the parameters `held` are fixed."""
+        """Return the drop in log likelihood if the parameters in ``held`` are fixed."""
         return self.best.log_likelihood - self._fitted.fit(self.best.theta, held).log_likelihood
 
     @property

@@ -299,7 +299,7 @@ def _exp(interval: ConfidenceInterval) -> ConfidenceInterval:
 
 
 def counterpart(inputs: Inputs) -> Counterpart | None:
-    """Return exponents from magnitude estimates or, if there are none, from ratio judgements."""
+    """Return exponents from magnitude estimates or, if unusable, from ratio judgements."""
     prepared = inputs.prepared
     if prepared is not None and not prepared.refused:
         return Counterpart(
