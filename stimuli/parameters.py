@@ -86,7 +86,7 @@ FINGER_SPEED = Parameter(
 
 @dataclass(frozen=True, slots=True)
 class Declared:
-    """Declared parameter of a stimulus, with the type and default of the field."""
+    """Parameter that a stimulus declares, with its type and default value."""
 
     parameter: Parameter
     kind: object

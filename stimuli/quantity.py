@@ -28,7 +28,7 @@ IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Quantity:
-    """Physical quantity that varies between stimuli, with its wording in reports.
+    """Physical quantity that varies between stimuli, and the words used for it in reports.
 
     In the analysis, the column is always called ``amplitude_um_pp``, whereas files contain
     ``column``.

@@ -269,7 +269,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         ),
         "duration": Column(
             value=lambda record: record.end_s - record.onset_s,
-            description="Time from the settled surface to the end of the trial",
+            description="Time from when the surface has settled to the end of the trial",
             units="s",
         ),
         "exploration_time": Column(

@@ -140,7 +140,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Count the neighbouring records that confirm a line, by hash and by position."""
+        """Count the neighbouring records whose hash or position is consistent with a line."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])

@@ -129,7 +129,7 @@ class Solutions:
 
     @cached_property
     def not_drawn(self) -> str:
-        """Reason why data sets can neither be drawn nor listed, or "" if they can be drawn."""
+        """Reason why data sets can be neither sampled nor listed, or "" if they can be sampled."""
         if self.refused:
             return self.refused
         try:

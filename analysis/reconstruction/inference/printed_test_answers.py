@@ -1,8 +1,8 @@
 """Check whether printed tests can come from data sets consistent with their table.
 
-For independent groups, the answer depends on n, sums and sums of squares. For columns from the same
-participants, it also depends on the sum of cross products, which is unknown because the pairing is
-unknown (see `cross_products`).
+For independent groups, the verdict depends only on n, the sums and the sums of squares. For columns
+from the same participants, it also depends on the sum of cross products, which is unknown because
+the pairing is unknown (see `cross_products`).
 
 Verdicts:
 

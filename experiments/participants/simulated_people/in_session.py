@@ -50,8 +50,8 @@ class SimulatedParticipant:
     clock : Clock
         A virtual clock, so that no real time passes.
     frame_s : float, optional
-        Interval between calls to ``watch`` during an exploration. Required if sensors measure the
-        finger.
+        Interval between calls to ``watch`` during an exploration. Required if
+        sensors record the finger's position or force.
     """
 
     kind: ClassVar[Kind] = "simulated"

@@ -101,7 +101,8 @@ class Population(BaseModel):
         "which sensations belong to the same person.",
     )
     trial_to_trial: Share = setting(
-        0.15, "Proportion of the variance that differs from trial to trial. Our assumption."
+        0.15,
+        "Proportion of the variance that is due to variation from trial to trial. Our assumption.",
     )
     noise_sigma: NotNegative = setting(
         0.25,

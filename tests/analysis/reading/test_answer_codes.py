@@ -86,7 +86,7 @@ def test_a_count_above_n_is_refused_with_its_line(tmp_path):
 def test_the_report_speaks_in_the_datas_own_word_for_yes(tmp_path, page):
     path, _ = table(tmp_path, ("slower", "faster"))
     found = analyse(load(path, mapping({"yes": "faster"})))
-    assert answers(found)[0].startswith("The answer “faster” depended on size")
+    assert answers(found)[0].startswith("The probability of “faster” depended on size")
     shown = page(found).partition("<main")[2].partition("All tests")[0]
     assert "“yes”" not in shown
     # A number or a letter is no word.
