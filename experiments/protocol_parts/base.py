@@ -1,4 +1,4 @@
-"""The interface of a protocol: options, steps, columns and simulated answers.
+"""Common interface for protocols: options, steps, columns and simulated answers.
 
 A protocol is declared as a `Protocol`, which `registry` finds by its entry point. A protocol draws
 all random numbers from its `Context`, so the same seed and labels produce the same run.
@@ -86,13 +86,15 @@ class Context:
     quantity : Quantity
         The quantity of all levels, whose name and unit appear in messages.
     texts : Mapping
-        The texts that the participant reads, by key.
+        Text shown to the participant, by key.
     textures : tuple of Texture
         The study's textures.
     varied : Varied or None
-        The stimulus with a parameter that the levels set; if None, the levels are amplitudes.
+        Stimulus whose varied parameter is set by the levels; None if the levels are in the plate's
+        quantity.
     condition : str
-        The combination of factor levels; each combination has its own presentation orders.
+        Label of the combination of factor levels. Each combination has its own presentation
+        orders.
     task : str
         The label of the task, which also selects the task's random numbers.
     """
@@ -132,7 +134,7 @@ class Context:
         return Place(row=self.row, visit=self.visit, advance=self.advance)
 
     def surface(self, level: float) -> Stimulus:
-        """Return the surface with a given amplitude; its label does not reveal the amplitude."""
+        """Return the surface at a given level, with a label that does not reveal the level."""
         known = self.levels
         label = f"S{known.index(level) + 1}" if level in known else UNLISTED
         if self.varied is not None:
@@ -140,7 +142,13 @@ class Context:
         return VirtualSurface(level=level, label=label)
 
     def own_or_listed(self, own: tuple[float, ...] | None) -> tuple[float, ...]:
-        """Return the task's levels, or else the study's; raise `UserError` if there are none."""
+        """Return the task's levels (``own``) if given, otherwise the study's levels.
+
+        Raises
+        ------
+        UserError
+            If neither the task nor the study lists levels.
+        """
         if not (own or self.levels):
             raise UserError(f"neither the study nor the task lists {self.quantity.levels}")
         return own or self.levels
@@ -179,18 +187,18 @@ class TrialRecord:
     measured: Mapping[str, Value] = field(default_factory=dict)
 
     def answer(self, name: str) -> Value:
-        """Return the value of an answer; None if the question was not answered."""
+        """Return the answer to a question, or None if the question was not answered."""
         value: Value = self.answers.get(name, {}).get("value")
         return value
 
 
 def truth(value: Value) -> str | None:
-    """Return a yes/no value as the text of a table cell."""
+    """Return "true" or "false" for a table cell, or None for a missing value."""
     return None if value is None else "true" if value else "false"
 
 
 def _of_its_name(record: TrialRecord, name: str = "") -> Value:
-    """Return the trial factor, or else the answer, that has the column's name."""
+    """Return the trial factor with the column's name or, if there is none, the answer."""
     factors = record.trial.factors
     value = factors[name] if name in factors else record.answer(name)
     return truth(value) if isinstance(value, bool) else value
@@ -204,10 +212,10 @@ class Column:
     ----------
     value : callable
         Returns the column's value for a trial; None is written as missing. The default returns the
-        trial factor, or else the answer, that has the column's name; logical values are written as
-        true or false.
+        trial factor with the column's name or, if there is none, the answer with this name. Logical
+        values are written as true or false.
     kind : {"number", "label", "text"}
-        Cell type: a number, one of a few words (or a name), or free text.
+        Cell type: a number, a label (such as a category or a name), or free text.
     description : str
         A description for readers of the data set.
     units : str
@@ -215,7 +223,7 @@ class Column:
     levels : Mapping
         All possible labels with their meanings; empty if the labels are not known in advance.
     as_stated : bool
-        Whether the column has the same name for every quantity.
+        Whether the column's name is independent of the study's quantity.
     """
 
     value: Callable[[TrialRecord], Value] = _of_its_name
@@ -227,7 +235,7 @@ class Column:
 
 
 def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
-    """Return the columns; without ``value``, a column reads the factor or answer with its name."""
+    """Let each column without ``value`` read the trial factor or answer with its name."""
     return {
         name: replace(column, value=partial(_of_its_name, name=name))
         if column.value is _of_its_name
@@ -238,7 +246,7 @@ def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Protocol:
-    """A method that presents surfaces and asks a participant about them.
+    """Experimental method that presents surfaces and asks a participant about them.
 
     `slipscale.experiments.dataset.schema.columns` builds the trial table from the columns common to
     all tasks and the protocol's own columns (``design``, ``stimulus`` and ``response``).
@@ -248,7 +256,7 @@ class Protocol:
     task : str
         The BIDS task label: letters and digits only.
     title, description : str
-        Texts for readers of the data set.
+        Title and description for readers of the data set.
     options : type of Options
         The options that a study can set.
     trials : callable
@@ -260,9 +268,9 @@ class Protocol:
     steps : callable
         Returns a generator of the run's steps, given the options and the context.
     answer : str
-        The column for the trial's main answer, to which the row's response time belongs.
+        Column with the trial's main answer. The row's response time refers to this answer.
     instructions : str
-        The key of the participant's instructions, which the data set quotes.
+        Key of the instructions for the participant, which are quoted in the data set.
     simulated : Mapping
         Maps the name of each question to the function that answers it in a pilot
         (`slipscale.experiments.protocol_parts.simulated_answers`). If a function is missing, the
@@ -291,8 +299,8 @@ class Protocol:
         task collects the amplitudes.
     finest_level : callable, optional
         Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
-        in µm peak to peak, given the options and the context. The plate must hold its amplitude
-        more precisely than this difference.
+        in µm peak to peak, given the options and the context. The plate's tolerance
+        must be smaller than this difference.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
@@ -310,7 +318,7 @@ class Protocol:
     Raises
     ------
     UserError
-        If the protocol's declaration contradicts itself.
+        If the protocol's declaration is inconsistent.
     """
 
     task: str
@@ -375,11 +383,11 @@ class Protocol:
         )
 
     def titled(self, quantity: Quantity = PLATE_AMPLITUDE) -> str:
-        """Return the title with the name of the judged attribute."""
+        """Return the title with the judged attribute filled in."""
         return self.title.format(q=quantity) if "{q." in self.title else self.title
 
     def for_task(self, options: Options) -> Protocol:
-        """Return a copy with the label and the number of intervals from a task's options."""
+        """Return a copy with the label and number of intervals set in a task's options."""
         shown = self.intervals(options) if self.intervals else 0
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
@@ -389,15 +397,16 @@ class Protocol:
 
 
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
-    """Return the texts that a protocol provides in a language; shipped protocols provide none.
+    """Return the text that a protocol from another package provides in a language.
 
-    If only the study defines this language, return the texts in English or another available
-    language; the study's texts replace these texts.
+    The result is empty for shipped protocols. If only the study defines this language, return the
+    protocol's English text, or another available translation; the study's translation then replaces
+    this text.
 
     Raises
     ------
     UserError
-        If the language ships with Slipscale, but the protocol has texts only in other languages.
+        If the language ships with Slipscale, but the protocol has no texts in this language.
     """
     if protocol.texts and language not in (*protocol.texts, *languages()):
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))

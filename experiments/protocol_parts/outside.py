@@ -1,4 +1,4 @@
-"""Report exceptions and wrong return values of protocols from other packages as messages.
+"""Report exceptions and invalid results of other packages' protocols as error messages.
 
 This module wraps every function of another package's protocol, so that error messages name the
 package and the line.
@@ -25,7 +25,7 @@ OVER = object()  # marks the end of the steps
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
-    """Return another package's protocol with all its functions wrapped."""
+    """Wrap all functions of another package's protocol."""
     named = protocol.named
 
     def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:

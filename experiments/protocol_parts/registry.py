@@ -20,10 +20,12 @@ def protocol_names() -> list[str]:
 
 
 def load_protocol(name: str) -> Protocol:
-    """Return the installed protocol with a given name; raises KeyError if there is none.
+    """Return the installed protocol with a given name.
 
     Raises
     ------
+    KeyError
+        If no protocol with this name is installed.
     UserError
         If the entry point cannot be imported or is not a `Protocol`, or if its texts could replace
         another protocol's texts.

@@ -31,7 +31,7 @@ ASKS_AGAIN = 0.5  # assumed proportion of matches that repeat the reference befo
 
 
 class SimulatedPerson(Protocol):
-    """The properties of a simulated participant on which simulated answers can depend.
+    """Properties of a simulated participant that can influence simulated answers.
 
     All values depend on the seed, the participant, the trial and the plate's behaviour, never on
     the number of calls.
@@ -55,11 +55,11 @@ class SimulatedPerson(Protocol):
 
     @property
     def turned(self) -> int:
-        """The net number of notches in an `Adjust` step."""
+        """Net number of notches turned so far in an `Adjust` step."""
 
     @property
     def felt_again(self) -> int:
-        """The number of repetitions of the reference in an `Adjust` step."""
+        """Number of times the reference has been repeated in an `Adjust` step."""
 
     @property
     def felt_level(self) -> tuple[float, ...]:
@@ -67,10 +67,10 @@ class SimulatedPerson(Protocol):
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """The noisy strengths of the sensations in this trial, 0 to 100."""
+        """Noisy sensation strengths in this trial, from 0 to 100."""
 
     def usual(self, level: float) -> float:
-        """Return the usual strength (0 to 100) of a level, which the person has learned."""
+        """Return the usual sensation strength (0 to 100) at a level, as learned by the person."""
 
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges largest.
@@ -101,7 +101,7 @@ class SimulatedPerson(Protocol):
         """Return whether this person answers this question at random (a lapse)."""
 
     def notices(self) -> bool:
-        """Return whether the last two surfaces seem different."""
+        """Return whether the person perceives a difference between the last two surfaces."""
 
     def verbal_report(self) -> str:
         """Return this person's description of the sensation that has disappeared."""
@@ -129,7 +129,7 @@ def compared(step: Ask, person: SimulatedPerson) -> float:
 
 
 def notices_difference(_step: Ask, person: SimulatedPerson) -> bool:
-    """Answer whether two surfaces were different, based on the difference of the impressions."""
+    """Answer whether two surfaces were different, based on the difference between impressions."""
     first, second = person.impressions
     return person.says_yes(abs(first - second))
 

@@ -65,7 +65,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         texts, factors = self.context.texts, {"categories": len(self.labels)}
         coded = tuple((str(place), label) for place, label in enumerate(self.labels, start=1))
         return (

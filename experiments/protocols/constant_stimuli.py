@@ -1,4 +1,4 @@
-"""Constant stimuli: each of several fixed amplitudes is compared with a standard, equally often.
+"""Constant stimuli: several fixed amplitudes are each compared equally often with a standard.
 
 In the forced-choice form, the participant chooses the more slippery of two intervals; each
 comparison surface comes first and second equally often. In the yes-no form, the comparison always
@@ -152,7 +152,10 @@ def _shown(
     *,
     catch: bool = False,
 ) -> Shown:
-    """Return the definition of a trial; in the yes-no form, the comparison always comes second."""
+    """Return the definition of a trial.
+
+    In the yes-no form, the comparison always comes second, whatever ``place`` is.
+    """
     place = SECOND if options.question == "yes_no" else place
     pair = [context.surface(options.standard_level), context.surface(comparison_level)]
     return Shown(
@@ -168,7 +171,7 @@ def _shown(
 
 
 def _response(record: TrialRecord) -> str | None:
-    """Return the original answer: the number of an interval, yes or no."""
+    """Return the answer as given: the number of an interval, "yes" or "no"."""
     answer = record.answer("response")
     if isinstance(answer, bool):
         return "yes" if answer else "no"
@@ -184,7 +187,7 @@ def _comparison_more(record: TrialRecord) -> str | None:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer either form of the question according to which surface seemed more slippery."""
+    """Answer the forced-choice or yes-no question from the simulated impressions."""
     if isinstance(step.question, YesNoQuestion):
         sign = 1 if step.question.seeks == "most" else -1
         return person.pick([sign * each for each in person.impressions]) == 1

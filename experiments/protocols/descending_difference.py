@@ -94,7 +94,7 @@ class _Step(NamedTuple):
 
 
 class _Run(Repeating[_Step]):
-    """The steps of all series in a run."""
+    """One run of the descending-difference protocol."""
 
     def __init__(self, options: DescendingDifference, context: Context) -> None:
         super().__init__(trials(options, context))
@@ -115,7 +115,7 @@ class _Run(Repeating[_Step]):
         return part_over(self.context.texts)
 
     def series(self, series: int) -> Steps:
-        """Yield one series of descending steps."""
+        """Yield one descending series."""
         falling = with_catch_steps(
             descent(self.options, self.context),
             self.options.catch_steps,
@@ -134,7 +134,7 @@ class _Run(Repeating[_Step]):
     def trial(
         self, condition: _Step, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield one step; return the numbers of the trials that were voided in the meantime."""
+        """Yield the steps of one trial, and return the numbers of the trials to repeat."""
         trial = Trial(
             task=self.context.task,
             number=number,

@@ -1,8 +1,8 @@
 """Difference threshold by forced choice: the smallest change in amplitude that can be felt.
 
-In each trial, the surface in one of two or three intervals is a *level* above (or below) the
-standard. The participant chooses the surface that was more (or less) slippery. An adaptive rule
-selects the levels.
+In each trial, the surface in one of two or three intervals lies above (or below) the standard by
+the trial's *level*. The participant chooses the surface that was more (or less) slippery. An
+adaptive rule selects the levels.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ class OneSeries(NamedTuple):
 
 
 class Place(NamedTuple):
-    """The definition of a trial: its series, its place in the series, and the repeated trial."""
+    """The definition of a trial: its series, its position there, and the trial that it repeats."""
 
     series: OneSeries
     place: int
@@ -93,12 +93,12 @@ def check(options: Limits, context: Context) -> None:
 
 
 def most_trials(options: Limits, _context: Context) -> int:
-    """Return the largest number of trials in a run, with all levels in each series."""
+    """Return the largest number of trials in a run: all levels in every series."""
     return 2 * options.series * len(options.each_level)
 
 
 def trials(options: Limits, context: Context) -> int:
-    """Return the expected number of trials in a run, with half of the levels in each series."""
+    """Return the expected number of trials in a run, assuming half of the levels per series."""
     return max(most_trials(options, context) // 2, 1)
 
 
@@ -113,7 +113,10 @@ def finest_level(options: Limits, _context: Context) -> tuple[float, float]:
 
 
 class _Run(IntervalTask[Place]):
-    """The trials of a run; a voided trial is repeated with all later trials of its series."""
+    """One run of the method of limits.
+
+    A voided trial is repeated together with all later trials of its series.
+    """
 
     def __init__(self, options: Limits, context: Context) -> None:
         super().__init__(most_trials(options, context), options, context)
@@ -136,7 +139,7 @@ class _Run(IntervalTask[Place]):
         yield from self.close(lambda: part_over(texts))
 
     def next(self) -> Place | None:
-        """Return the next level of the first series that is not over."""
+        """Return the next trial of the first unfinished series, or None at the end of the run."""
         for series in self.series:
             given = self.answers[series.number]
             turned = bool(given) and given[-1][1] is series.ascending
@@ -155,7 +158,7 @@ class _Run(IntervalTask[Place]):
     def trial(
         self, condition: Place, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         series, options = condition.series, self.options
         level = series.levels[condition.place]
         trial = Trial(

@@ -90,12 +90,12 @@ class _Run(RatedSurfaces):
         self.options = options
 
     def start(self) -> Steps:
-        """Yield the standard, if any, before a group of trials."""
+        """Present the standard (if any) before a group of trials."""
         if self.options.standard_level is not None:
             yield from self.standard(self.options.standard_level)
 
     def standard(self, level: float) -> Steps:
-        """Yield the presentation of the standard with its number."""
+        """Present the standard together with its number."""
         text = self.context.texts["magnitude_estimation.standard"]
         yield Present(surface=self.context.surface(level))
         yield Explore(text=text.format(modulus=f"{self.options.modulus:g}"))
@@ -104,7 +104,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         texts = self.context.texts
         return (
             yield from self.rated(

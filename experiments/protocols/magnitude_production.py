@@ -1,4 +1,4 @@
-"""Magnitude production: the participant adjusts the plate to be as slippery as a given number.
+"""Magnitude production: the participant adjusts the plate to match a given number.
 
 In magnitude estimation, by contrast, the surface is given and the participant answers with a
 number. People compress the range of the variable that they control (Stevens and Greenbaum 1966,
@@ -100,12 +100,12 @@ def check(options: MagnitudeProduction, context: Context) -> None:
 
 
 def possible_levels(options: MagnitudeProduction, _context: Context) -> tuple[float, ...]:
-    """Return the ends of the adjustment range, and the standard."""
+    """Return the limits of the adjustment range and the level of the standard."""
     return options.lowest_level, options.highest_level, options.standard_level
 
 
 def trials(options: MagnitudeProduction, _context: Context) -> int:
-    """Return the number of trials in a run, including practice."""
+    """Return the number of trials in a run, including practice and catch trials."""
     return len(options.numbers) * len(BEGAN) * options.rounds + options.catch_trials
 
 
@@ -160,7 +160,7 @@ class _Run(AgainstStandard):
     def _production(
         self, context: Context, number: float, began: Began
     ) -> tuple[Stimulus, dict[str, Value]]:
-        """Return the initial surface of a trial, and the trial's columns."""
+        """Return a trial's initial surface and the values of its columns."""
         low, high = self.options.lowest_level, self.options.highest_level
         away = START_SHARE * (high - low) * self._starts.uniform()
         start = rounded(low + away if began == "low" else high - away)
@@ -169,7 +169,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         options = self.options
         trial = self.numbered(
             condition,

@@ -97,7 +97,7 @@ class Matching(RestedOptions):
 
 
 def check(options: Matching, context: Context) -> None:
-    """Raise `UserError` if a reference cannot be matched from both sides."""
+    """Raise `UserError` if starting points are contradictory or outside the adjustment range."""
     q = context.quantity
     if options.furthest_start_level < options.nearest_start_level:
         raise UserError(
@@ -118,12 +118,12 @@ def check(options: Matching, context: Context) -> None:
 
 
 def possible_levels(options: Matching, context: Context) -> tuple[float, ...]:
-    """Return the ends of the adjustment range, and the references."""
+    """Return the limits of the adjustment range and the references."""
     return options.lowest_level, options.highest_level, *options.references(context)
 
 
 def trials(options: Matching, context: Context) -> int:
-    """Return the number of trials in a run, including practice."""
+    """Return the number of trials in a run, including practice and catch trials."""
     main = len(DIRECTIONS) * options.repetitions * len(options.references(context))
     return options.practice + options.catch_trials + main
 
@@ -166,7 +166,7 @@ class _Run(IntervalTask[_Match]):
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
-        """Return the definition of a trial with a random starting point."""
+        """Return the definition of a trial, which starts at random unless it is a catch trial."""
         options = self.options
         span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:
@@ -189,7 +189,7 @@ class _Run(IntervalTask[_Match]):
     def trial(
         self, condition: _Match, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         options, context = self.options, self.context
         trial = Trial(
             task=context.task,

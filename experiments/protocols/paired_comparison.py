@@ -2,8 +2,8 @@
 
 With ``triads``, three surfaces are presented in rising or falling order, and the participant judges
 which of the two steps between them is larger. These judgements give a difference scale (Maloney and
-Yang 2003, Journal of Vision 3(8):5). Pairs include the study's textures; triads do not include
-textures, which have no order.
+Yang 2003, Journal of Vision 3(8):5). Pairs include the study's textures; triads do not,
+because textures cannot be ordered.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ def steps(options: PairedComparison, context: Context) -> Steps:
 
 
 def _easy(options: PairedComparison, context: Context) -> tuple[Stimulus, ...]:
-    """Return a trivially easy pair or triad, which contains both ends of the range."""
+    """Return a trivially easy pair or triad, made of the surfaces at both ends of the range."""
     surfaces = compared_surfaces(options, context)
     plain = [each for each in surfaces if not each.name] or list(surfaces)
     low, high = plain[0], plain[-1]

@@ -189,7 +189,7 @@ def steps(options: Pointing, context: Context) -> Steps:
 
 
 def _radius_mm(options: Pointing, distance_mm: float) -> float:
-    """Return the distance from the middle to opposite targets that are ``distance_mm`` apart."""
+    """Return the distance from the middle at which opposite targets are ``distance_mm`` apart."""
     if options.dimensions == 1:
         return distance_mm / 2
     return distance_mm / (2 * math.cos(math.pi / (2 * options.movements)))
@@ -237,7 +237,7 @@ class _Run(Repeating[Movement]):
         self.context = context
 
     def rest(self) -> Rest:
-        """Return the break between sequences."""
+        """Return the rest between sequences."""
         return Rest(
             text=self.context.texts["session.rest"],
             done=self.number,
@@ -248,7 +248,7 @@ class _Run(Repeating[Movement]):
     def trial(
         self, condition: Movement, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a movement's steps; return the trials to repeat."""
+        """Yield a movement's steps, and return the numbers of the trials to repeat."""
         options, texts = self.options, self.context.texts
         trial = Trial(
             task=self.context.task,
@@ -300,7 +300,7 @@ def _places(name: str, centre_mm: tuple[float, float]) -> dict[str, Value]:
 
 
 def possible_levels(options: Pointing, _context: Context) -> tuple[float, ...]:
-    """Return the levels on and off the target."""
+    """Return the plate's levels outside and on the target."""
     shown = options.target_level if ON_TARGET in options.feedback else options.ground_level
     return options.ground_level, shown
 

@@ -1,7 +1,7 @@
-"""Ratio judgements: participants compare the slipperiness of a surface and of a standard.
+"""Ratio judgements: participants compare the slipperiness of each surface with a standard.
 
 Participants answer how many times as slippery as the standard a surface is. The ratios need no
-normalisation; analyses use their logarithm. Surfaces are presented in random order, mixed with
+normalisation and are analysed as logarithms. Surfaces are presented in random order, mixed with
 catch trials that compare the standard with itself.
 """
 
@@ -33,7 +33,7 @@ class RatioToStandard(StandardOptions):
 
 
 def trials(options: RatioToStandard, context: Context) -> int:
-    """Return the number of trials in a run, including practice."""
+    """Return the number of trials in a run, including practice and catch trials."""
     return len(context.own_or_listed(None)) * options.rounds + options.catch_trials
 
 
@@ -63,7 +63,7 @@ class _Run(AgainstStandard):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         texts = self.context.texts
         trial = self.numbered(
             condition,
@@ -85,7 +85,7 @@ class _Run(AgainstStandard):
     def _compared(
         self, condition: Presentation, trial: Trial, explore: str, question: NumberQuestion
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the surface that follows the standard, then the question about both."""
+        """Yield the surface that follows the standard, then the question about their ratio."""
         yield Present(surface=condition.surface, trial=trial, interval=JUDGED)
         yield self.order.explore(explore, trial, interval=JUDGED)
         yield Silence(trial=trial, interval=JUDGED)

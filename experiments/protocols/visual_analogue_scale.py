@@ -87,7 +87,7 @@ class VisualAnalogueScale(RatedOptions):
 
 
 def trials(options: VisualAnalogueScale, context: Context) -> int:
-    """Return the number of trials in a run, including practice."""
+    """Return the number of trials in a run, including practice and catch trials."""
     return surface_trials(options, context) + options.catch_trials
 
 
@@ -127,7 +127,7 @@ class _Run(RatedSurfaces):
     def trial(
         self, condition: Presentation, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         options, texts = self.options, self.context.texts
         question = VisualAnalogueQuestion(
             prompt=texts["visual_analogue_scale.rating"],
@@ -170,7 +170,7 @@ class _Run(RatedSurfaces):
 
 
 def rated(step: Ask, person: SimulatedPerson) -> float:
-    """Return a simulated person's mark, at the resolution of the line."""
+    """Return a simulated person's mark, rounded to the resolution of the line."""
     question = step.question
     if not isinstance(question, VisualAnalogueQuestion):
         raise TypeError(f"'{step.name}' is not a visual analogue scale")

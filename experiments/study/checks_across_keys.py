@@ -22,7 +22,7 @@ from slipscale.faults.validation import Fault
 
 
 def named_twice(table: str, names: list[str]) -> Iterator[Fault]:
-    """Yield names that occur twice in a table."""
+    """Yield an error for each repeated name in a table."""
     for number, name in enumerate(names):
         if name in names[:number]:
             yield (table, number, "name"), {"msg": f"there is already a '{name}'"}
@@ -31,7 +31,7 @@ def named_twice(table: str, names: list[str]) -> Iterator[Fault]:
 def impossible(
     place: Place, task: Options, before: list[Options], data: Mapping[str, Any]
 ) -> Iterator[Fault]:
-    """Yield an error for each reason that makes a task impossible in this study."""
+    """Yield an error for each reason why a task is impossible in this study."""
     protocol, own = load_protocol(task.protocol), Levels.of(data)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
@@ -104,7 +104,7 @@ def unreadable(texts: dict[str, dict[str, Any]], tasks: tuple[Options, ...]) -> 
 
 
 def unspoken(texts: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> Iterator[Fault]:
-    """Yield errors about an unknown language, ambiguous names and untranslated questions."""
+    """Yield errors for an unknown language, ambiguous names and untranslated questions."""
     known = [*languages(), *sorted(set(texts) - set(languages()))]
     language, questions = data.get("language"), data.get("about_you", ())
     yield from named_twice("about_you", [question.name for question in questions])

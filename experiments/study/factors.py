@@ -172,7 +172,7 @@ def _unplayable(
 
 
 def second_levels(second: SecondPlate | None, factors: Iterable[Factor]) -> tuple[float, ...]:
-    """Return the levels of the second actuator; empty without a second actuator."""
+    """Return the levels of the second actuator, or an empty tuple if there is none."""
     named = (each.levels for each in factors if second and each.name == second.factor)
     return tuple(level for level in next(named, ()) if isinstance(level, float))
 
@@ -205,7 +205,10 @@ def crossed(
     language: str,
     second: SecondPlate | None = None,
 ) -> Protocol:
-    """Return a protocol that runs the given protocol in each condition, if there are factors."""
+    """Return a protocol that runs ``protocol`` once per condition.
+
+    Without factors, return ``protocol`` unchanged.
+    """
     if not factors:
         return protocol
     conditions = conditions_of(factors)
@@ -239,7 +242,7 @@ def crossed(
 
 
 def ordered(conditions: Sequence[Condition], context: Context) -> list[Condition]:
-    """Return the conditions in the order that a participant receives."""
+    """Return the conditions in the participant's order."""
     (order,) = williams_blocks(
         len(conditions),
         1,
@@ -274,7 +277,7 @@ def _column(factor: Factor, plate: Quantity, second: SecondPlate | None) -> Colu
 
 @dataclass(frozen=True, slots=True)
 class _Shift:
-    """Renumbering of the trials in one condition.
+    """Renumbers the trials of one condition within the task.
 
     Parameters
     ----------
@@ -282,7 +285,7 @@ class _Shift:
         Number of trials in the previous conditions, and expected number in the remaining
         conditions.
     factors : Mapping
-        Values of the condition in the factors' columns.
+        The condition's values for the factor columns.
     second : str
         The factor that sets a second actuator's level; empty without a second actuator.
     """
@@ -320,7 +323,7 @@ class _Shift:
 
 
 def _renumbered(steps: Steps, shift: _Shift) -> Generator[Step, Answer, int]:
-    """Yield steps whose trial numbers continue, and return the last trial number."""
+    """Yield the steps with shifted trial numbers, and return the last trial number."""
     last, answer = shift.before, None
     while True:
         try:

@@ -119,7 +119,7 @@ def study_text(name: str) -> str:
 
 
 def parse_whole(text: str, name: str) -> tuple[Study, str]:
-    """Return the study that a text defines, and the text with its texts files inserted.
+    """Return the study that a text defines, and the text with texts files and images inserted.
 
     Raises
     ------

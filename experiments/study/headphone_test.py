@@ -87,7 +87,7 @@ class HeadphoneTest(FrozenTable):
     def _ears(
         self, attempt: int, context: Context, texts: Texts, noise: NoiseInEar | None
     ) -> Generator[Ask, Answer, list[str] | None]:
-        """Ask in which ear noise is heard; return the misheard ears, or None without sound."""
+        """Ask in which ear noise is heard; return the misheard ears (None without sound output)."""
         if noise is None:
             return []
         wrong = []
@@ -119,7 +119,7 @@ class HeadphoneTest(FrozenTable):
     def _tones(
         self, attempt: int, context: Context, texts: Texts
     ) -> Generator[Ask, Answer, int | None]:
-        """Ask for the quietest tones; return the number of right answers, or None without sound."""
+        """Ask for the quietest tones; return the number of correct answers (None without sound)."""
         right = 0
         words = tuple(part.strip() for part in texts["headphones.tones"].split("|"))
         question = ComparisonQuestion(
@@ -157,7 +157,7 @@ class HeadphoneTest(FrozenTable):
         )
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return functions that answer in pilots as people with headphones would."""
+        """Return functions that simulate the answers of people with headphones."""
         named = [f"{NOISE}_{ear}" for ear in EARS]
         tones = [f"{TONE}_{number}" for number in range(1, self.trials + 1)]
         return {
@@ -172,7 +172,7 @@ def _ear(name: str) -> Ears:
 
 
 def _hears(step: Ask, person: SimulatedPerson) -> Value:
-    """Return the correct answer or, occasionally, an error."""
+    """Return the correct answer or, for some of the tones, a random answer."""
     sound = step.played.sound if step.played else None
     if isinstance(sound, NoiseInEar):
         return sound.ear

@@ -50,7 +50,7 @@ def with_images(text: str, source: str) -> str:
 
 
 def _greys(source: str, name: str) -> Greys:
-    """Return the rows of grey values of an image in the study file's folder."""
+    """Read an image in the study file's folder, and return its rows of grey values."""
     if Path(name).name != name or "\\" in name or not name.lower().endswith(".png"):
         raise UserError(
             f"{source}: image: {name!r}: expected the name of a PNG file next to the study file, "

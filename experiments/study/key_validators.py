@@ -43,7 +43,7 @@ from slipscale.stimuli.textures import PARAMETERS
 def valid_attribute_words(
     value: dict[str, StatedWords], info: ValidationInfo
 ) -> dict[str, StatedWords]:
-    """Require words in the study's language for an attribute that is not built into Slipscale."""
+    """Require wording in the study's language for attributes not built into Slipscale."""
     judged = _levels(info).made.judged
     language = info.data.get("language", ENGLISH)
     if language not in value and language in languages() and judged not in ATTRIBUTES:

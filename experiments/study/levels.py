@@ -1,4 +1,4 @@
-"""Define the meaning of a study's levels, and check whether the levels can be presented.
+"""Interpret a study's levels, and check whether they can be presented.
 
 A level is a value of the quantity that the plate produces, or of the varied ``[stimulus]``
 parameter. A level can be presented if it is in range and does not exceed the plate's limit, and if
@@ -32,7 +32,7 @@ from slipscale.stimuli.varied import Varied
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """The meaning of a study's levels.
+    """Interpretation of a study's levels.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class Levels:
     limit_level : float
         The largest value that the plate may produce.
     vary : str
-        The field of the varied parameter; empty without a varied parameter.
+        Field of the varied parameter; empty if no parameter is varied.
     stimulus : StimulusTable or None
         The stimulus's fixed parameters.
     """
@@ -53,7 +53,7 @@ class Levels:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Levels:
-        """Return the meaning of levels, given the valid fields of a study."""
+        """Interpret the levels of a study, given its valid fields."""
         table: QuantityTable = fields.get("made", QuantityTable())
         if attribute := fields.get("attribute"):
             table = table.model_copy(update={"judged": attribute})
@@ -69,7 +69,7 @@ class Levels:
 
     @classmethod
     def stated(cls, content: Mapping[str, Any]) -> Levels:
-        """Return the meaning of levels in a study file. Raises `ValueError` for invalid tables."""
+        """Interpret the levels of a study file. Raises `ValueError` for invalid tables."""
         stimulus = content.get("stimulus")
         return cls.of(
             {
@@ -81,11 +81,11 @@ class Levels:
 
     @property
     def quantity(self) -> Quantity:
-        """The quantity of the levels."""
+        """Quantity of the levels: the varied parameter's or, by default, the plate's."""
         return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
 
     def varied(self, levels: tuple[float, ...]) -> Varied | None:
-        """Return the varied stimulus at the first level; None if no stimulus is varied."""
+        """Return the varied stimulus at the first level, or None if no stimulus is varied."""
         if not (self.vary and self.stimulus and levels):
             return None
         return self.stimulus.varied(self.vary, levels[0])
@@ -93,7 +93,7 @@ class Levels:
     def context(
         self, levels: tuple[float, ...], textures: tuple[Texture, ...] = (), task: str = ""
     ) -> Context:
-        """Return a context without a participant, which shows what a protocol would present."""
+        """Return a context without a participant, used to check what a protocol would present."""
         return Context(
             seed=0,
             participant="",
@@ -107,18 +107,26 @@ class Levels:
         )
 
     def surface(self, level: float) -> Stimulus | None:
-        """Return the surface for a level; None without ``[stimulus]``. Raises `UserError`."""
+        """Return the surface for a level.
+
+        Return None if a parameter is varied, but ``[stimulus]`` is missing.
+
+        Raises
+        ------
+        UserError
+            If the varied parameter is out of range.
+        """
         return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
     def beyond(self, place: Place, *surfaces: Stimulus) -> Iterator[Fault]:
-        """Yield one error that lists all levels that exceed the plate's limit."""
+        """Yield one error that lists all levels above the plate's limit."""
         levels = dict.fromkeys(each.made.level for each in surfaces)
         if beyond := ", ".join(str(each) for each in levels if each > self.limit_level):
             limit = f"{self.limit_level} {self.made.unit_in_short}"
             yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
-        """Yield an error that states the reason for each level that cannot be presented."""
+        """Yield an error with the reason for each level that cannot be presented."""
         possible = []
         for level in levels:
             try:
@@ -145,7 +153,7 @@ class Levels:
             )
 
     def unstated(self, place: Place, table: BaseModel) -> Iterator[Fault]:
-        """Yield the keys that must be set in another quantity, because their defaults are in µm."""
+        """Yield an error for each omitted key whose default, in µm, does not fit the quantity."""
         quantity = self.made if place[0] == "plate" else self.quantity
         if quantity.in_um_pp:
             return

@@ -1,4 +1,4 @@
-"""Define the model of a study, which is immutable and validated as a whole.
+"""Model of a study file, which is immutable and validated as a whole.
 
 All errors are reported at once, each with its location. A check that depends on another key is
 skipped if that key is invalid; for example, levels are not checked if the plate's table is invalid.
@@ -251,7 +251,7 @@ class Study(FrozenTable):
         return self._levels.quantity
 
     def words_of(self, language: str) -> AttributeWords | None:
-        """Return the words for the judged attribute in a language, if known."""
+        """Return the wording for the judged attribute in a language, or None if it is unknown."""
         words = ATTRIBUTES.get(self.attribute or self.made.judged, {}).get(language)
         if own := self.attribute_words.get(language):
             usual = ATTRIBUTES[SLIPPERINESS].get(language, ATTRIBUTES[SLIPPERINESS][ENGLISH])

@@ -1,4 +1,4 @@
-"""Read a study's texts files, which define further languages, and insert them into its text.
+"""Insert texts files, which define additional languages, into a study's text.
 
 The texts files are inserted when the study is read, because the study's stored text must record
 what participants read. Slipscale ships only languages that its developers could check, because
@@ -113,7 +113,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Return the language of a texts file, and all texts that are not empty."""
+    """Read a texts file, and return its language and all entries that are not empty."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -165,7 +165,7 @@ def check_words(study: Study, source: str) -> None:
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
-    """Yield the key of each faulty text, and the error; the key is empty for a whole language."""
+    """Yield a key and an error for each invalid text; for a whole language, the key is empty."""
     yield from unshown(own)
     if language in languages():
         return
@@ -194,7 +194,7 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 
 
 def check_own_code(language: str) -> None:
-    """Raise `UserError` unless a study can define a language that has this code."""
+    """Raise `UserError` unless a study can define a language with this code."""
     if not CODE.fullmatch(language):
         raise UserError(f"--language {language}: expected a language code, such as de or pt-BR")
     if language in languages():
@@ -213,7 +213,7 @@ def with_room_for(text: str, source: str, language: str) -> str:
 
 
 def template(study: Study, language: str) -> str:
-    """Return a template of a texts file, which contains each key, English text and screen position.
+    """Return a template for a texts file: each key with its English text and screen position.
 
     Existing texts in the language are included.
     """
@@ -250,5 +250,5 @@ def _key(part: str) -> str:
 
 
 def _quoted(text: str) -> str:
-    """Return a text as a TOML string, whose escapes differ from JSON in one character."""
+    """Return a text as a TOML string, which unlike JSON also escapes the character U+007F."""
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -29,7 +29,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the options; raise ValueError unless the options differ in every language."""
+    """Return the options. Raises ValueError unless they differ in every language."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
@@ -99,14 +99,14 @@ class PersonQuestion(FrozenTable):
         return self
 
     def languages(self) -> Iterator[tuple[str, str]]:
-        """Yield each key that contains words, with the code of each language in that key."""
+        """Yield a (key, language code) pair for each translation."""
         for words in self.options.values() if isinstance(self.options, dict) else ():
             yield from (("options", language) for language in words)
         if isinstance(self.prompt, dict):
             yield from (("prompt", language) for language in self.prompt)
 
     def faults(self, language: str) -> Iterator[tuple[Place, str]]:
-        """Yield a key and a message for every text that is missing in a language."""
+        """Yield a key and an error message for each text that is missing in a language."""
         if isinstance(self.options, dict) and language not in next(iter(self.options.values())):
             yield ("options",), f"'{self.name}' has no words for its options in '{language}'"
         shipped = f"about_you.{self.name}" in shipped_texts(language)
@@ -122,7 +122,7 @@ class PersonQuestion(FrozenTable):
         Raises
         ------
         UserError
-            If the study has no words for the question in the language.
+            If the question is not available in the language.
         """
         if faults := [f"about_you: {sentence}" for _, sentence in self.faults(language)]:
             raise UserError("; ".join(faults))
@@ -138,9 +138,9 @@ class PersonQuestion(FrozenTable):
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
     def levels(self, language: str) -> dict[str, str]:
-        """Return the words for each answer code; empty for a question for a number.
+        """Return the label for each answer code; empty for a question about a number.
 
-        If the study has no words in the language, words in another language are returned.
+        If a label is not available in the language, it is returned in another language.
         """
         if isinstance(self.options, dict):
             return {
@@ -155,7 +155,7 @@ def unanswerable(
 ) -> Iterator[Fault]:
     """Yield the location and a message for each question that cannot be asked in a language.
 
-    ``known`` contains the available languages. Words in other languages are also reported.
+    ``known`` contains the available languages. Translations into others are also reported.
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:

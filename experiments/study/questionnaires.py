@@ -95,7 +95,7 @@ class Questionnaire(FrozenTable):
         Raises
         ------
         UserError
-            If an item, the title or the instructions have no words in the language.
+            If an item, the title or the instructions are not available in the language.
         """
         for words in (self.title, self.instructions):
             if isinstance(words, dict) and language not in words:
@@ -127,7 +127,7 @@ class Questionnaire(FrozenTable):
 
 
 def _words(given: str | dict[str, str], language: str) -> str:
-    """Return the words in a language or, if these are missing, in another language."""
+    """Return the text in a language or, if it is missing, in another language."""
     if isinstance(given, str):
         return given
     return given.get(language, next(iter(given.values())))
@@ -190,7 +190,7 @@ def unusable(
 def _place(
     place: tuple[str | int, ...], index: int, key: str, *, own: bool
 ) -> tuple[str | int, ...]:
-    """Return the location of an error in an item, whose options may belong to the questionnaire."""
+    """Return the location of an item's error; shared options belong to the questionnaire."""
     if key == "options" and not own:
         return (*place, "options")
     return (*place, "items", index, key)

@@ -48,7 +48,7 @@ def check_labels(*, participant: str, session: str, run: str) -> None:
 
 
 def _last_number(label: str) -> int | None:
-    """Return the number at the end of a label (1 for P01); None without a number."""
+    """Return the number at the end of a label (1 for P01), or None if there is none."""
     found = re.search(r"[0-9]{1,18}$", label)
     return int(found[0]) if found else None
 
@@ -77,7 +77,7 @@ class RunPlan:
     seed : int
         The seed in the study file or, if given, on the command line.
     language : str
-        The language of the participant's screen.
+        Language of the text shown to the participant.
     mode : {"participant", "pilot"}
         Kind of run, stored so that a pilot cannot be mistaken for a participant's run.
     order_version : int
@@ -171,7 +171,7 @@ class RunPlan:
         )
 
     def texts(self) -> Texts:
-        """Return the texts that the participant reads.
+        """Return all text shown to the participant, by key.
 
         Raises
         ------
@@ -191,7 +191,7 @@ class RunPlan:
         return {**texts, **self.study.keys.texts()}
 
     def context(self, task: str = "") -> Context:
-        """Return the context of the run, which the protocol of a task receives."""
+        """Return the context that is passed to a task's protocol."""
         return Context(
             seed=self.seed,
             participant=self.participant,
@@ -209,7 +209,7 @@ class RunPlan:
         )
 
     def tasks(self) -> list[tuple[Protocol, Options]]:
-        """Return the tasks in the order that this participant receives."""
+        """Return the tasks in this participant's order."""
         study = self.study
         tasks = [
             (
@@ -236,7 +236,7 @@ class RunPlan:
         )
 
     def simulated_answers(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return the functions that answer in a pilot, keyed by task and question."""
+        """Return the functions that answer a pilot's questions, keyed by task and question."""
         answers = {
             (protocol.task, name): answer
             for protocol, _ in self.tasks()
@@ -249,7 +249,7 @@ class RunPlan:
         return answers
 
     def person_questions(self) -> list[Ask]:
-        """Return the questions about the participant, in the run's language.
+        """Return the questions about the participant in the run's language.
 
         Items of questionnaires are only checked for missing texts.
 
@@ -302,7 +302,7 @@ class RunPlan:
 
 
 def _spoken(steps: Steps) -> Steps:
-    """Yield the steps, but let the operator type the answers to questions for a number."""
+    """Yield the steps, with questions about numbers assigned to the operator."""
     answer: Answer = None
     while True:
         try:
@@ -317,7 +317,7 @@ def _spoken(steps: Steps) -> Steps:
 
 
 def _consent(texts: Texts) -> Steps:
-    """Yield the consent text, and the question until the participant consents."""
+    """Yield the consent text, then repeat the consent question until the participant agrees."""
     options = tuple((code, texts[f"session.consent_{code}"]) for code in ("yes", "no"))
     question = ChoiceQuestion(prompt=texts["session.consent_question"], options=options)
     yield Instruct(title=texts["session.consent_title"], text=texts["session.consent"])

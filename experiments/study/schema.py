@@ -80,14 +80,14 @@ def study_schema() -> Schema:
 
 
 def _in_seconds(levels: list[str]) -> str:
-    """Return a pattern that matches the keys of levels in seconds, but not of other times."""
+    """Return a pattern for the keys of levels in seconds, which excludes other durations."""
     varied = [each.parameter for each in PARAMETERS.values() if each.parameter.unit == "s"]
     nouns = [each.quantity(PLATE_AMPLITUDE).nouns for each in varied]
     return f"^({'|'.join([*nouns, *(key.removesuffix('_um_pp') for key in levels)])})_s$"
 
 
 def _in_toml(key: str, value: Schema) -> Schema:
-    """Return the schema of a property in a TOML file: without null, and with a unit."""
+    """Adapt a property's schema to TOML files: remove null, and add the unit."""
     value = {name: entry for name, entry in value.items() if name != "title"}
     choices = [each for each in value.pop("anyOf", []) if each.get("type") != "null"]
     value = {**choices[0], **value} if len(choices) == 1 else value
@@ -104,6 +104,6 @@ def _in_toml(key: str, value: Schema) -> Schema:
 
 
 def _type(value: Schema) -> str | None:
-    """Return the type of a property's values or, for lists, of the elements."""
+    """Return the type of a property or, for a list, of its elements."""
     found = value.get("items", value).get("type")
     return None if found is None else str(found)

@@ -111,7 +111,7 @@ class Stroke(FrozenTable):
     )
 
     def faults(self, plate: PlateSettings) -> Iterator[Fault]:
-        """Yield an error for each requirement that needs a missing sensor."""
+        """Yield an error for each requirement whose sensor is missing."""
         position = bool(plate.position)
         if self.passive and not (position and self.speed_mm_s):
             message = "expected speed_mm_s, and a stage as position in [plate]"
@@ -135,7 +135,7 @@ class Stroke(FrozenTable):
         )
 
     def outside(self, guide: Guide, found: Stroked) -> tuple[str, ...]:
-        """Return the deviations of an exploration; empty without deviations."""
+        """Return the deviations of an exploration from the requirements (empty if none)."""
         pairs = (
             (
                 None if self.passive else found.speed_mm_s,
@@ -158,7 +158,7 @@ class Stroke(FrozenTable):
 
 
 def guided(steps: Steps, stroke: Stroke, texts: Texts) -> Steps:
-    """Yield steps after adding instructions for stroking to explorations."""
+    """Yield the steps, with stroke instructions added to explorations."""
     answer: Answer = None
     while True:
         try:

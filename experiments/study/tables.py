@@ -216,7 +216,7 @@ class StimulusTable(_Parameters):
             yield (vary,), {"msg": "is varied and must be omitted"}
 
     def varied(self, vary: str, level: float) -> Varied:
-        """Return the stimulus with one value of the varied parameter.
+        """Return the stimulus with the varied parameter at a given level.
 
         Raises
         ------

@@ -10,7 +10,7 @@ from slipscale.experiments.protocol_parts.adaptive.track import Track
 
 
 class Answered(NamedTuple):
-    """An answer, and the track and level to which it belongs."""
+    """An answer, with its track and level."""
 
     track: int
     level: float
@@ -41,7 +41,7 @@ class AnsweredTracks:
         self.now = self.now.answered(correct=correct)
 
     def take_back(self, trials: Iterable[int]) -> None:
-        """Take back the answers to the given trials; trials without an answer are ignored."""
+        """Remove the answers to the given trials, ignoring trials without an answer."""
         removed = [self._answers.pop(trial) for trial in trials if trial in self._answers]
         if removed:
             again = tuple(answered.track for answered in removed)
@@ -49,7 +49,7 @@ class AnsweredTracks:
             self.now = self.now.taken_back(tracks, again)
 
     def _track(self, number: int) -> Track:
-        """Return a track recomputed from its answers."""
+        """Recompute a track from its stored answers."""
         track = self._start.tracks[number]
         for answered in self._answers.values():
             if answered.track == number:

@@ -1,6 +1,6 @@
 """Many simultaneous QUEST+ runs for simulations, using one matrix product per trial.
 
-Each run selects the same levels as a `QuestPlusTrack` with the same answers.
+Given the same answers, each run selects the same levels as a `QuestPlusTrack`.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class QuestPlusBatch:
     Parameters
     ----------
     rule : QuestPlus
-        The grids of levels and parameters, which all runs share.
+        Grids of levels and parameters, shared by all runs.
     posteriors : array, shape (runs, combinations)
         Posterior weights; each row sums to 1.
     trials : int
@@ -59,16 +59,16 @@ class QuestPlusBatch:
 
     @cached_property
     def level_indices(self) -> npt.NDArray[np.intp]:
-        """Indices of the next levels, shape (runs,)."""
+        """Index of each run's next level, shape (runs,)."""
         return np.asarray(np.argmax(information_gain(self.rule, self.posteriors), axis=1))
 
     @property
     def levels(self) -> Array:
-        """The levels of the next trial, µm peak to peak, shape (runs,)."""
+        """Level of each run's next trial, in µm peak to peak, shape (runs,)."""
         return np.round(np.array(self.rule.levels)[self.level_indices], DECIMALS)
 
     def answered(self, correct: npt.NDArray[np.bool_]) -> Self:
-        """Return the state after one more answer in every run; ``correct`` has shape (runs,)."""
+        """Return the state updated with one answer per run; ``correct`` has shape (runs,)."""
         posteriors = self.rule.likelihood[correct.astype(int), self.level_indices]
         posteriors *= self.posteriors
         totals = posteriors @ np.ones((self.rule.prior.size, 1))
@@ -79,5 +79,5 @@ class QuestPlusBatch:
 
     @property
     def threshold_log10(self) -> Array:
-        """Posterior means of the log10 threshold in decades, shape (runs,)."""
+        """Posterior mean of log10(threshold in µm peak to peak) for each run, shape (runs,)."""
         return np.asarray(self.posteriors @ self.rule.log10_thresholds)

@@ -89,7 +89,7 @@ class Curve:
     density: Callable[[Array], Array]
 
     def coordinate(self, level: npt.ArrayLike) -> Array:
-        """Return ``u`` for levels in µm peak to peak; the logarithm of 0 is minus infinity."""
+        """Convert levels in µm peak to peak to ``u``. A logarithmic curve returns -inf for 0."""
         level = np.asarray(level, float)
         if not self.logarithmic:
             return level
@@ -97,7 +97,7 @@ class Curve:
             return np.asarray(np.log(level))
 
     def level(self, coordinate: npt.ArrayLike) -> Array:
-        """Return the level for ``u``: the inverse of `coordinate`."""
+        """Convert ``u`` to levels in µm peak to peak (inverse of `coordinate`)."""
         u = np.asarray(coordinate, float)
         return np.asarray(np.exp(u)) if self.logarithmic else u
 
@@ -110,12 +110,12 @@ class Curve:
         guess: npt.ArrayLike = 0.0,
         lapse: npt.ArrayLike = 0.0,
     ) -> Array:
-        """Return the proportion of correct answers; all parameters are broadcast.
+        """Return the proportion of correct answers. Parameters are broadcast against each other.
 
         Parameters
         ----------
         level, threshold_level : array_like
-            µm peak to peak.
+            Levels in µm peak to peak.
         slope : array_like
             Slope above 0, per µm, or dimensionless for a logarithmic curve.
         guess, lapse : array_like

@@ -16,7 +16,7 @@ Order = Literal["alternating", "shuffled"]
 
 @dataclass(frozen=True, kw_only=True)
 class Interleaved:
-    """Tracks that take turns until all of them are over.
+    """Interleaved tracks, which take turns until all have ended.
 
     In each round, every unfinished track has one trial.
 
@@ -25,14 +25,15 @@ class Interleaved:
     tracks : tuple of Track
         The current state of each track.
     stopping : Stopping
-        The rule that ends a track.
+        Rule that decides when a track ends.
     stream : callable
-        Returns the random numbers for a round, given the round's number; the same number gives the
-        same stream.
+        Returns the random number stream for a round number. The same number must give the same
+        stream.
     order : {"alternating", "shuffled"}
         Whether the tracks keep a fixed order or are shuffled in each round.
     left : tuple of int
-        Tracks that still have a trial in this round, in order of presentation.
+        Indices of the tracks that still have a trial in the current round, in order of
+        presentation.
     round_number : int
         Index of the current round: 0, 1, ...
 
@@ -57,7 +58,7 @@ class Interleaved:
         stream: Callable[[int], Stream],
         order: Order = "shuffled",
     ) -> Self:
-        """Check the stopping rule for each track; return the tracks before their first trial."""
+        """Check the stopping rule for each track, and begin the first round."""
         if not tracks:
             raise UserError("interleaved tracks: expected at least one track")
         for track in tracks:
@@ -72,12 +73,12 @@ class Interleaved:
 
     @property
     def current(self) -> int:
-        """Number of the track with the next trial; IndexError if all tracks are over."""
+        """Index of the track with the next trial. Raises IndexError if all tracks are over."""
         return self.left[0]
 
     @property
     def level(self) -> float:
-        """Level of the next trial, µm peak to peak; IndexError if all tracks are over."""
+        """Level of the next trial in µm peak to peak. Raises IndexError if all tracks are over."""
         return self.tracks[self.current].level
 
     @property
@@ -97,10 +98,11 @@ class Interleaved:
         return sum(most - track.progress.trials for track in self.tracks if self._goes_on(track))
 
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
-        """Return the block after some answers have been removed from ``tracks``.
+        """Return the interleaved tracks after some answers have been removed.
 
-        ``again`` contains a track number for each removed answer. A track has another trial in this
-        round for each of its removed answers, unless the track is over.
+        ``tracks`` are the tracks without these answers, and ``again`` contains the track number of
+        each removed answer. In the current round, a track gets one additional trial per removed
+        answer, unless the track is over.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))

@@ -99,7 +99,7 @@ class QuestPlus:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Number of thresholds, slopes and lapses."""
+        """Number of thresholds, slopes and lapse rates on the grid."""
         return len(self.threshold_levels), len(self.slopes), len(self.lapses)
 
     @cached_property
@@ -126,7 +126,7 @@ class QuestPlus:
 
     @cached_property
     def likelihood(self) -> Array:
-        """Probability of a wrong and of a correct answer, shape (2, levels, combinations)."""
+        """Probability of a wrong (0) and a correct (1) answer, shape (2, levels, combinations)."""
         return _frozen(np.stack([1 - self.proportion, self.proportion]))
 
     @cached_property
@@ -136,7 +136,7 @@ class QuestPlus:
 
     @cached_property
     def log10_thresholds(self) -> Array:
-        """Log10 threshold of each combination, in decades, shape (combinations,)."""
+        """Log10(threshold in µm peak to peak) of each combination, shape (combinations,)."""
         decades = np.log10(self.threshold_levels)
         return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
 
@@ -152,7 +152,7 @@ class QuestPlusTrack:
     Parameters
     ----------
     rule : QuestPlus
-        The grids.
+        Grids of levels and parameters.
     posterior : array, shape (combinations,)
         Weights of the parameter combinations, with sum 1; read-only.
     trials : int
@@ -165,7 +165,7 @@ class QuestPlusTrack:
 
     @cached_property
     def level_index(self) -> int:
-        """Index of the next level: the first level with the largest expected information."""
+        """Index of the most informative level (the first, if several are equally informative)."""
         return int(np.argmax(information_gain(self.rule, self.posterior[None, :])[0]))
 
     @property
@@ -175,12 +175,12 @@ class QuestPlusTrack:
 
     @property
     def progress(self) -> Progress:
-        """Number of trials, and the posterior standard deviation of the threshold."""
+        """Number of trials and posterior standard deviation of the threshold."""
         return Progress(trials=self.trials, threshold_sd_log10=self.threshold_sd_log10)
 
     @property
     def threshold_log10(self) -> float:
-        """Posterior mean of the log10 threshold (decades of µm peak to peak)."""
+        """Posterior mean of log10(threshold in µm peak to peak)."""
         return float(self.posterior @ self.rule.log10_thresholds)
 
     @property
@@ -190,7 +190,7 @@ class QuestPlusTrack:
         return float(round(squares**0.5, DECIMALS))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
-        """Return the track after an answer at the next level, or at another available level."""
+        """Return the track after an answer at ``at_level`` (by default, the next level)."""
         if at_level is None:
             return self.told(self.level_index, correct=correct)
         levels = [rounded(level) for level in self.rule.levels]
@@ -218,7 +218,7 @@ class QuestPlusTrack:
 
 
 def information_gain(rule: QuestPlus, posteriors: Array) -> Array:
-    """Return the expected decrease in posterior entropy, rounded.
+    """Return the expected decrease in posterior entropy for each run and level.
 
     Parameters
     ----------

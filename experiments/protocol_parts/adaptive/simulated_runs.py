@@ -28,7 +28,9 @@ def simulated_runs(
     runs: int,
     rng: np.random.Generator,
 ) -> list[Run]:
-    """Return the trials of many runs; each run simulates its tracks one after the other.
+    """Simulate many runs, and return the levels and answers of each run.
+
+    The tracks of a run are simulated one after the other instead of interleaved.
 
     Parameters
     ----------

@@ -2,7 +2,7 @@
 
 With equal steps, a staircase does not converge to Levitt's proportions (70.7 % for two-down
 one-up), because the proportion depends on the step size. With García-Pérez's step ratios, the
-proportion is independent of the step size (García-Pérez 1998, Vision Res. 38, 1861-1881,
+proportion is independent of the step size (García-Pérez 1998, Vision Research 38, 1861-1881,
 doi:10.1016/S0042-6989(97)00340-4, abstract).
 """
 

@@ -1,4 +1,4 @@
-"""Stopping rules for tracks: a number of trials or reversals, or a sufficient certainty."""
+"""Stopping rules for tracks: number of trials, number of reversals, or posterior certainty."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_TRIALS = 1000
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Stopping:
-    """The criteria that end a track; the track ends when the first criterion is met.
+    """Criteria that end a track as soon as one of them is met.
 
     Parameters
     ----------
@@ -24,7 +24,7 @@ class Stopping:
     threshold_sd_log10 : float or None
         Posterior standard deviation of the threshold at which the track ends, in decades.
     least_trials : int
-        Number of answers before which reversals and certainty are ignored.
+        Minimum number of answers before reversals or certainty can end the track.
 
     Raises
     ------

@@ -15,14 +15,14 @@ from slipscale.faults import UserError
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Progress:
-    """The progress of a track, which the stopping rules evaluate.
+    """Progress of a track, evaluated by the stopping rules.
 
     Parameters
     ----------
     trials : int
         Number of answers so far.
     reversals : int or None
-        Number of times the level changed direction; None for a method without directions.
+        Number of changes between steps up and steps down; None for a method without steps.
     threshold_sd_log10 : float or None
         Posterior standard deviation of the threshold, in decades; None if the method has no
         posterior.
@@ -38,16 +38,16 @@ class Track(Protocol):
 
     @property
     def level(self) -> float:
-        """The level of the next trial, µm peak to peak."""
+        """Level of the next trial, in µm peak to peak."""
         ...
 
     @property
     def progress(self) -> Progress:
-        """The progress of the track."""
+        """Progress of the track, for the stopping rules."""
         ...
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
-        """Return the track after an answer; in a yes-no task, "yes" counts as correct.
+        """Return the track after one more answer. In a yes-no task, "yes" counts as correct.
 
         The answer was given at the track's current level, or at ``at_level`` if the track is being
         recomputed. Up-down rules ignore ``at_level`` and move from their current level.

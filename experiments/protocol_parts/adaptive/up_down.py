@@ -3,8 +3,8 @@
 These methods converge to the level at which steps down and up balance. If ``k`` correct answers in
 a row lead to a step down of size d, and one error to a step up of size u, this is the level where
 ``p**k d = (1 - p**k) u`` (Kaernbach 1991, Perception & Psychophysics 49, 227-229, for k = 1;
-García-Pérez 1998, Vision Res. 38, 1861-1881, for the ratios at which finite steps converge to this
-level).
+García-Pérez 1998, Vision Research 38, 1861-1881, for the ratios at which finite steps converge to
+this level).
 """
 
 from __future__ import annotations
@@ -36,17 +36,17 @@ class UpDown:
     lowest_level, highest_level : float
         Limits of the level; a step beyond a limit ends at the limit.
     steps_up : tuple of float
-        Sizes of steps up before the first reversal, after the first reversal, and so on. The last
-        size is used for all remaining steps. Sizes are in µm on the linear scale and in decades on
-        the logarithmic scale.
+        Sizes of the steps up. The first size applies until the first reversal, the second until
+        the second reversal, and so on; the last size applies to all later steps. Sizes are in
+        µm on the linear scale and in decades on the logarithmic scale.
     down_to_up : float
         Size of a step down relative to a step up.
     down_after : int
         Number of correct answers in a row before a step down.
     scale : {"linear", "log10"}
-        Whether a step adds to the level or multiplies the level.
+        Whether steps add to the level (linear) or multiply the level (log10).
     until_first_error : bool
-        Whether every correct answer leads to a step down until the first error.
+        Whether every correct answer before the first error leads to a step down.
 
     Raises
     ------
@@ -111,17 +111,17 @@ class UpDown:
         return min(max(rounded(new), self.lowest_level), self.highest_level)
 
     def coordinate(self, level: float) -> float:
-        """Return a level's position on the linear or logarithmic scale of the steps."""
+        """Convert a level to the scale of the steps (linear or log10)."""
         return level if self.scale == "linear" else math.log10(level)
 
     def level_at(self, coordinate: float) -> float:
-        """Return the level at a position on the linear or logarithmic scale of the steps."""
+        """Convert a position on the scale of the steps (linear or log10) to a level."""
         return coordinate if self.scale == "linear" else 10.0**coordinate
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class UpDownTrack:
-    """An up-down run: the next level, and the state that determines the following level.
+    """Immutable state of an up-down run.
 
     Parameters
     ----------
@@ -136,7 +136,7 @@ class UpDownTrack:
     direction : int
         Direction of the last step: -1 down, 1 up, 0 before the first step.
     reversal_levels : tuple of float
-        Levels at which the direction changed, in order of occurrence.
+        Levels at which the direction of the steps changed, in order of occurrence.
     """
 
     rule: UpDown
@@ -152,7 +152,7 @@ class UpDownTrack:
         return Progress(trials=self.trials, reversals=len(self.reversal_levels))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:  # noqa: ARG002
-        """Return the track after an answer; the step starts from the current level."""
+        """Return the track after one more answer; ``at_level`` is ignored."""
         in_row = self.correct_in_row + 1 if correct else 0
         beginning = self.rule.until_first_error and self.direction != UP
         needed = 1 if beginning and not self.reversal_levels else self.rule.down_after

@@ -62,7 +62,7 @@ class AgainstStandard(RatedSurfaces):
     planned : sequence of sequence of Presentation
         Blocks of trials; practice blocks come first.
     words : str
-        The text that the participant reads while exploring the standard.
+        Text shown while the participant explores the standard.
     """
 
     def __init__(
@@ -83,13 +83,13 @@ class AgainstStandard(RatedSurfaces):
         yield from ()
 
     def between(self) -> Steps:
-        """Yield a rest when it is due; after a rest, the standard is also due."""
+        """Yield a rest if one is due. The standard is then presented before the next trial."""
         if self.rest_due:
             self._left = 0
         yield from super().between()
 
     def standard(self, trial: Trial) -> Steps:
-        """Yield the standard before a trial's own surface, if the standard is due."""
+        """Yield the steps that present the standard, if it is due before this trial."""
         surface = self.context.surface(self.against.standard_level)
         if self.against.in_each_trial:
             yield Present(surface=surface, trial=trial, interval=STANDARD)

@@ -91,24 +91,24 @@ def in_both_orders(
 def the_two_ends(
     easy: tuple[Stimulus, ...], context: Context, phase: Phase, count: int
 ) -> list[Shown]:
-    """Return trivially easy trials: surfaces from both ends of the range, in random order."""
+    """Return trivially easy trials: the given surfaces in forward or reverse order at random."""
     stream = context.stream(context.task, "easy", phase)
     turned = [stream.below(2) for _ in range(count)]
     return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
 
 
 def name_of(surface: Stimulus) -> str:
-    """Return the name of a surface in the data: the name of its texture, or its level."""
+    """Return the name of a surface in the data: its texture's name, or its level."""
     return surface.name or f"{surface.level:g}"
 
 
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
-    """Return the ``seeks`` value of a question about the higher (1) or lower (-1) level."""
+    """Return ``seeks`` for a question about the higher (1) or lower (-1) level."""
     return "least" if (sign < 0) != quantity.falls else "most"
 
 
 def surface_names(*names: str) -> dict[str, Column]:
-    """Return the columns with the surface names for intervals 1, 2, ..."""
+    """Return one column per interval, with the name of the surface presented in it."""
 
     def column(interval: int) -> Column:
         def name(record: TrialRecord) -> str | None:
@@ -136,7 +136,7 @@ def enough_surfaces(protocol: str, fewest: int) -> Callable[[object, Context], N
 
 
 class IntervalTask(Repeating[Condition]):
-    """One run of a task, with a rest after every fixed number of trials.
+    """One run of a task with intervals and regular rests.
 
     Parameters
     ----------
@@ -152,13 +152,13 @@ class IntervalTask(Repeating[Condition]):
         self.context = context
 
     def between(self) -> Steps:
-        """Yield a rest when it is due."""
+        """Yield a rest if one is due."""
         if self.number % self._pace.rest_every_trials == 0 and self.number < self.total:
             text = self.context.texts["session.rest"]
             yield self._pace.rest(text, done=self.number, total=self.total)
 
     def interval(self, surface: Stimulus, trial: Trial, number: int) -> Steps:
-        """Yield an interval: the surface is presented, explored and switched off."""
+        """Yield the steps of an interval: present a surface, explore it, switch the plate off."""
         yield Present(surface=surface, trial=trial, interval=number)
         yield self.exploration(trial, number)
         yield Silence(trial=trial, interval=number)
@@ -177,9 +177,9 @@ class Comparing(IntervalTask[Shown]):
     options, context
         The run's options and context.
     texts : str
-        Prefix of the keys of the task's texts.
+        Prefix of the task's text keys.
     question : Question
-        The question after the last interval.
+        Question asked after the last interval.
     practice, main : sequence of Shown
         The planned trials.
     """
@@ -219,7 +219,7 @@ class Comparing(IntervalTask[Shown]):
     def trial(
         self, condition: Shown, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         trial = Trial(
             task=self.context.task,
             number=number,

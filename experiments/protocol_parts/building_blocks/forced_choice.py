@@ -65,7 +65,7 @@ class ForcedChoiceOptions(AdaptiveOptions):
 
 
 class Choice(NamedTuple):
-    """The definition of a trial: its phase, its level, and the track that chose it, if any."""
+    """The definition of a trial: its phase, its level, and the track (if any) that chose it."""
 
     phase: Phase
     level: float
@@ -82,7 +82,7 @@ class ForcedChoice(IntervalTask[Choice]):
     options, context
         The run's options and context.
     texts : str
-        Prefix of the keys of the task's texts.
+        Prefix of the task's text keys.
     standard_level : float
         Amplitude of the non-target surfaces, in µm peak to peak.
     sign : {1, -1}
@@ -146,7 +146,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
-        """Schedule repetitions of voided trials; an adaptive trial takes its track's next level."""
+        """Schedule repetitions of voided trials, at the track's next level if adaptive."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
         tracks = {number: self._known[number].track for number in numbers}
@@ -165,7 +165,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def trial(
         self, condition: Choice, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
         options, texts = self.options, self.context.texts
         if repeats is not None:
             self._repetitions_left -= 1
@@ -210,7 +210,7 @@ class ForcedChoice(IntervalTask[Choice]):
     def end(
         self, trial: Trial, condition: Choice, chosen: Value, *, correct: bool
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the end of a trial, update its track, and return the trials to repeat."""
+        """End a trial, update its track, and return the numbers of the trials to repeat."""
         number, now = trial.number, self.tracks.now
         if condition.track is not None and chosen is not None:
             now = now.answered(correct=correct)

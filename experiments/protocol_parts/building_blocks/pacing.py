@@ -46,7 +46,7 @@ class PacedOptions(Options):
         )
 
     def rest(self, text: str, *, done: int, total: int) -> Rest:
-        """Return a break after ``done`` of ``total`` trials."""
+        """Return a rest step that shows ``done`` of ``total`` trials as completed."""
         return Rest(text=text, done=done, total=total, minimum_s=self.rest_minimum_s)
 
 

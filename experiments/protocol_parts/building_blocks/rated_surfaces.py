@@ -70,7 +70,7 @@ class RatedOptions(PacedOptions):
 
 
 def surface_trials(options: RatedOptions, context: Context) -> int:
-    """Return the number of trials in which the study's surfaces are rated."""
+    """Return the number of ratings of the study's surfaces, including practice."""
     return len(context.surfaces) * options.rounds
 
 
@@ -87,7 +87,7 @@ Blocks = list[tuple["Phase", list[int]]]
 
 
 def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Blocks:
-    """Return the order of the conditions in blocks, starting with practice."""
+    """Return blocks of conditions in presentation order, starting with practice."""
     main = presentation_order(
         conditions,
         options.repetitions,
@@ -112,7 +112,7 @@ def order_blocks(conditions: int, options: RatedOptions, context: Context) -> Bl
 def surface_blocks(
     surfaces: Sequence[Stimulus], options: RatedOptions, context: Context
 ) -> list[list[Presentation]]:
-    """Return the order of the surfaces in blocks, starting with practice."""
+    """Return blocks of surfaces in presentation order, starting with practice."""
     order = order_blocks(len(surfaces), options, context)
     return [
         [Presentation(number, phase, surfaces[each]) for each in block]
@@ -182,12 +182,12 @@ class RatedSurfaces(Repeating[Presentation]):
         return every is not None and self.number % every == 0 and self.number < self.total
 
     def between(self) -> Steps:
-        """Yield a rest when it is due."""
+        """Yield a rest if one is due."""
         if self.rest_due:
             yield self.rest()
 
     def steps(self, *, practice: str, main: str) -> Steps:
-        """Yield all blocks, with the texts shown before practice and before the main trials."""
+        """Yield all blocks, with instructions before practice and before the main trials."""
         texts, planned = self.context.texts, self.planned
         if planned[0][0].phase == "practice":
             yield Instruct(text=practice)
@@ -208,7 +208,7 @@ class RatedSurfaces(Repeating[Presentation]):
         repeats: int | None,
         factors: Mapping[str, Value],
     ) -> Trial:
-        """Return a trial with its block and its other data set columns."""
+        """Return a trial with its block, the condition's factors and ``factors``."""
         return Trial(
             task=self.context.task,
             number=number,
@@ -259,7 +259,7 @@ class RatedSurfaces(Repeating[Presentation]):
         return reply
 
     def over(self, trial: Trial, reply: Answer) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield the end of a trial; return the trials to repeat."""
+        """End a trial, and return the numbers of the trials to repeat."""
         voided = yield EndTrial(trial=trial)
         again = voided.trials if isinstance(voided, Voided) else ()
         missed = isinstance(reply, Reply) and reply.timed_out and trial.number not in again

@@ -17,7 +17,7 @@ Repetition = tuple[Condition, int]
 
 
 class Repeating(ABC, Generic[Condition]):
-    """The trials of a task in blocks, including repetitions of voided trials.
+    """Trials of a task, run in blocks, with repetitions of voided trials.
 
     The type ``Condition`` defines a trial (surface, block, phase, ...). A repeated trial keeps its
     condition.
@@ -38,18 +38,18 @@ class Repeating(ABC, Generic[Condition]):
     def trial(
         self, condition: Condition, number: int, repeats: int | None
     ) -> Generator[Step, Answer, tuple[int, ...]]:
-        """Yield a trial's steps; return the trials to repeat."""
+        """Yield a trial's steps, and return the numbers of the trials to repeat."""
 
     def start(self) -> Steps:
-        """Yield steps before a group of trials; none by default."""
+        """Yield the steps before a group of trials (by default, none)."""
         yield from ()
 
     def between(self) -> Steps:
-        """Yield steps after each trial; none by default."""
+        """Yield the steps after each trial (by default, none)."""
         yield from ()
 
     def finish(self) -> Steps:
-        """Yield steps after a group of trials; none by default."""
+        """Yield the steps after a group of trials (by default, none)."""
         yield from ()
 
     def block(self, conditions: Iterable[Condition]) -> Steps:
@@ -58,18 +58,19 @@ class Repeating(ABC, Generic[Condition]):
         yield from self.drawn(lambda: next(rest, None))
 
     def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
-        """Yield a block's trials; ``draw`` returns the next condition after each trial.
+        """Yield the trials of a block whose conditions are drawn one at a time.
 
-        The next condition may depend on all earlier answers; None ends the block. ``draw`` is
-        called once more if a trial is voided while the screen after the block is shown.
+        Before each trial, ``draw`` returns the trial's condition, which may depend on all earlier
+        answers, or None to end the block. ``draw`` is called again if a trial is voided while the
+        screen after the block is shown.
         """
         self._draw = draw
         yield from self._trials(deque())
 
     def close(self, screen: Callable[[], Instruct | Rest]) -> Steps:
-        """Yield the screen after a block; repeat trials that are voided while it is shown.
+        """Show the screen after a block, and repeat trials that are voided while it is shown.
 
-        After such repetitions, the screen is shown again with the participant's progress.
+        After the repetitions, the screen is shown again with updated progress.
         """
         while isinstance(reply := (yield EndBlock(screen=screen())), Voided) and reply.trials:
             yield from self._trials(self.again(reply.trials))
@@ -96,5 +97,8 @@ class Repeating(ABC, Generic[Condition]):
 
 
 def part_over(texts: Texts) -> Instruct:
-    """Return the screen at the end of a task; until it closes, the last trial can be repeated."""
+    """Return the screen at the end of a task.
+
+    The last trial can be repeated until this screen closes.
+    """
     return Instruct(title=texts["session.part_over_title"], text=texts["session.part_over"])

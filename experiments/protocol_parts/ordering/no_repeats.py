@@ -27,11 +27,11 @@ MOST = 1200
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     """Return ``each`` copies of 0 to ``kinds - 1`` in a random order without equal neighbours.
 
-    The kinds of items are inserted one after the other. The copies of a kind are divided into
-    groups. Some groups separate equal neighbours; the other groups are inserted elsewhere. The
-    numbers of groups are drawn with probabilities proportional to the exact number of orders that
-    result from each choice; all other choices are uniform shuffles. Once the counts are cached, the
-    running time is linear in the number of copies.
+    Items are inserted one kind at a time. The copies of a kind are divided into groups, each of
+    which is inserted either between two equal neighbours or at another position. The numbers of
+    groups of both types are drawn with probabilities proportional to the exact number of orders
+    that result from each choice; all other choices are uniform shuffles. Once the counts are
+    cached, the running time is linear in the number of copies.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
 
 
 def _some(items: Sequence[int], number: int, stream: Stream) -> list[int]:
-    """Return ``number`` items in their original order; all selections are equally likely."""
+    """Select ``number`` items with equal probability, and keep their order."""
     marks = stream.shuffled([True] * number + [False] * (len(items) - number))
     return [item for item, mark in zip(items, marks, strict=True) if mark]
 
@@ -77,7 +77,7 @@ def _counts(each: int, kinds: int) -> _Counts:
 
 @dataclass(slots=True)
 class _Counts:
-    """Counts of orders without equal neighbours that extend an order of the first few kinds."""
+    """Counts of the orders without equal neighbours that complete a partial order."""
 
     each: int
     kinds: int
@@ -88,7 +88,7 @@ class _Counts:
         self._signed = _signed_blocks(self.each, self.kinds - 1)
 
     def completions(self, placed: int, equal: int) -> int:
-        """Count the ways to insert the remaining kinds.
+        """Count the ways to insert the remaining kinds so that no equal neighbours are left.
 
         Parameters
         ----------

@@ -29,7 +29,7 @@ def presentation_order(
     place: Place,
     no_immediate_repeat: bool = False,
 ) -> list[list[int]]:
-    """Return the order in which conditions are presented.
+    """Return the presentation order of the conditions, in blocks.
 
     Parameters
     ----------
@@ -44,8 +44,8 @@ def presentation_order(
     stream : Stream
         The run's stream of random numbers.
     shared : callable
-        Returns, for a group and turn (see `Place.within`), the random numbers that all runs of the
-        group share. With "williams", the runs of a group divide one design among themselves.
+        Returns the random number stream shared by all runs of a group, given the group and the turn
+        (see `Place.within`). With "williams", each run of a group uses a part of the same design.
     place : Place
         The run's position in the counterbalancing, used by "williams".
     no_immediate_repeat : bool
@@ -59,7 +59,7 @@ def presentation_order(
     Raises
     ------
     UserError
-        If a surface must follow itself, because it is the only one.
+        If immediate repetitions are forbidden, but there is only one surface.
     """
     if no_immediate_repeat and conditions == 1 and repetitions > 1:
         raise UserError(ALONE)
@@ -88,13 +88,13 @@ def practice_order(
     conditions, repetitions, stream
         See `presentation_order`.
     following : int or None
-        The first condition after the practice. If given, no condition follows itself, including at
-        the end of the practice. If None, immediate repeats are allowed.
+        First condition after the practice. If given, no condition is presented twice in a row,
+        including at the end of the practice. If None, immediate repeats are allowed.
 
     Raises
     ------
     UserError
-        If a surface must follow itself, because it is the only one.
+        If immediate repetitions are forbidden, but there is only one surface.
     """
     if following is not None and conditions == 1 and repetitions:
         raise UserError(ALONE)

@@ -20,7 +20,7 @@ class Stream:
     Parameters
     ----------
     *key : str or int
-        Parts that identify the purpose: seed, participant, task, and so on. Different keys give
+        Parts of the key, such as seed, participant and task. Different keys give
         independent streams.
 
     Examples
@@ -86,7 +86,7 @@ class Stream:
 def with_catch_steps(
     amplitudes: Sequence[float], catch_steps: int, stream: Stream
 ) -> list[tuple[float, float]]:
-    """Return the (before, after) steps of a descending series, including catch steps.
+    """Return the steps of a descending series as (before, after) pairs, with catch steps.
 
     In a catch step, the amplitude does not change. Catch steps may occur anywhere, including first
     and last, and all placements are equally likely.

@@ -24,7 +24,7 @@ def williams_square(size: int) -> list[list[int]]:
     Returns
     -------
     list of list of int
-        Rows with the numbers 0 to ``size - 1``.
+        Rows of condition numbers from 0 to ``size - 1``.
     """
     # 0, 1, n-1, 2, n-2, ...: neighbours differ by every amount once.
     first = [0, *((step + 1) // 2 if step % 2 else size - step // 2 for step in range(1, size))]
@@ -43,7 +43,7 @@ class Place:
     visit : int
         Index of the run among the participant's runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next position; otherwise all visits take the same position.
+        Whether each visit takes the next position. If False, all visits take the same position.
     """
 
     row: int
@@ -62,13 +62,13 @@ class Place:
 
 
 def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bool) -> int:
-    """Return the number of runs whose blocks together fill whole Williams squares."""
+    """Return the smallest number of runs whose blocks together fill whole Williams squares."""
     rows = len(williams_square(conditions))
     return rows // math.gcd(rows, _rows_drawn(conditions, repetitions, no_immediate_repeat))
 
 
 def _rows_drawn(conditions: int, repetitions: int, no_immediate_repeat: bool) -> int:
-    """Return the number of rows of Williams squares that a run uses."""
+    """Return how many rows of Williams squares a run uses."""
     # Without immediate repeats, two conditions alternate, so the first block determines the rest.
     return 1 if no_immediate_repeat and conditions == 2 else repetitions  # noqa: PLR2004 - said above
 
@@ -80,7 +80,7 @@ def williams_blocks(
     place: Place,
     no_immediate_repeat: bool,
 ) -> list[list[int]]:
-    """Return a run's share of the Williams squares that its group of runs fills.
+    """Return a run's blocks from the Williams squares that its group of runs shares.
 
     Each square has new random labels and a new random order of its rows. A run's blocks are
     successive rows, from the same square as far as possible.
