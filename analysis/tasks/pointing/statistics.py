@@ -165,7 +165,7 @@ def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
 
     def gain(name: str) -> MeanOrReason:
         if len(conditions) != 2:  # noqa: PLR2004
-            return NotComputed("there is only one feedback condition")
+            return NotComputed(f"two feedback conditions are compared; here: {len(conditions)}")
         first, second = (
             {each.participant: float(getattr(each, name)) for each in condition.people}
             for condition in conditions

@@ -96,7 +96,9 @@ def friction_threshold(
     change = rows[OTHER_FRICTION] - rows[TARGET_FRICTION]
     caught, known = rows["catch"], change.notna()
     if not (known & ~caught).any():
-        return NotComputed("no trial has measured friction in every interval")
+        return NotComputed(
+            "in no trial was friction measured for the target and for another surface"
+        )
     main = rows[known & ~caught]
     change = change[main.index]
     level = main["level_um_pp"]
