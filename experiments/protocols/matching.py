@@ -166,7 +166,7 @@ class _Run(IntervalTask[_Match]):
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
-        """Return the definition of a trial, which starts at random unless it is a catch trial."""
+        """Return the definition of a trial; only a catch trial has no random starting point."""
         options = self.options
         span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:

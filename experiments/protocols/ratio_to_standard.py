@@ -1,4 +1,4 @@
-"""Ratio judgements: participants compare the slipperiness of each surface with a standard.
+"""Ratio judgements: participants compare each surface's slipperiness with a standard's.
 
 Participants answer how many times as slippery as the standard a surface is. The ratios need no
 normalisation and are analysed as logarithms. Surfaces are presented in random order, mixed with

@@ -85,7 +85,7 @@ class Levels:
         return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
 
     def varied(self, levels: tuple[float, ...]) -> Varied | None:
-        """Return the varied stimulus at the first level, or None if no stimulus is varied."""
+        """Return the varied stimulus at the first level, or None if either is missing."""
         if not (self.vary and self.stimulus and levels):
             return None
         return self.stimulus.varied(self.vary, levels[0])
@@ -114,7 +114,7 @@ class Levels:
         Raises
         ------
         UserError
-            If the varied parameter is out of range.
+            If the level or a parameter of ``[stimulus]`` is out of range.
         """
         return self.varied((level,)) if self.vary else VirtualSurface(level=level)
 
@@ -126,7 +126,7 @@ class Levels:
             yield place, {"msg": f"{beyond} is beyond the plate's {limit}"}
 
     def unpresentable(self, place: Place, *levels: float) -> Iterator[Fault]:
-        """Yield an error with the reason for each level that cannot be presented."""
+        """Yield errors that state which levels cannot be presented, and why."""
         possible = []
         for level in levels:
             try:

@@ -72,7 +72,7 @@ class ParticipantKeys(FrozenTable):
         return self
 
     def texts(self) -> dict[str, str]:
-        """Return the key names shown on the screen, which replace the language's defaults."""
+        """Return the names of the keys and, if set, the use of touch, as texts of the screen."""
         again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
         named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:

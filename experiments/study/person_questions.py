@@ -29,7 +29,7 @@ Translated = Annotated[dict[str, Words], Field(min_length=1)]
 def distinct(
     value: tuple[str, ...] | dict[str, dict[str, str]] | None,
 ) -> tuple[str, ...] | dict[str, dict[str, str]] | None:
-    """Return the options. Raises ValueError unless they differ in every language."""
+    """Return the options. Raises `ValueError` if a language lacks an option or repeats one."""
     if isinstance(value, dict):
         spoken = {language for words in value.values() for language in words}
         lists = [[words.get(each) for words in value.values()] for each in sorted(spoken)]
@@ -138,7 +138,7 @@ class PersonQuestion(FrozenTable):
         return Ask(name=self.name, question=ChoiceQuestion(prompt=prompt, options=options))
 
     def levels(self, language: str) -> dict[str, str]:
-        """Return the label for each answer code; empty for a question about a number.
+        """Return the label for each answer code; empty for a question that asks for a number.
 
         If a label is not available in the language, it is returned in another language.
         """

@@ -171,7 +171,7 @@ class RunPlan:
         )
 
     def texts(self) -> Texts:
-        """Return all text shown to the participant, by key.
+        """Return the texts of screens and protocols in the run's language, by key.
 
         Raises
         ------
@@ -302,7 +302,7 @@ class RunPlan:
 
 
 def _spoken(steps: Steps) -> Steps:
-    """Yield the steps, with questions about numbers assigned to the operator."""
+    """Yield the steps; the operator types the answers to questions that ask for a number."""
     answer: Answer = None
     while True:
         try:

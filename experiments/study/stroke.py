@@ -111,7 +111,7 @@ class Stroke(FrozenTable):
     )
 
     def faults(self, plate: PlateSettings) -> Iterator[Fault]:
-        """Yield an error for each requirement whose sensor is missing."""
+        """Yield an error for each setting that depends on a missing sensor or setting."""
         position = bool(plate.position)
         if self.passive and not (position and self.speed_mm_s):
             message = "expected speed_mm_s, and a stage as position in [plate]"
