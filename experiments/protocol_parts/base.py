@@ -299,8 +299,8 @@ class Protocol:
         task collects the amplitudes.
     finest_level : callable, optional
         Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
-        in µm peak to peak, given the options and the context. The plate's tolerance
-        must be smaller than this difference.
+        in µm peak to peak, given the options and the context. The plate's tolerance must not
+        exceed this difference.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
@@ -318,7 +318,7 @@ class Protocol:
     Raises
     ------
     UserError
-        If the protocol's declaration is inconsistent.
+        If the protocol's declaration is invalid.
     """
 
     task: str
@@ -387,7 +387,7 @@ class Protocol:
         return self.title.format(q=quantity) if "{q." in self.title else self.title
 
     def for_task(self, options: Options) -> Protocol:
-        """Return a copy with the label and number of intervals set in a task's options."""
+        """Return a copy with the label and number of intervals for a task's options."""
         shown = self.intervals(options) if self.intervals else 0
         return replace(self, task=options.label or self.task, interval_columns=shown)
 
@@ -406,7 +406,7 @@ def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
     Raises
     ------
     UserError
-        If the language ships with Slipscale, but the protocol has no texts in this language.
+        If the language ships with Slipscale, but the protocol has texts only in other languages.
     """
     if protocol.texts and language not in (*protocol.texts, *languages()):
         return protocol.texts.get(ENGLISH) or next(iter(protocol.texts.values()))

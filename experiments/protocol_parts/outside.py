@@ -1,6 +1,6 @@
 """Report exceptions and invalid results of other packages' protocols as error messages.
 
-This module wraps every function of another package's protocol, so that error messages name the
+This module wraps the functions of another package's protocol, so that error messages name the
 package and the line.
 """
 
@@ -25,7 +25,7 @@ OVER = object()  # marks the end of the steps
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
-    """Wrap all functions of another package's protocol."""
+    """Wrap the functions of another package's protocol, except ``needs_position``."""
     named = protocol.named
 
     def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:

@@ -67,7 +67,7 @@ class SimulatedPerson(Protocol):
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """Noisy sensation strengths in this trial, from 0 to 100."""
+        """Sensation strengths (0 to 100) in this trial, plus noise."""
 
     def usual(self, level: float) -> float:
         """Return the usual sensation strength (0 to 100) at a level, as learned by the person."""

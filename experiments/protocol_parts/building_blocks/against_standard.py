@@ -89,7 +89,7 @@ class AgainstStandard(RatedSurfaces):
         yield from super().between()
 
     def standard(self, trial: Trial) -> Steps:
-        """Yield the steps that present the standard, if it is due before this trial."""
+        """Yield the steps that present the standard before a trial's own surface, if it is due."""
         surface = self.context.surface(self.against.standard_level)
         if self.against.in_each_trial:
             yield Present(surface=surface, trial=trial, interval=STANDARD)

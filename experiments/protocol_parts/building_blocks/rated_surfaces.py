@@ -187,7 +187,7 @@ class RatedSurfaces(Repeating[Presentation]):
             yield self.rest()
 
     def steps(self, *, practice: str, main: str) -> Steps:
-        """Yield all blocks, with instructions before practice and before the main trials."""
+        """Yield all blocks, with instructions before and after practice (if there is practice)."""
         texts, planned = self.context.texts, self.planned
         if planned[0][0].phase == "practice":
             yield Instruct(text=practice)

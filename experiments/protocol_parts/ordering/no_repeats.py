@@ -77,7 +77,7 @@ def _counts(each: int, kinds: int) -> _Counts:
 
 @dataclass(slots=True)
 class _Counts:
-    """Counts of the orders without equal neighbours that complete a partial order."""
+    """Counts of the orders without equal neighbours that extend an order of the first few kinds."""
 
     each: int
     kinds: int

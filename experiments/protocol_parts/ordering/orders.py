@@ -59,7 +59,8 @@ def presentation_order(
     Raises
     ------
     UserError
-        If immediate repetitions are forbidden, but there is only one surface.
+        If immediate repetitions are forbidden, and the only surface is presented more than once or
+        there are too many trials for "simple".
     """
     if no_immediate_repeat and conditions == 1 and repetitions > 1:
         raise UserError(ALONE)
@@ -94,7 +95,7 @@ def practice_order(
     Raises
     ------
     UserError
-        If immediate repetitions are forbidden, but there is only one surface.
+        If immediate repetitions are forbidden and there is practice, but only one surface.
     """
     if following is not None and conditions == 1 and repetitions:
         raise UserError(ALONE)
