@@ -25,7 +25,7 @@ OVER = object()  # marks the end of the steps
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
-    """Wrap the functions of another package's protocol, except ``needs_position``."""
+    """Wrap the functions of another package's protocol."""
     named = protocol.named
 
     def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:
@@ -48,7 +48,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
 
     optional: dict[str, Any] = {
         name: watched(getattr(protocol, name), name)
-        for name in ("finest_level", "check")
+        for name in ("finest_level", "check", "needs_position")
         if getattr(protocol, name) is not None
     }
     if (possible := protocol.possible_levels) is not None:

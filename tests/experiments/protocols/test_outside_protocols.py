@@ -214,6 +214,7 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ({"steps": lambda *_: [1, 2]}, "its steps are list, expected a generator"),
         ({"steps": lambda *_: (each for each in ("Present",))}, "its steps yield str, expected"),
         ({"steps": broken}, "its steps raised KeyError"),
+        ({"needs_position": broken}, "needs_position raised KeyError"),
         (
             {"possible_levels": lambda *_: (broken() for _ in "a")},
             "possible_levels raised KeyError",
