@@ -14,6 +14,7 @@ from fractions import Fraction
 from pathlib import Path
 
 from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.stimuli.quantity import Quantity
 
 #: Name of the shipped study that replicates the paper.
 STUDY = "biet2007"
@@ -75,9 +76,9 @@ def published_means() -> dict[float, float]:
     return {amplitude: float(row.mean) for amplitude, row in BY_AMPLITUDE.items()}
 
 
-def covers(amplitudes_um_pp: Iterable[object]) -> bool:
-    """Return whether Table III contains every amplitude."""
-    return set(amplitudes_um_pp) <= set(BY_AMPLITUDE)
+def covers(amplitudes_um_pp: Iterable[object], quantity: Quantity) -> bool:
+    """Return whether the levels are plate amplitudes that Table III contains."""
+    return quantity.of_plate and set(amplitudes_um_pp) <= set(BY_AMPLITUDE)
 
 
 def agrees(published: str, ours: float) -> bool:

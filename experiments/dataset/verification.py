@@ -150,6 +150,12 @@ def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Probl
             yield Problem(file=name, place=entry, what="differs from the journal")
 
 
+def _in_own_words(file: str, column: str) -> bool:
+    """Return whether Slipscale, and not the study, explains the codes of a column."""
+    of_study = file.startswith(("participants.json", "phenotype/"))
+    return not of_study or column in (*TAKEN, CONSENT)
+
+
 def _settled(content: object, file: str) -> dict[str, object]:
     """Return the entries that are the same in all versions, such as units and codes.
 
@@ -163,8 +169,7 @@ def _settled(content: object, file: str) -> dict[str, object]:
     columns = {name: part for name, part in content.items() if isinstance(part, dict)}
     return {name: content[name] for name in SETTLED if name in content} | {
         f"{name}: {key}": sorted(part[key])
-        if key == "Levels"
-        and (not file.startswith(("participants.json", "phenotype/")) or name in (*TAKEN, CONSENT))
+        if key == "Levels" and _in_own_words(file, name)
         else part[key]
         for name, part in columns.items()
         for key in ("Units", "Levels")

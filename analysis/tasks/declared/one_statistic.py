@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import chain
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 import pandas as pd
@@ -31,15 +30,17 @@ def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
     return []
 
 
-def _paragraphs(
-    names: list[list[str]], answers: list[list[str]], remarks: list[list[str]]
-) -> list[str]:
-    """Return each task's answers and remarks; with several tasks, remarks start with the name."""
-    texts = []
-    for (name,), own_answers, own_remarks in zip(names, answers, remarks, strict=True):
-        lead = f"{name}: " if len(names) > 1 else ""
-        texts += [*own_answers, *([lead + " ".join(own_remarks)] if own_remarks else [])]
-    return texts
+def _concluding(
+    answers: TaskTexts[T], remarks: TaskTexts[T], named: Callable[[T, Quantity], str] | None
+) -> TaskTexts[T]:
+    """Return the function for a task's answers and a paragraph of remarks, led by its name."""
+
+    def write(task: T, level: float, quantity: Quantity) -> list[str]:
+        further = " ".join(remarks(task, level, quantity))
+        lead = f"{named(task, quantity)}: " if named else ""
+        return [*answers(task, level, quantity), *([lead + further] if further else [])]
+
+    return write
 
 
 def _design(count: int, what: str) -> list[str]:
@@ -110,13 +111,14 @@ def of_one_statistic(
         found = analysis.inference.found(statistic)
         return [] if found is None else [question.format(q=analysis.dataset.quantity)]
 
-    def by_task(analysis: Analysis, write: TaskTexts[T]) -> list[list[str]]:
+    def written(analysis: Analysis, write: TaskTexts[T]) -> list[str]:
         level, quantity = analysis.dataset.choices.confidence, analysis.dataset.quantity
-        return [write(task, level, quantity) for task in results(analysis)]
+        return [text for task in results(analysis) for text in write(task, level, quantity)]
 
     def concluded(analysis: Analysis) -> dict[str, list[str]]:
-        names = by_task(analysis, lambda task, _level, quantity: [named(task, quantity)])
-        return {title: _paragraphs(names, by_task(analysis, answers), by_task(analysis, remarks))}
+        several = len(list(results(analysis))) > 1
+        of_task = _concluding(answers, remarks, named if several else None)
+        return {title: written(analysis, of_task)}
 
     def drawn(analysis: Analysis) -> Mapping[str, Figure]:
         own, quantity = analysis.dataset.of(trials), analysis.dataset.quantity
@@ -148,8 +150,8 @@ def of_one_statistic(
         statistics=(statistic,),
         questions=asked,
         design=lambda analysis: _design(len(analysis.dataset.of(trials)), what),
-        answers=lambda analysis: list(chain.from_iterable(by_task(analysis, answers))),
-        doubts=lambda analysis: list(chain.from_iterable(by_task(analysis, doubts))),
+        answers=lambda analysis: written(analysis, answers),
+        doubts=lambda analysis: written(analysis, doubts),
         sentences=concluded,
         sections=(section,),
         figures=drawn,

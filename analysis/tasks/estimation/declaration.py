@@ -120,7 +120,7 @@ def _figures(analysis: Analysis) -> Mapping[str, Figure]:
                 groups=_groups(analysis, prepared),
             )
         }
-    if not prepared.geometric or (quantity.of_plate and biet2007.covers(analysis.cells.columns)):
+    if not prepared.geometric or biet2007.covers(analysis.cells.columns, quantity):
         name = "table3" if prepared.geometric else "fig15"
         drawn[name] = figures.table3(analysis.cells, unit=unit, quantity=quantity)
     if inference.found(POWER_LAW) is not None:

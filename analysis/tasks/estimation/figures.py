@@ -161,7 +161,7 @@ def table3(
         zorder=4,
         label="arithmetic mean",
     )
-    if quantity.of_plate and biet2007.covers(cells.columns):
+    if biet2007.covers(cells.columns, quantity):
         paper = biet2007.published_means()
         axes.plot(
             amplitudes,

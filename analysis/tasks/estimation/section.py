@@ -86,7 +86,7 @@ def table3(analysis: Analysis) -> Markup:
     """Return Table III, with the published values if the paper covers all amplitudes."""
     quantity, convention = analysis.dataset.quantity, analysis.dataset.choices.standard_deviation
     paper = biet2007.BY_AMPLITUDE
-    beside = quantity.of_plate and biet2007.covers(analysis.table3["amplitude_um_pp"])
+    beside = biet2007.covers(analysis.table3["amplitude_um_pp"], quantity)
     titles, level = ("Mean", "Max. dev.", "SD"), 100 * analysis.dataset.choices.confidence
     first, interval_of = (quantity.title, quantity.short_unit), ("t-based", f"{level:g} % interval")
     columns = html.columns(first, "n", *titles, interval_of, "Median")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from slipscale.analysis.published.biet2007 import BY_AMPLITUDE, TABLE3, TABLE3_FILE, covers
 from slipscale.analysis.reconstruction.table.table_files import read
 from slipscale.experiments.participants.simulated_people import population
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 
 def test_reconstruction_reads_the_same_numbers():
@@ -22,6 +23,6 @@ def test_the_simulated_population_feels_as_table_iii_says():
 
 
 def test_published_values_are_shown_only_beside_the_papers_amplitudes():
-    assert covers([0.0, 1.2])
+    assert covers([0.0, 1.2], PLATE_AMPLITUDE)
     # 2.3 µm alone is in the paper, so its mean appeared beside those of another experiment.
-    assert not covers([0.6, 1.0, 1.5, 2.3])
+    assert not covers([0.6, 1.0, 1.5, 2.3], PLATE_AMPLITUDE)
