@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import sys
 from contextlib import ExitStack, contextmanager
+from datetime import date
 from functools import cache
 
 import portalocker
@@ -185,3 +186,33 @@ def without_models():
     yield
     for each, compute in slow.items():
         object.__setattr__(each, "compute", compute)
+
+
+PLATE_IN_VOLTS = """
+[identity]
+name = "screen"
+[wiring]
+backend = "{backend}"
+[quantity]
+name = "voltage"
+unit = "V"
+convention = "peak"
+[limits]
+voltage_v_peak = 130.0
+tolerance_v_peak = {tolerance_v_peak}
+"""
+
+
+@pytest.fixture
+def plate_in_volts(tmp_path):
+    """Write the signed file of a plate in V peak; ``plate_in_volts("mock")`` returns its path."""
+    from slipscale.hardware.plate_file import sign  # noqa: PLC0415
+
+    def make(backend, tolerance_v_peak=2.5):
+        path = tmp_path / "screen.toml"
+        text = PLATE_IN_VOLTS.format(backend=backend, tolerance_v_peak=tolerance_v_peak)
+        path.write_text(text, encoding="utf-8")
+        sign(path, beyond_by="A. Name", today=date(2026, 1, 1))
+        return path
+
+    return make

@@ -3,28 +3,13 @@
 import json
 import subprocess
 import sys
-from datetime import date
 
 import pytest
 
-from slipscale.hardware.plate_file import sign
 from tools.rehearsal.emulator_process import EmulatorProcess
 
 pytestmark = pytest.mark.clock
 
-SCREEN = """
-[identity]
-name = "screen"
-[wiring]
-backend = "mock"
-[quantity]
-name = "voltage"
-unit = "V"
-convention = "peak"
-[limits]
-voltage_v_peak = 130.0
-tolerance_v_peak = 2.0
-"""
 SCRIPT = """
 import json, sys
 from psychopy import plugins
@@ -67,14 +52,11 @@ def board():
         yield board
 
 
-def run_script(board, tmp_path, way):
+def run_script(board, tmp_path, way, plate):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")
-    file = tmp_path / "screen.toml"
-    file.write_text(SCREEN, encoding="utf-8")
-    sign(file, beyond_by="A. Name", today=date(2026, 1, 1))
     return subprocess.run(
-        [sys.executable, script, f"serial:{board.port}", way, file],
+        [sys.executable, script, f"serial:{board.port}", way, plate],
         capture_output=True,
         text=True,
         check=False,
@@ -86,8 +68,10 @@ def told(done):
     return [json.loads(line) for line in done.stdout.splitlines() if line[:1] in '{"']
 
 
-def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(board, tmp_path):
-    done = run_script(board, tmp_path, "end")
+def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(
+    board, tmp_path, plate_in_volts
+):
+    done = run_script(board, tmp_path, "end", plate_in_volts("mock", tolerance_v_peak=2.0))
     assert done.returncode == 0, done.stderr
     found, screen, refusal = told(done)
     assert found["class"] == "SlipscalePlate"
@@ -100,8 +84,8 @@ def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(board,
     assert not board.state()["vibrates"]
 
 
-def test_a_script_that_fails_leaves_the_plate_silent(board, tmp_path):
-    done = run_script(board, tmp_path, "error")
+def test_a_script_that_fails_leaves_the_plate_silent(board, tmp_path, plate_in_volts):
+    done = run_script(board, tmp_path, "error", plate_in_volts("mock", tolerance_v_peak=2.0))
     assert done.returncode == 1
     assert told(done)[0]["readback"] == pytest.approx(1.2, abs=0.03)
     assert not board.state()["vibrates"]

@@ -8,7 +8,6 @@ import signal
 import subprocess
 import sys
 import time
-from datetime import date
 from pathlib import Path
 
 import pandas as pd
@@ -18,7 +17,6 @@ from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.session.mailbox import LiveRequest, post, read_status
 from slipscale.experiments.study.file import study_text
-from slipscale.hardware.plate_file import sign
 
 pytestmark = [
     pytest.mark.clock,
@@ -269,19 +267,6 @@ practice = 0
 repetitions = 4
 scale_top = "none"
 """
-ELECTRO = """
-[identity]
-name = "electro"
-[wiring]
-backend = "serial"
-[quantity]
-name = "voltage"
-unit = "V"
-convention = "peak"
-[limits]
-voltage_v_peak = 130.0
-tolerance_v_peak = 2.5
-"""
 KILLED_IN_VOLTS = KILLED.replace("amplitudes_um_pp = [0.0, 1.2]", "voltages_v_peak = [0.0, 60.0]")
 KILLED_IN_VOLTS += """[quantity]
 name = "voltage"
@@ -325,14 +310,14 @@ def unfelt(records):
     reason="minutes; set SLIPSCALE_WINDOW_KILLS=1 (above, one kill while a number is typed)",
 )
 @pytest.mark.parametrize("in_volts", [False, True])
-def test_a_window_that_is_killed_anywhere_loses_no_answer(in_volts, start, emulate, tmp_path):
+def test_a_window_that_is_killed_anywhere_loses_no_answer(
+    in_volts, start, emulate, tmp_path, plate_in_volts
+):
     moments = list(MOMENTS.values())
     (tmp_path / "killed.toml").write_text(KILLED_IN_VOLTS if in_volts else KILLED)
     words = ["run", "killed.toml", "--participant", "01", "--windowed", "--out", "."]
     if in_volts:
-        plate = tmp_path / "electro.toml"
-        plate.write_text(ELECTRO)
-        sign(plate, beyond_by="A. Name", today=date(2026, 1, 1))
+        plate = plate_in_volts("serial")
         board = emulate("--plate", str(plate))
         words += ["--plate", f"serial:{board.port},plate={plate}", "--pilot"]
     hand = Hand(start(*words, folder=tmp_path), tmp_path)

@@ -83,26 +83,8 @@ def test_more_than_the_plate_may_is_refused(capsys):
     assert "--amplitude: 9, expected 0 to 2.5 µm peak to peak" in capsys.readouterr().err
 
 
-SCREEN = """
-[identity]
-name = "screen"
-[wiring]
-backend = "mock"
-[quantity]
-name = "voltage"
-unit = "V"
-convention = "peak"
-[limits]
-voltage_v_peak = 130.0
-tolerance_v_peak = 2.0
-"""
-
-
-def test_a_plate_in_volts_is_watched_in_volts(tmp_path, capsys):
-    path = tmp_path / "screen.toml"
-    path.write_text(SCREEN, encoding="utf-8")
-    sign = ["plate", "sign", str(path), "--beyond-shipped-limits", "--by", "A. Name"]
-    assert commands.main(sign) == 0
+def test_a_plate_in_volts_is_watched_in_volts(plate_in_volts, capsys):
+    path = plate_in_volts("mock", tolerance_v_peak=2.0)
     watch = ["plate", "watch", f"mock:plate={path}", "--seconds", "0.2", "--amplitude"]
     assert commands.main([*watch, "60"]) == 0
     assert "time s   V peak   0 " in capsys.readouterr().out

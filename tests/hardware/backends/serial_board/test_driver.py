@@ -8,7 +8,7 @@ import sys
 import time
 from contextlib import closing
 from dataclasses import replace
-from datetime import UTC, date, datetime
+from datetime import UTC, datetime
 
 import numpy as np
 import pytest
@@ -41,7 +41,6 @@ from slipscale.hardware.errors import (
 )
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.twin import Drive, Twin
-from slipscale.hardware.plate_file import sign
 from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
@@ -699,25 +698,8 @@ def test_a_status_with_another_voltage_than_the_calibrations_is_a_fault():
     check_status(replace(status, voltage_v=9.4), active, PlateLimits(), port="COM3")
 
 
-ELECTRO = """
-[identity]
-name = "electro"
-[wiring]
-backend = "serial"
-[quantity]
-name = "voltage"
-unit = "V"
-convention = "peak"
-[limits]
-voltage_v_peak = 130.0
-tolerance_v_peak = 2.5
-"""
-
-
-def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(emulate, tmp_path):
-    file = tmp_path / "electro.toml"
-    file.write_text(ELECTRO, encoding="utf-8")
-    sign(file, beyond_by="A. Name", today=date(2026, 1, 1))
+def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(emulate, plate_in_volts):
+    file = plate_in_volts("serial")
     board = emulate("--plate", str(file))
     with serial_plate(board, plate=file) as plate:
         made = plate.present(VirtualSurface(level=60.0))
