@@ -20,6 +20,7 @@ import pandas as pd
 from slipscale.analysis.reading.answer_codes import TRUE
 from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
 from slipscale.analysis.reading.delimited import Problems, Source, quantity_of
+from slipscale.analysis.reading.label_order import padded
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
     TaskTrials,
@@ -38,8 +39,9 @@ BEFORE_CONDITION = "task of all conditions"
 
 
 def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Group trials by task label."""
-    return [(str(task), own) for task, own in rows.groupby("task", sort=True)] if len(rows) else []
+    """Group trials by task label, with the numbers in labels in ascending order."""
+    groups = {str(task): own for task, own in rows.groupby("task")} if len(rows) else {}
+    return [(task, groups[task]) for task in sorted(groups, key=padded)]
 
 
 def empty(columns: tuple[str, ...]) -> pd.DataFrame:

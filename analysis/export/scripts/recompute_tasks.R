@@ -2,6 +2,16 @@
 # folder of recompute.R, recompute.R reads it and compares its results with numbers.csv.
 
 in_code_order <- function(values) sort(unique(values[!is.na(values)]), method = "radix")
+# Numbers in labels padded with zeros, so that sorting puts 80 before 320.
+padded <- function(labels) {
+  at <- gregexpr("[0-9]+(\\.[0-9]+)?", labels)
+  regmatches(labels, at) <- lapply(regmatches(labels, at), function(n) sprintf("%020.6f", as.numeric(n)))
+  labels
+}
+in_padded_order <- function(labels) {
+  labels <- unique(labels)
+  labels[order(padded(labels), method = "radix")]
+}
 numbers_first <- function(values) {
   labels <- unique(as.character(values))
   number <- suppressWarnings(as.numeric(labels))
@@ -234,7 +244,7 @@ population_of <- function(rows, curve, standard, confidence) {
 }
 
 thresholds <- function(choices, confidence, settings) {
-  tasks <- in_code_order(choices$task)
+  tasks <- in_padded_order(choices$task)
   unlist(lapply(seq_along(tasks), function(i) {
     rows <- choices[choices$task == tasks[i], ]
     method <- rows$method[1]
@@ -250,7 +260,7 @@ thresholds <- function(choices, confidence, settings) {
 # Exponent and Weber fraction of each task that has one, compared by Ekman's law.
 agreement <- function(choices, exponents, found, confidence) {
   out <- list()
-  tasks <- in_code_order(choices$task)
+  tasks <- in_padded_order(choices$task)
   for (i in seq_along(tasks)) {
     people <- in_code_order(choices$participant_id[choices$task == tasks[i]])
     names_there <- paste0("thresholds.", i - 1, ".participants.", seq_along(people) - 1, ".weber_fraction.value")
@@ -780,7 +790,7 @@ tasks <- function(settings, wanted, trials, logs) {
   }
   each <- function(rows, keys) {
     main <- unique(rows[!rows$catch, keys, drop = FALSE])
-    main <- main[do.call(order, c(unname(as.list(main)), method = "radix")), , drop = FALSE]
+    main <- main[do.call(order, c(list(padded(main$task)), unname(as.list(main)), method = "radix")), , drop = FALSE]
     lapply(seq_len(nrow(main)), function(i) rows[Reduce(`&`, lapply(keys, function(key) rows[[key]] == main[[key]][i])), ])
   }
   parts <- list(

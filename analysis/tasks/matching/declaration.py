@@ -45,7 +45,7 @@ TABULATED = (
 
 
 def _by_task(found: tuple[MatchedReference, ...]) -> list[Task]:
-    named = sorted({each.task for each in found})
+    named = dict.fromkeys(each.task for each in found)
     return [[each for each in found if each.task == name] for name in named]
 
 

@@ -17,9 +17,9 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.reading.answer_codes import own_answers
 from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reading.label_order import numbers_first
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.labels import numbers_first
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
+from slipscale.analysis.reading.label_order import numbers_first
 from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed
