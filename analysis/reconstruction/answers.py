@@ -41,11 +41,14 @@ class OrderStatistic:
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """Number of data sets under one SD convention and one rounding rule."""
+    """Number of data sets under one SD convention and one rounding rule.
+
+    `multisets` is None if they are not counted; `reason` then contains the reason.
+    """
 
     sd_convention: str
     rounding: str
-    multisets: int
+    multisets: int | None
     reason: str
 
 
@@ -139,8 +142,9 @@ class Across:
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
     """Return the results for a column. `variants` adds all SD conventions and rounding rules."""
+    counted = all_variants(solutions) if variants else ()
     if solutions.refused:
-        return _uncounted(solutions)
+        return _uncounted(solutions, counted)
     column, found = solutions.column, solutions.targets
     worth = solutions.consistent and worth_marginals(solutions)
     return ColumnAnswer(
@@ -159,12 +163,12 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
         order_statistics=(
             order_statistics(marginals(solutions, measure), column.scale) if worth else ()
         ),
-        variants=all_variants(solutions) if variants else (),
+        variants=counted,
         not_drawn=solutions.not_drawn if solutions.consistent else "",
     )
 
 
-def _uncounted(solutions: Solutions) -> ColumnAnswer:
+def _uncounted(solutions: Solutions, variants: tuple[Variant, ...]) -> ColumnAnswer:
     from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets  # noqa: PLC0415 - rare
 
     column, found = solutions.column, solutions.targets
@@ -181,6 +185,7 @@ def _uncounted(solutions: Solutions) -> ColumnAnswer:
         scale_is_printed=column.scale_is_printed,
         assumptions=tuple(assumptions(column)),
         sums=moments(solutions) if len(found.wanted) <= SHOWN_SUMS else (),
+        variants=variants,
         refused=solutions.refused,
         witness=tuple(float(column.scale.value(v)) for v in solutions.witness),
         log10_estimate=log10_multisets(found),
@@ -238,13 +243,15 @@ def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ..
 def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
     """Count the data sets under every combination of SD convention and rounding rule."""
     rows = []
-    known: dict[tuple[Wanted, ...], tuple[int, str]] = {}
+    known: dict[tuple[Wanted, ...], tuple[int | None, str]] = {}
     for convention in CONVENTIONS:
         for rule in RULES:
             other = solutions.under(convention, rule)
             # Rounding rules that admit the same sums admit the same data sets.
             if other.targets.wanted not in known or not other.targets.wanted:
-                known[other.targets.wanted] = (other.multisets, other.reason)
+                known[other.targets.wanted] = (
+                    (None, other.refused) if other.refused else (other.multisets, other.reason)
+                )
             count, reason = known[other.targets.wanted]
             rows.append(
                 Variant(sd_convention=convention, rounding=rule, multisets=count, reason=reason)

@@ -62,9 +62,9 @@ def _variant_json(variant: Variant) -> Json:
     return {
         "sd_convention": variant.sd_convention,
         "rounding": variant.rounding,
-        "consistent": variant.multisets > 0,
+        "consistent": None if variant.multisets is None else variant.multisets > 0,
         "reason": variant.reason,
-        "multisets": str(variant.multisets),
+        "multisets": None if variant.multisets is None else str(variant.multisets),
     }
 
 
@@ -206,6 +206,8 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
         yield f"  sorted ratings, range over all data sets: {'  '.join(ranges)}"
     for variant in answer.variants:
         verdict = f"{variant.multisets:,} multisets" if variant.multisets else variant.reason
+        if variant.multisets is None:
+            verdict = f"not counted: {variant.reason}"
         yield f"    {variant.sd_convention:<10} {variant.rounding:<10} {verdict}"
 
 

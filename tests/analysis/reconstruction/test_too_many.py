@@ -16,6 +16,7 @@ from slipscale.analysis.reconstruction.data_sets.constraints import targets, wit
 from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multisets
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed, witness
+from slipscale.analysis.reconstruction.report import column_json, column_lines
 from slipscale.analysis.reconstruction.table.rounding import Printed
 from slipscale.analysis.reconstruction.table.table_files import from_csv
 from slipscale.faults import UserError
@@ -103,6 +104,22 @@ def test_an_answer_without_a_count_has_a_witness_and_an_estimate(column):
     assert "1 min are allowed" in answer.refused
     assert sum(answer.witness) == 200 * 50
     assert 40 < answer.log10_estimate < 55
+
+
+@pytest.mark.parametrize("convention", ["sample", "population"])
+def test_a_convention_that_takes_too_long_is_not_counted_but_the_other_is(column, convention):
+    """An SD that divides by n admits more sums: 1.00 s instead of .95 s, of .98 s allowed."""
+    solutions = Solutions(column(40, "50.00", "10.00"), minutes=0.98 / 60)
+    answer = column_answer(solutions.under(convention, "nearest"), "multisets", variants=True)
+    assert {each.sd_convention for each in answer.variants if each.multisets} == {"sample"}
+    left = [each for each in answer.variants if each.multisets is None]
+    assert {each.sd_convention for each in left} == {"population"}
+    assert all("min are allowed" in each.reason for each in left)
+    lines = [line for line in column_lines(answer) if line.startswith("    population nearest")]
+    assert lines[0].split()[2:4] == ["not", "counted:"]
+    assert [each["consistent"] for each in column_json(answer)["variants"]] == 4 * [True] + 4 * [
+        None
+    ]
 
 
 def test_what_fits_no_table_is_counted_but_not_drawn(column):
