@@ -224,7 +224,8 @@ def with_plate_file(spec: str, wanted: str) -> str:
 def without_session_watchdog(spec: str) -> str:
     """Disable the session watchdog, which silences a plate that the session does not check.
 
-    This is required for scripts, and for calibrations in which a person reads an instrument.
+    The session watchdog must be disabled for scripts that do not check the plate regularly, and for
+    calibrations in which a person reads an instrument.
 
     >>> without_session_watchdog("serial:COM3")
     'serial:COM3,attention=0'

@@ -91,7 +91,7 @@ class Task:
         return list(islice(cycle(volts), number_of_samples_per_channel))
 
     def close(self) -> None:
-        """Release the output, which keeps its voltage."""
+        """Release the output without changing its voltage."""
         if self._reserves:
             TERMINALS.reserved = self._reserves = False
         TERMINALS.ask()

@@ -70,7 +70,7 @@ class Schedule:
         self._counts: Counter[str] = Counter()
 
     def add(self, injection: Injection) -> None:
-        """Add an injection that counts only the commands from now on."""
+        """Add a fault to inject, counting only commands after this call."""
         later = self._counts[injection.phase] + injection.n
         self._injections.append(Injection(injection.fault, injection.phase, later))
 
@@ -79,9 +79,9 @@ class Schedule:
         self._injections.clear()
 
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
-        """Count one command in a phase, and return the faults to inject at this command.
+        """Register a command of the given phase, and return the faults to inject at this command.
 
-        If ``everywhere`` is True, injections that apply to all phases count the command, too.
+        If ``everywhere`` is True, the command is also counted for faults without a phase.
         """
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)

@@ -69,7 +69,7 @@ class FunctionGenerator(PlateDriver):
     line : GeneratorLine
         Connection to the generator, not yet opened.
     clock : Clock
-        Clock for the times of readbacks.
+        Clock for the time stamps of readbacks.
     limits : PlateLimits
         Limits at the plate.
     calibration : Calibration
@@ -81,9 +81,10 @@ class FunctionGenerator(PlateDriver):
     channel : int
         The generator's channel, 1 or 2.
     dialect : Dialect
-        Commands of the generator's make; by default, the make is identified with ``*IDN?``.
+        Commands for this make of generator; by default, the make is identified with ``*IDN?``.
     drive : DriveOfLevel
-        Drive for a plate in a quantity other than µm; by default, taken from the calibration.
+        Drive voltage per level, for plates whose levels are not in µm; by default, taken from the
+        calibration.
 
     Raises
     ------

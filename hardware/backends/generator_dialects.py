@@ -82,8 +82,8 @@ class Dialect:
         Settings that must not change: sine wave, infinite load, volts peak to peak, and no offset,
         modulation, sweep or burst.
     frequency_hz, voltage_vpp, output : Item
-        Settings written for each presentation. `voltage_vpp` is the voltage at the generator's
-        output.
+        Settings sent to the generator for each presentation. `voltage_vpp` is the voltage at the
+        generator's output.
     ranges : tuple of VoltageRange
         Voltage ranges of the models. The first range with a matching pattern applies.
     attenuator : FixedSetting or None
@@ -110,7 +110,7 @@ class Dialect:
     error: str | None = "SYST:ERR?"
 
     def range_of(self, model: str) -> VoltageRange:
-        """Return the voltage range of a model; unknown models have the make's last range."""
+        """Return the voltage range of a model, or the last of `ranges` if the model is unknown."""
         return next((each for each in self.ranges if re.search(each.model, model)), self.ranges[-1])
 
 

@@ -4,9 +4,9 @@ Generators have no watchdog. After the first contact, the output is assumed to b
 generator confirms that it is off. If the connection is lost, the driver tries several times to
 reopen it and to switch the output off.
 
-A reset, a preset or a key on the front panel can change fixed settings: a load of 50 Ω doubles the
-voltage, and a modulation halves it. The fixed settings are therefore verified before and after each
-presentation.
+A reset, a preset or a key on the front panel can change fixed settings: a load setting of 50 Ω
+doubles the voltage, and modulation halves it. The fixed settings are therefore verified before and
+after each presentation.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class GeneratorOutput:
     channel : int
         Output channel, 1 or 2.
     chosen : Dialect or None
-        Commands of the generator's make. If None, the make is identified with ``*IDN?``.
+        Commands for this make of generator. If None, the make is identified with ``*IDN?``.
     """
 
     def __init__(self, line: GeneratorLine, channel: int, chosen: Dialect | None) -> None:
@@ -105,7 +105,7 @@ class GeneratorOutput:
 
     @property
     def smallest_vpp(self) -> float:
-        """Smallest voltage of the identified model, in V peak to peak."""
+        """Smallest voltage that the generator's model can output, in V peak to peak."""
         return (self.range or self.dialect.range_of("")).smallest_vpp
 
     def verify(self) -> None:

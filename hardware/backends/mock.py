@@ -113,7 +113,10 @@ class MockPlate(PlateDriver):
         self._lost = False  # The connection is lost, and the board has silenced the plate.
 
     def inject(self, fault: str, *, phase: str = "", n: int = 1) -> None:
-        """Inject a fault at the ``n``-th command from now in a phase ("": any phase but check)."""
+        """Inject a fault at the ``n``-th command of a phase, counted from now.
+
+        If ``phase`` is empty, commands of all phases except "check" are counted.
+        """
         if fault not in FAULTS or phase not in ("", *PHASES):
             raise ValueError(f"unknown fault '{fault}' or unknown phase '{phase}'")
         self._schedule.add(Injection(fault, phase, n))

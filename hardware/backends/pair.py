@@ -1,8 +1,9 @@
 """Drive two actuators on one plate, such as ultrasonic vibration and electrovibration.
 
-The SPEC is ``pair:FIRST+SECOND``, with the SPECs of two backends. A session treats the first
-actuator as the plate: surfaces, readback and limits refer to it. The second actuator holds
-`PlateDriver.second_level` during every surface, in its own quantity and within its own limits.
+The SPEC is ``pair:FIRST+SECOND``, where FIRST and SECOND are SPECs of backends. A session treats
+the first actuator as the plate: surfaces, readback and limits refer to it. The second actuator
+holds `PlateDriver.second_level` during every surface, in its own quantity and within its own
+limits.
 
 Both actuators are complete drivers, each with its own limits, watchdog and guard. A fault in either
 actuator switches off both, and *confirmed off* requires both to confirm.
@@ -48,11 +49,11 @@ class PlatePair(PlateDriver):
 
     @property
     def unfelt(self) -> bool:
-        """Whether a finger would feel nothing from at least one of the actuators."""
+        """Whether at least one actuator is simulated, so that a finger cannot feel it."""
         return self.first.unfelt or self.second.unfelt
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
-        """Check the second actuator's level, and that the first can present the surface."""
+        """Check that the second actuator supports its level, and the first the surface."""
         self.second.check_supported(VirtualSurface(level=self.second_level))
         return super().check_supported(surface, sensors=sensors)
 
@@ -139,7 +140,7 @@ def pair_of(spec: str) -> tuple[str, str]:
     Raises
     ------
     UserError
-        If the SPEC does not contain exactly two SPECs.
+        If the SPEC does not consist of two SPECs separated by ``+``.
     """
     specs = parts(spec)
     if len(specs) != 2 or not all(specs):  # noqa: PLR2004 - a pair

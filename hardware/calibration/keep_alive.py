@@ -24,7 +24,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     EOFError
         If standard input has ended.
     Exception
-        Any exception of ``alive``, without delay.
+        Any exception that ``alive`` raises, without waiting for the answer.
     """
     print(question, end="", flush=True)
     try:

@@ -85,8 +85,8 @@ def um_pp_from_velocity(velocity_mm_s_peak: float, frequency_hz: float) -> float
 def read_trace(path: Path) -> Trace:
     """Read an oscilloscope's CSV file.
 
-    Files from different makes of oscilloscope differ in their headers and first columns. In all of
-    them, the last two fields of each sample line are a time and a voltage. Lines before the first
+    Files from different makes of oscilloscope differ in their headers and first columns, but the
+    last two fields of each sample line are always a time and a voltage. Lines before the first
     sample are treated as the header.
 
     Raises
@@ -101,11 +101,11 @@ def read_trace(path: Path) -> Trace:
     numbered = [(number, _sample(line)) for number, line in enumerate(lines, start=1) if line]
     samples = list(dropwhile(lambda each: each[1] is None, numbered))
     if not samples:
-        raise ValueError("no line ends in a time and a voltage")
+        raise ValueError("no line ends with a time and a voltage")
     pairs = []
     for number, pair in samples:
         if pair is None:
-            raise ValueError(f"line {number} does not end in a time and a voltage")
+            raise ValueError(f"line {number} does not end with a time and a voltage")
         pairs.append(pair)
     times_s, volts_v = np.array(pairs).T
     return Trace(times_s=times_s, volts_v=volts_v)
@@ -170,7 +170,7 @@ def read_points(path: Path, *, mm_s_per_v: float | None = None) -> tuple[Point, 
     Parameters
     ----------
     path : Path
-        Path of the CSV file. Traces must be in the same folder.
+        Path of the CSV file. Paths of trace files are relative to the folder of the CSV file.
     mm_s_per_v : float
         Velocity in mm/s per volt of the vibrometer's output; required for traces.
 

@@ -37,8 +37,8 @@ VoltageConvention = Literal["V peak", "V peak-to-peak", "V RMS"]
 class Device(FrozenTable):
     """Calibrated device: its backend, its answer to ``*IDN?``, and the plate's number.
 
-    A board's serial number also identifies its plate. Plates driven by a generator can be
-    exchanged, so only the number `plate` identifies them.
+    A board's serial number also identifies its plate. A generator can drive any plate, so a plate
+    driven by a generator is identified only by its number, `plate`.
     """
 
     backend: str
@@ -177,7 +177,7 @@ class Calibration(FrozenTable):
         return apart / math.sqrt(len(readings)) / largest_um_pp
 
     def expected_um_pp(self, point: Point) -> float:
-        """Return the amplitude predicted for a point by resonance and gain, in µm p-p."""
+        """Return the amplitude in µm p-p that the fit predicts at the frequency and voltage."""
         resonance = self.resonance
         detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
         lost = math.hypot(1, 2 * resonance.quality_factor * detuning)

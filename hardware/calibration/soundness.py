@@ -160,7 +160,7 @@ def implausible(
 
 
 def mistake(ratio: float, amplifier_gain: float) -> str:
-    """Return the unit mistake that explains a ratio between two gains, or "".
+    """Return the unit error that would explain the ratio of two gains, or "" if there is none.
 
     >>> mistake(0.5, 1.0)
     'peak values mistaken for peak-to-peak values'

@@ -52,7 +52,7 @@ def add_arguments(parser: ArgumentParser) -> None:
         "--mm-s-per-volt",
         type=positive_number,
         metavar="MM_S",
-        help="with --csv and traces: velocity in mm/s per volt of the vibrometer's output",
+        help="for oscilloscope traces in --csv: velocity in mm/s per volt of the vibrometer output",
     )
     parser.add_argument(
         "--out",
@@ -222,7 +222,7 @@ def run(arguments: Namespace) -> int:
 
 
 def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_plate: bool) -> None:
-    """Raise `UserError` if the values are implausible for this plate, often due to a wrong unit."""
+    """Raise `UserError` if a value is implausible for this plate."""
     from slipscale.hardware.calibration.soundness import changed, implausible  # noqa: PLC0415
 
     expected = plate.plate_file.expected.model_dump() if plate.plate_file else {}
@@ -265,8 +265,8 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
     if given is not None and not math.isclose(given, plate.amplifier_gain):
         raise UserError(
             f"--amplifier-gain {given:g}: plate '{plate.name}' has a gain of "
-            f"{plate.amplifier_gain:g}; set the gain in the plate's SPEC "
-            "(scpi:RESOURCE,gain=...), which defines it for the drive and for the file"
+            f"{plate.amplifier_gain:g}; set the gain only in the plate's "
+            "SPEC (scpi:RESOURCE,gain=...); the calibration file uses the same gain"
         )
     return plate.amplifier_gain
 

@@ -143,11 +143,11 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{wanted['workspace_mm'][0]:g} x {wanted['workspace_mm'][1]:g} mm"
         ),
         "",
-        f"half wave from {low:.2f} mm (amplitude, eq. 37)",
+        f"half wavelength from {low:.2f} mm (shortest for this amplitude, eq. 37)",
         (
-            f"          to   {high:.2f} mm "
-            f"({result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko; "
-            f"{result['half_wave_max_printed_mm']:.2f} by eq. 38)"
+            f"                to   {high:.2f} mm (longest above "
+            f"{result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko beam; "
+            f"{result['half_wave_max_printed_mm']:.2f} mm by eq. 38)"
         ),
         (
             f"relative friction at this amplitude and a roughness of {wanted['roughness_um']:g} "
@@ -168,10 +168,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             "area of 1 cm² at any force, and hardly depend on frequency"
         ),
         "",
-        (
-            "                                      by the beam (µm peak)  "
-            "by finite elements (µm peak)"
-        ),
+        ("                                      beam model (µm peak)   finite elements (µm peak)"),
         (
             "plate     ceramics  size (mm)       λ/2 (mm)  kHz    µm     "
             "kHz    middle edge  admissible"
@@ -213,7 +210,8 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
         lines += [
             "",
             (
-                f"finer mesh, {fe['plate']}: {solution['resonance_hz'] / 1e3:.2f} kHz, µm peak: "
+                f"finer mesh, {fe['plate']}: resonance {solution['resonance_hz'] / 1e3:.2f} kHz, "
+                "amplitude in µm peak: "
                 + ", ".join(
                     f"{solution[f'amplitude_{place}_um_peak']:.2f} {words}"
                     for place, words in _PLACES.items()
@@ -247,9 +245,12 @@ def _solution_as_text(solution: dict[str, float] | None) -> str:
 
 def _why_none(result: dict[str, Any]) -> str:
     if result["half_wave_min_mm"] > result["half_wave_max_mm"]:
-        return "the required amplitude needs a longer half wave than the minimum frequency allows"
+        return (
+            "the required amplitude needs a longer half wavelength than the minimum frequency "
+            "allows"
+        )
     if not any(c["beam_admissible"] for c in result["candidates"]):
-        return "no available ceramic gives a half wave within the bounds"
+        return "no available ceramic gives a half wavelength within the bounds"
     return "the last column states why the finite-element model excludes each plate"
 
 

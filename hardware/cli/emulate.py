@@ -99,7 +99,8 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--no-dtr",
         action="store_true",
-        help=("do not signal when the host closes the line; then only the watchdog acts"),
+        help="do not restart the board when the host closes the port; only the watchdog then "
+        "switches the plate off",
     )
     parser.add_argument(
         "--log",

@@ -68,7 +68,10 @@ def add_sign(parser: ArgumentParser) -> None:
         help="acknowledge limits that are wider than the shipped ones",
     )
     parser.add_argument(
-        "--by", default="", metavar="NAME", help=("person responsible for the wider limits")
+        "--by",
+        default="",
+        metavar="NAME",
+        help="with --beyond-shipped-limits: name of the person responsible for these limits",
     )
 
 

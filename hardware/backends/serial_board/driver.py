@@ -77,7 +77,7 @@ class SerialBoard(PlateDriver):
     port : str
         Name of the serial port.
     clock : Clock
-        Clock for the times of readbacks. Time-outs use the computer's clock.
+        Clock for the time stamps of readbacks. Time-outs use the computer's clock.
     limits : PlateLimits
         Limits of the plate, which `connect` narrows to those of the board.
     calibration : Calibration
@@ -200,7 +200,7 @@ class SerialBoard(PlateDriver):
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
-        """Return the board's reading; for a list, allow the board time to correct the mean."""
+        """Return the board's reading; during a texture, first let the board correct the mean."""
         begun_s, active = self._machine.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":

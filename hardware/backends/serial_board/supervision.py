@@ -41,7 +41,10 @@ FOLLOWS = "FOLLOWS"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ActivePresentation:
-    """Presentation that the heartbeat checks. A new object is created for every presentation."""
+    """Current presentation, with which the board's status is regularly compared.
+
+    A new object is created for every presentation.
+    """
 
     level: float  # mean, for a texture
     state: str = "HOLD"

@@ -86,13 +86,14 @@ class SoundCard(PlateDriver):
     device : str
         Number or name of the device; "" is the system's default device.
     clock : Clock
-        Clock for the times of readbacks.
+        Clock for the time stamps of readbacks.
     limits : PlateLimits
-        Limits at the plate. The sampling rate may reduce the highest frequency.
+        Limits at the plate. If the sampling rate is low, the highest frequency is reduced.
     calibration : Calibration
         Calibration of the plate; required for surfaces, but not for `excite`.
     plate_file : PlateFile
-        Plate file, which is stored with the data; its ``amplifier_gain`` is the full scale.
+        Plate file, which is stored with the data; its ``amplifier_gain`` is the full-scale voltage
+        in V peak at the plate.
     full_scale_v : float
         Voltage of a full-scale sine at the plate in V peak; by default, from the calibration.
     rate_hz : float
@@ -102,12 +103,14 @@ class SoundCard(PlateDriver):
     attention_s : float
         Time without a command or `check` after which the carrier stops; 0 means never.
     drive : DriveOfLevel
-        Drive for a plate in a quantity other than µm; by default, taken from the calibration.
+        Drive voltage per level, for plates whose levels are not in µm; by default, taken from the
+        calibration.
 
     Raises
     ------
     UserError
-        If the full scale is unknown, if two sources disagree, or if the sampling rate is too low.
+        If the full-scale voltage is unknown, if two sources disagree, or if the sampling rate is
+        too low.
     """
 
     name = "sound"
@@ -256,7 +259,7 @@ class SoundCard(PlateDriver):
             self._machine.sleep(POLL_S)
 
     def _read_back(self) -> Readback:
-        """Return the level that the current carrier produces."""
+        """Return the level that corresponds to the present amplitude of the carrier."""
         self._attend()
         if self._level_drive is None:
             return Readback(level=None, kind="none", time_s=self.clock.now())

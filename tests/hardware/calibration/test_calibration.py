@@ -427,7 +427,7 @@ def test_a_gain_beside_the_drivers_is_refused_before_anything_is_driven(tmp_path
     out = tmp_path / "plate.toml"
     spec = ["--plate", "scpi:TCPIP::127.0.0.1::9::SOCKET,gain=1"]
     assert commands.main([*WORDS, *spec, "--amplifier-gain", "20", "--out", str(out)]) == 2
-    assert "has a gain of 1; set the gain in" in capsys.readouterr().err
+    assert "has a gain of 1; set the gain only in" in capsys.readouterr().err
     assert commands.main([*WORDS, "--amplifier-gain", "20", "--out", str(out)]) == 2
     assert "plate 'mock' has a gain of 1" in capsys.readouterr().err
     assert not out.exists()

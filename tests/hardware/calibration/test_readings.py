@@ -150,11 +150,11 @@ def test_a_plate_that_stands_still_reads_0(tmp_path):
         ),
         (
             ["sweep,frequency_hz,voltage_v,trace", "fine,30500,5,broken.csv"],
-            "line 2: trace is 'broken.csv': line 3 does not end in a time and a voltage",
+            "line 2: trace is 'broken.csv': line 3 does not end with a time and a voltage",
         ),
         (
             ["sweep,frequency_hz,voltage_v,trace", "fine,30500,5,readings.csv"],
-            "'readings.csv': no line ends in a time and a voltage",
+            "'readings.csv': no line ends with a time and a voltage",
         ),
     ],
 )

@@ -152,7 +152,7 @@ def test_impossible_brief_ends_with_status_1_and_the_reason(tmp_path, capsys):
         "[requirements]\namplitude_um_peak = 9.0\nnormal_force_n = 5\n", encoding="utf-8"
     )
     assert command(str(path)) == 1
-    assert "longer half wave than the minimum frequency allows" in capsys.readouterr().out
+    assert "longer half wavelength than the minimum frequency allows" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("one_mesh")
