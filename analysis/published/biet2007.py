@@ -82,10 +82,9 @@ def covers(amplitudes_um_pp: Iterable[object], quantity: Quantity) -> bool:
 
 
 def agrees(published: str, ours: float) -> bool:
-    """Return whether a computed value rounds to the printed number.
+    """Return whether a computed value rounds to the published number.
 
-    The printed number represents a closed interval of half a unit in the last place on either side,
-    so both half-up and half-even rounding agree.
+    A value exactly half-way between two published decimals agrees with both of them.
 
     >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
     (True, False)

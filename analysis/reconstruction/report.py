@@ -83,13 +83,13 @@ def across_json(answer: Across) -> Json:
 
 
 def printed_tests_json(found: Sequence[PrintedTestAnswer]) -> list[Json]:
-    """Convert the verdicts on printed tests to JSON data."""
+    """Convert the verdicts on published tests to JSON data."""
     return [_finite(asdict(one)) for one in found]
 
 
 def printed_test_lines(found: Sequence[PrintedTestAnswer]) -> list[str]:
-    """Format the verdicts on printed tests as lines of text."""
-    lines = ["Printed tests"] if found else []
+    """Format the verdicts on published tests as lines of text."""
+    lines = ["Published tests"] if found else []
     for one in found:
         lines.append(f"  {one.question}: {one.printed}: {one.verdict}")
         lines += [f"    {line}" for line in printed_test_details(one)]
@@ -100,22 +100,23 @@ def verdict(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAnswer])
     """Summarise the verdicts on all columns and tests in a few sentences."""
     none = [answer.label for answer in columns if answer.consistent is False]
     unknown = [answer.label for answer in columns if answer.consistent is None]
-    sentence = f"No ratings give the printed {_listed('column', none)}." if none else ""
+    sentence = f"No ratings give the published {_listed('column', none)}." if none else ""
     if not none and not unknown:
-        sentence = "Every printed column is possible."
+        sentence = "Every published column is possible."
     if unknown:
         sentence += (
-            f" It is undecided whether any ratings give the printed {_listed('column', unknown)}."
+            " It could not be determined whether any ratings give the published "
+            f"{_listed('column', unknown)}."
         )
     wrong = [one for one in tests if one.verdict == "impossible"]
     open_ = sum(one.verdict == "not decided" for one in tests)
     if wrong:
         named = "; ".join(f"{one.question}, {one.printed}" for one in wrong)
-        sentence += f" {len(wrong)} of {len(tests)} printed tests are impossible: {named}."
+        sentence += f" {len(wrong)} of {len(tests)} published tests are impossible: {named}."
     elif tests and not open_:
-        sentence += " Every printed test is possible."
+        sentence += " Every published test is possible."
     if open_:
-        sentence += f" {open_} of {len(tests)} printed tests were not decided."
+        sentence += f" {open_} of {len(tests)} published tests were not decided."
     return sentence.strip()
 
 
@@ -129,18 +130,21 @@ def verdict_lines(columns: Sequence[ColumnAnswer], tests: Sequence[PrintedTestAn
 
 
 def printed_test_details(one: PrintedTestAnswer) -> Iterator[str]:
-    """Yield the evidence for the verdict on a printed test."""
+    """Yield the evidence for the verdict on a published test."""
     yield one.reason
     if isfinite(one.low):
         high = outward(one.high, down=False)
         low = outward(one.low, down=True)
-        extent = f"between {low} and {high}" if isfinite(one.high) else f"of at least {low}"
-        yield f"every data set and pairing gives a value {extent}"
+        extent = f"between {low} and {high}" if isfinite(one.high) else f"at least {low}"
+        yield f"the value is {extent} for every data set and pairing"
     if one.pairs is not None:
-        yield f"{one.pairs_left:,} of {one.pairs:,} choices of sums and sums of squares match"
+        yield (
+            f"{one.pairs_left:,} of {one.pairs:,} combinations of sums and sums of squares can "
+            "give the published value"
+        )
     if one.correlation_low is not None:
         yield (
-            f"the printed value requires a correlation of {one.correlation_low:.3f} to "
+            f"the published value requires a correlation of {one.correlation_low:.3f} to "
             f"{one.correlation_high:.3f}"
         )
     if one.example:
@@ -183,7 +187,7 @@ def _finite_or_none(value: object) -> object:
 
 
 def column_lines(answer: ColumnAnswer) -> Iterator[str]:
-    """Yield lines of text about a column of whole ratings."""
+    """Yield lines of text about a column of discrete ratings."""
     yield f"{answer.label}  ({answer.sd_convention} SD, rounding: {answer.rounding})"
     yield f"  printed: {answer.printed}"
     yield f"  assumed: {'; '.join(answer.assumptions)}"
@@ -192,13 +196,15 @@ def column_lines(answer: ColumnAnswer) -> Iterator[str]:
     elif answer.multisets:
         yield f"  multisets        {answer.multisets:,}"
         if answer.ordered is None:
-            why = answer.not_drawn or "the count takes too long; use --measure ordered"
+            why = answer.not_drawn or "counting would take too long; use --measure ordered"
             yield f"  ordered samples  not counted, {why}"
         else:
             yield f"  ordered samples  {answer.ordered:,}"
         pairs = "; ".join(f"{s}, {q}" for s, q in answer.sums[:SHOWN_SUMS])
         more = len(answer.sums) - SHOWN_SUMS
-        yield f"  sum, sum of squares  {pairs}" + (f"; and {more} more pairs" if more > 0 else "")
+        yield f"  possible pairs of sum and sum of squares: {pairs}" + (
+            f"; and {more} more pairs" if more > 0 else ""
+        )
     else:
         yield f"  inconsistent: {answer.reason}"
     if answer.order_statistics:
@@ -237,7 +243,7 @@ def across_lines(answer: Across) -> list[str]:
     if answer.not_listed:
         named = ", ".join(answer.not_listed)
         bounds = "these bounds use only sums and sums of squares"
-        lines += [f"More than {LISTED:,} multisets in {named}: {bounds}", ""]
+        lines += [f"Too many multisets to list (limit: {LISTED:,}) for {named}: {bounds}", ""]
     if not answer.distributions:
         return lines
     first = answer.distributions[0]

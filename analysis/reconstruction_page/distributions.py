@@ -44,7 +44,10 @@ class Bands:
 
 
 def histogram(solutions: Solutions, samples: Array) -> Bands:
-    """Summarise the number of ratings per bar over samples (in steps above the scale minimum)."""
+    """Summarise how many ratings each bar of a histogram contains in the sampled data sets.
+
+    `samples` contains one data set per row, in steps above the scale minimum.
+    """
     scale = solutions.column.scale
     first, last = int(samples.min()), int(samples.max())
     width = -(-(last - first + 1) // BARS)
@@ -67,7 +70,10 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
 
 
 def cumulative(solutions: Solutions, samples: Array, measure: str) -> Bands:
-    """Summarise the cumulative proportion of ratings, exactly if quick, else from samples."""
+    """Summarise the cumulative proportion of ratings.
+
+    If an exact computation would be slow, the summary is estimated from samples.
+    """
     if worth_marginals(solutions):
         return _exact_cumulative(solutions, marginals(solutions, measure))
     values = np.arange(int(samples.min()), int(samples.max()) + 1)

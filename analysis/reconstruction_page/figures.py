@@ -20,9 +20,10 @@ SIZE = (5.2, 2.5)
 
 @styled
 def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Plot the number of ratings in each bar, with mean, 95 % band, smallest and largest value.
+    """Plot a histogram of ratings that shows the variation across data sets.
 
-    ``ends`` are the limits of the rating axis.
+    Each bar is the mean number of ratings across data sets. Lines show the 95 % band, and the
+    smallest and largest number. ``ends`` are the limits of the rating axis.
     """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)
@@ -38,7 +39,7 @@ def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
 
 @styled
 def cumulative_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
-    """Plot the cumulative proportion of ratings: mean, 95 % band, smallest and largest value."""
+    """Plot the cumulative proportion of ratings, with its 95 % band and range across data sets."""
     figure, axes = canvas(size=SIZE)
     at = bands.edges
 

@@ -50,7 +50,7 @@ class Source:
     columns : sequence of (Solutions, ColumnAnswer)
         Columns, each with its results.
     tests : sequence of PrintedTestAnswer
-        Verdicts on the printed tests.
+        Verdicts on the published tests.
     across : Across or None
         Results across columns, if they were requested.
     measure, seed : str, int
@@ -124,17 +124,17 @@ def _column(source: Source, place: int) -> html.ReportSection:
         return section
     up_to = cumulative(solutions, samples, source.measure)
     ends = _axis_ends(solutions, samples)
-    over = "all data sets" if up_to.exact else f"{DRAWN:,} uniformly drawn data sets"
+    over = "all data sets" if up_to.exact else f"{DRAWN:,} randomly selected data sets"
     section.blocks += [
         html.figure(
             svg(histogram_figure(histogram(solutions, samples), ends), salt=f"histogram{place}"),
             f"Number of participants (out of {solutions.column.n}) who gave each rating, in "
-            f"{DRAWN:,} uniformly drawn data sets.",
+            f"{DRAWN:,} randomly selected data sets.",
             f"Histogram of the ratings at {answer.label}, with 95 % bands",
         ),
         html.figure(
             svg(cumulative_figure(up_to, ends), salt=f"cumulative{place}"),
-            f"Proportion of ratings up to a value in {over}.",
+            f"Proportion of ratings at or below each value, in {over}.",
             f"Cumulative distribution of the ratings at {answer.label}, with 95 % bands",
         ),
     ]
@@ -168,7 +168,7 @@ def _axis_ends(solutions: Solutions, samples: Array) -> tuple[float, float]:
 ASK = (
     "Is n the number of ratings in each column, or are some ratings missing?",
     "What are the smallest and largest possible answers, and what is the step between answers?",
-    "Is the printed spread a sample SD, a population SD or a standard error?",
+    "Is the published spread a sample SD, a population SD or a standard error?",
     "Were numbers truncated, or rounded more than once?",
     "Can the raw ratings be shared?",
 )
@@ -176,22 +176,22 @@ MEANINGS = (
     (
         "GRIM",
         (
-            "checks the mean: the mean of n whole ratings is always a multiple of 1/n (Brown and "
+            "checks the mean: the mean of n integer ratings is always a multiple of 1/n (Brown and "
             "Heathers 2017)"
         ),
     ),
     (
         "GRIMMER",
         (
-            "checks the SD: the sum of squares of whole ratings is always a whole number (Anaya "
+            "checks the SD: the sum of squares of integer ratings is always a whole number (Anaya "
             "2016)"
         ),
     ),
     (
         "Multisets",
         (
-            "sets of ratings, in any order, that match all numbers printed for a column; if there "
-            "are none, the column is impossible"
+            "sets of ratings, in any order, that match all numbers published for a column; if "
+            "there are none, the column is impossible"
         ),
     ),
 )
@@ -222,12 +222,12 @@ def _verdict(source: Source) -> html.ReportSection:
 
 
 def _printed_tests(found: Sequence[PrintedTestAnswer]) -> html.ReportSection:
-    section = html.ReportSection("Printed tests")
+    section = html.ReportSection("Published tests")
     section.blocks.append(
         html.table(
-            html.columns("Test", "Printed", "Verdict", left=3),
+            html.columns("Test", "Published", "Verdict", left=3),
             [(one.question, one.printed, one.verdict) for one in found],
-            "Whether each printed test is possible, given all data sets and pairings.",
+            "Whether each published test is possible, given all data sets and pairings.",
         )
     )
     details = [

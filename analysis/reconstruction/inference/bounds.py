@@ -2,8 +2,8 @@
 
 A published table does not state which ratings in different columns are from the same participant,
 so bounds must hold for every pairing of ratings. A sharp bound is attained by data sets and a
-pairing that are returned with the bound. Other bounds are valid but may not be attained. For the
-paired t, see `extreme_t`. For the repeated-measures F, see `repeated_measures_f`.
+pairing that are returned with the bound. Other bounds are valid, but may be wider than necessary.
+For the paired t, see `extreme_t`. For the repeated-measures F, see `repeated_measures_f`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ class Range:
     low, high : float
         Bounds on the value.
     at_low, at_high : tuple of tuple of int
-        Tables that attain the bounds, with one row of steps per column. Empty if no table is known.
+        Tables of ratings that attain the bounds, with one row per column, in steps above the scale
+        minimum. Empty if no table is known.
     """
 
     low: float
@@ -43,7 +44,7 @@ class Range:
 
     @property
     def sharp(self) -> bool:
-        """Whether known tables attain both bounds."""
+        """Whether tables are known for both bounds."""
         return bool(self.at_low and self.at_high)
 
 
@@ -74,8 +75,8 @@ def larger(x: Array, y: Array) -> Range:
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
     """Return the largest r such that the r largest of `upper` can exceed the r smallest of `lower`.
 
-    Also returns a row of `upper` and a row of `lower` that attain r. Without these rows, r is only
-    an upper bound.
+    Also returns a row of `upper` and a row of `lower` for which this is the case. If no rows are
+    returned, r is only an upper bound.
     """
     n = upper.shape[1]
     shown, rows = 0, (upper[0], lower[0])

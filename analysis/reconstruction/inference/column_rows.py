@@ -1,8 +1,9 @@
 """Group the data sets of a column by sum and sum of squares.
 
-Sums and sums of squares follow directly from the printed numbers, but lists and samples require a
-count of data sets, which can be slow. If sums and sums of squares are sufficient, set `sums_first`.
-Data sets are then searched for only when they are needed.
+Possible sums and sums of squares follow directly from the published numbers. To list or sample data
+sets, they must be counted first, which can be slow. If sums and sums of squares are sufficient, set
+`sums_first`. With this setting, data sets are not counted, and a search finds single data sets when
+they are needed.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ class ColumnRows:
     solutions : Solutions
         Solutions of the column.
     sums_first : bool
-        Whether to derive sums and sums of squares from the printed numbers, without counting data
-        sets. Some of these sums may not occur in any data set.
+        Whether to derive sums and sums of squares from the published numbers, without counting
+        data sets. Some of these sums may not occur in any data set.
     """
 
     solutions: Solutions
@@ -43,7 +44,7 @@ class ColumnRows:
 
     @classmethod
     def quickest(cls, solutions: Solutions) -> ColumnRows:
-        """Return groups from a count if counting is quick, otherwise from the possible sums."""
+        """Return the groups of a column, with `sums_first` set unless counting is quick."""
         return cls(
             solutions,
             sums_first=bool(solutions.refused) or seconds_to_count(solutions.problems) > QUICK_S,
@@ -85,11 +86,14 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets that have the sum and sum of squares at index `place`."""
+        """Return the known data sets whose sum and sum of squares are ``moments[place]``."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets with the moments at index `place`; search for one if none is known."""
+        """Return data sets whose sum and sum of squares are ``moments[place]``.
+
+        If no such data set is known, a search tries to find one.
+        """
         rows = self.rows(place)
         if len(rows) or self.listed is not None:
             return rows

@@ -19,7 +19,7 @@ LEVEL = 0.05
 
 
 def require_comparable(columns: Sequence[Solutions]) -> None:
-    """Raise an error unless the columns can be ratings by the same participants.
+    """Check that there are two or more columns, all with the same n and the same scale.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def labels(columns: Sequence[Solutions]) -> list[str]:
 
 
 def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
-    """Return the logarithms of the printed amplitudes, keyed by column index."""
+    """Return the logarithms of the published amplitudes, keyed by column index."""
     return {
         place: log(solutions.column.amplitude_um_pp)
         for place, solutions in enumerate(columns)
@@ -52,7 +52,7 @@ def log_amplitudes(columns: Sequence[Solutions]) -> dict[int, float]:
 
 
 def values_of(solutions: Solutions, steps: Array) -> Array:
-    """Convert steps above the scale minimum to ratings."""
+    """Convert numbers of steps above the scale minimum to ratings."""
     scale = solutions.column.scale
     values: Array = float(scale.minimum) + float(scale.step) * np.asarray(steps)
     return values

@@ -1,7 +1,7 @@
 """Determine which conclusions hold in every data set consistent with a table.
 
-A conclusion contains a question, the range of answers over all data sets and pairings, and whether
-the answer is always the same.
+A conclusion consists of a question, the range of the answers across all data sets and pairings, and
+whether the answer is always the same.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Ratings = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The answers to one question over all data sets.
+    """The answers to one question across all possible data sets.
 
     Parameters
     ----------
@@ -55,13 +55,13 @@ class Conclusion:
     low, high : float
         Range of the statistic over all data sets and all pairings.
     p_low, p_high : float or None
-        Range of the p-value, or None without a test.
+        Range of the p-value, or None if there is no test.
     decided : bool
         Whether all data sets and pairings give the same answer.
     sharp : bool
-        Whether data sets attain both ends of the range.
+        Whether both ends of the range are known to occur.
     labels : tuple of str
-        Labels of the columns in the question.
+        Labels of the columns that the question is about.
     at_low, at_high : tuple of tuple of float
         Tables that attain the ends of the range, with one row of ratings per column and the same
         order of participants in all rows. Empty if no table is known.
@@ -167,7 +167,11 @@ def _concluded(
     found: Range,
     p: tuple[float, float] | None,
 ) -> Conclusion:
-    """Build a conclusion, which is decided if all p-values are on the same side of `LEVEL`."""
+    """Create a conclusion from the range of a statistic and the range of its p-value.
+
+    The conclusion is decided if all p-values are below `LEVEL`, if no p-value is below `LEVEL`, or
+    if there is no test.
+    """
     ps = p or (None, None)
     return Conclusion(
         ".".join([name, *labels(columns)]),

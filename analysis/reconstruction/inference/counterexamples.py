@@ -1,4 +1,4 @@
-"""Check every "impossible" verdict by searching for ratings that reproduce the printed test.
+"""Check the verdict "impossible" by searching for ratings that reproduce the published test.
 
 The search uses only the definitions of the statistics, so it is independent of the derivation that
 led to the verdict.
@@ -50,11 +50,11 @@ def why_not(extent: tuple[float, float]) -> str:
     """Explain why a test is impossible, given the bounds on its statistic (NaN if undefined)."""
     if isnan(extent[0]):
         return "the statistic is undefined for every data set, because its denominator is zero"
-    return "no sums, sums of squares and products of whole ratings can give the printed value"
+    return "no possible sums, sums of squares and sums of products give the published value"
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Search for ratings that reproduce a printed test. Return () if none are found."""
+    """Search for ratings that reproduce a published test. Return () if none are found."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:
@@ -82,7 +82,7 @@ def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Arra
 def _prints_by_definition(
     test: PrintedTest, values: Array, columns: Sequence[Array], n: Array
 ) -> Array:
-    """Return a mask of values that match the printed test. Undefined values (NaN) never match."""
+    """Return a mask of values that match the published test. Undefined values (NaN) never match."""
     defined = ~np.isnan(values)
     if test.kind in PAIRED:
         size = values if test.kind == "correlation" else np.abs(values)

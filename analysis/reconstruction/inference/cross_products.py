@@ -1,12 +1,12 @@
 """Bound the sum of cross products, which is unknown if the pairing of ratings is unknown.
 
-For k columns of the same n participants, C is the sum of the products of all pairs of columns, with
-ratings in steps. C, sums and sums of squares together determine the paired t, Pearson's r and the
-repeated-measures F. For each pair of columns, the sum of products is largest if both are sorted in
-the same order, and smallest if they are sorted in opposite order (rearrangement inequality). If the
-data sets are not listed, the Cauchy-Schwarz inequality gives bounds on C. To decide whether an
-intermediate value occurs, ratings are exchanged between participants and, for small n, all pairings
-are tried.
+For k columns of the same n participants, the sum of cross products is the sum of the products of
+all pairs of columns, with ratings in steps above the scale minimum. Together with the sums and sums
+of squares, it determines the paired t, Pearson's r and the repeated-measures F. For each pair of
+columns, the sum of products is largest if both are sorted in the same order, and smallest if they
+are sorted in opposite order (rearrangement inequality). If the data sets are not listed, bounds
+follow from the Cauchy-Schwarz inequality. To decide whether an intermediate value occurs, ratings
+are exchanged between participants and, for small n, all pairings are tried.
 """
 
 from __future__ import annotations
@@ -42,18 +42,18 @@ ORDERED = 8
 
 @dataclass(frozen=True)
 class Choices:
-    """The choices of one sum and one sum of squares per column, with bounds on C for each choice.
+    """Combinations of one sum and one sum of squares per column, with the bounds that they imply.
 
     Parameters
     ----------
     places : ndarray of int, shape (choices, columns)
-        Index of each column's pair of sum and sum of squares.
+        Index of the pair (sum, sum of squares) of each column.
     sums, squares : ndarray of int, shape (choices, columns)
-        Sums and sums of squares, in steps above the minimum.
+        Sums and sums of squares, in steps above the scale minimum.
     least, most : ndarray of int, shape (choices,)
-        Bounds on the sum of cross products C over all pairings.
+        Bounds on the sum of cross products over all pairings.
     complete : bool
-        Whether all choices are included. If False, the choices are a random selection.
+        Whether all combinations are included. If False, only a random selection is included.
     n : int
         Number of participants.
     """
@@ -67,7 +67,7 @@ class Choices:
     n: int
 
     def error(self, cross: Array) -> Array:
-        """Return the error sum of squares for each C, multiplied by n k."""
+        """Return the error sum of squares for each sum of cross products, multiplied by n k."""
         k = self.sums.shape[1]
         squares = self.squares.sum(axis=1)
         found: Array = self.n * (k - 1) * squares - self.between - 2 * self.n * cross
@@ -90,7 +90,10 @@ def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
 
 
 def choices(columns: Sequence[ColumnRows]) -> Choices:
-    """Return all choices with bounds on C, or a random selection if there are too many."""
+    """Return combinations of sums and sums of squares, with bounds on the sum of cross products.
+
+    If there are too many combinations, a random selection is returned.
+    """
     n, k = columns[0].n, len(columns)
     places, complete = every_place([len(column.moments) for column in columns])
     moments = [np.array(column.moments, dtype=np.int64).reshape(-1, 2) for column in columns]
@@ -111,7 +114,7 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
 
 
 def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array]:
-    """Return bounds on the sum of products of two columns, for each choice of moments."""
+    """Return bounds on the sum of products of two columns, for each row of `places`."""
     if a.listed is not None and b.listed is not None and len(a.listed) * len(b.listed) <= SEARCHED:
         pairs, at = np.unique(places, axis=0, return_inverse=True)
         low, high = np.empty(len(pairs), np.int64), np.empty(len(pairs), np.int64)
@@ -142,19 +145,19 @@ def example(
     wanted: tuple[Array, Array],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Search for a pairing with C in an interval. Return () if none is found.
+    """Search for ratings with a given sum of cross products. Return () if none are found.
 
     Parameters
     ----------
     columns : sequence of ColumnRows
         The data sets of each column.
     found : Choices
-        Choices of moments.
+        Combinations of sums and sums of squares.
     wanted : tuple of ndarray of int
-        Smallest and largest sum of cross products C for each choice. Choices whose smallest C
-        exceeds the largest C are excluded.
+        Smallest and largest acceptable sum of cross products for each combination. A combination is
+        skipped if its smallest value exceeds its largest value.
     generator : numpy.random.Generator
-        Random generator for selecting data sets and starting pairings.
+        Random generator for selecting data sets and initial pairings.
     """
     width = wanted[1] - wanted[0]
     usable = np.flatnonzero(width >= 0)
@@ -176,16 +179,17 @@ def example(
 
 
 def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Array]:
-    """Yield three pairings to start from: same order, alternating opposite orders, and random."""
+    """Yield three initial pairings: same order, alternating opposite orders, and random."""
     yield np.array([np.sort(row) for row in table])
     yield np.array([np.sort(row)[:: 1 if place % 2 else -1] for place, row in enumerate(table)])
     yield np.array([generator.permutation(row) for row in table])
 
 
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
-    """Rearrange a table so that C lies in an interval. Return None if the search fails.
+    """Exchange ratings until the sum of cross products lies between `low` and `high`.
 
-    Each step exchanges two ratings of a column, chosen so that C comes closest to the interval.
+    Each step exchanges two ratings of a column, chosen so that the sum of cross products comes
+    closest to the nearer of these limits. Returns None if the search fails.
     """
     k, n = table.shape
     for _ in range(n * n * k):
@@ -213,9 +217,10 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
 def every(
     columns: Sequence[ColumnRows], found: Choices, wanted: tuple[Array, Array]
 ) -> tuple[Array, ...] | None:
-    """Try all pairings of all data sets to find C in an interval. Return () if none has it.
+    """Try all pairings of all data sets until the sum of cross products is acceptable.
 
-    Returns None if there are too many pairings to try.
+    For `found` and `wanted`, see `example`. Returns () if no pairing has an acceptable sum of cross
+    products, and None if there are too many pairings to try.
     """
     n = found.n
     usable = np.flatnonzero(wanted[0] <= wanted[1])

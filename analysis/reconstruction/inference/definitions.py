@@ -1,7 +1,8 @@
 """Compute test statistics of ratings directly from their definitions.
 
-Verdicts are derived from sums, sums of squares and sums of products. This module does not use these
-sums, so it independently checks examples and counterexamples.
+Verdicts are derived from sums, sums of squares and sums of products. In contrast, this module
+computes statistics from the ratings themselves, so that it provides an independent check of
+examples and counterexamples.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Estimate distributions of test statistics over all data sets, for three kinds of pairing.
 
-Each sample contains one data set per column, drawn uniformly. The columns are paired in three ways:
-at random, with the least favourable pairing, and with the most favourable pairing. The extreme
-pairings are exact or found by a search.
+Each sample contains one data set per column, selected uniformly at random. The columns are paired
+in three ways: at random, with the least favourable pairing, and with the most favourable pairing.
+The extreme pairings are computed exactly if possible, and otherwise by a heuristic.
 """
 
 from __future__ import annotations
@@ -55,11 +55,11 @@ class Distribution:
     pairing : {"random", "least favourable", "most favourable"}
         Way in which ratings are paired. The least favourable pairing gives the smallest statistic.
     method : {"drawn", "exact", "heuristic"}
-        Whether the pairing is random ("drawn"), the exact extreme ("exact"), or the most extreme
-        one found ("heuristic").
+        Whether the pairing is random ("drawn"), the most extreme pairing possible ("exact"), or the
+        most extreme pairing that a heuristic found ("heuristic").
     quantiles : tuple of (float, float)
         Pairs of probability and quantile. The quantiles for probabilities 0 and 1 are the smallest
-        and largest value drawn.
+        and largest sampled value.
     significant : float or None
         Proportion of samples with p < 0.05, or None if the statistic has no test.
     samples, seed, measure : int, int, str
@@ -79,7 +79,7 @@ class Distribution:
 
 @dataclass(frozen=True)
 class _Question:
-    """A statistic with its test, and functions that return its extreme pairings."""
+    """A statistic, its test, and functions that pair ratings to minimise or maximise it."""
 
     name: str
     words: str

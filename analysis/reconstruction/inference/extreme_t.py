@@ -2,9 +2,10 @@
 
 For fixed sums and sums of squares, t depends only on the sum of products. The sum of products is
 largest if both columns are sorted in the same order, and smallest if they are sorted in opposite
-order. Among many data sets, the sum is largest for the two standardised columns that are closest to
-each other, which a nearest-neighbour search finds. If no data sets are listed, bounds on t follow
-from sums and sums of squares by the Cauchy-Schwarz inequality.
+order. If the columns have many possible data sets, a nearest-neighbour search finds the pair with
+the largest sum of products, because this is the pair with the smallest distance between the
+standardised data sets. If data sets are not listed, bounds on t follow from sums and sums of
+squares by the Cauchy-Schwarz inequality.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ BLOCK = 2048
 
 @dataclass(frozen=True)
 class _Rows:
-    """The data sets of a column with the same sum and sum of squares."""
+    """Data sets of one column that have the same sum and the same sum of squares."""
 
     rows: Array
     total: int
@@ -35,7 +36,7 @@ class _Rows:
 
     @property
     def root(self) -> float:
-        """Square root of n times the sum of squared deviations."""
+        """The value of sqrt(n * sum of squared deviations)."""
         return sqrt(self.rows.shape[1] * self.squares - self.total**2)
 
 
@@ -43,8 +44,9 @@ def paired_t(x: Array, y: Array) -> Range:
     """Return the range of the paired t of y - x over all data sets and pairings.
 
     All combinations of sums and sums of squares are examined, except those that cannot widen the
-    range because of the Cauchy-Schwarz inequality. If lists are too long for a nearest-neighbour
-    search, the bounds on t follow from this inequality, and no table that attains them is returned.
+    range because of the Cauchy-Schwarz inequality. If the lists are too long for a
+    nearest-neighbour search, the bounds on t are computed from this inequality, and the tables of
+    the result are empty.
 
     Parameters
     ----------
@@ -103,7 +105,7 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
 
 
 def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
-    """Return for each sum the range of the root of n times the sum of squared deviations."""
+    """Return each sum with its range of sqrt(n * sum of squared deviations)."""
     ends: dict[int, tuple[float, float]] = {}
     for total, squares in moments:
         root = sqrt(n * squares - total**2)
@@ -137,10 +139,10 @@ def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
 
 
 def most_alike_rows(x: Array, y: Array, *, same: bool) -> tuple[Array, Array]:
-    """Return the row of `x` and the row of `y` whose sum of products is extreme.
+    """Return the row of `x` and the row of `y` with the largest or smallest sum of products.
 
-    The sum is the largest one if `same` is True, otherwise the smallest one. All rows of `x` must
-    have the same sum and the same sum of squares, and this also applies to `y`.
+    The sum of products is maximised if `same` is True, and minimised otherwise. All rows of `x`
+    must have the same sum and the same sum of squares, and so must all rows of `y`.
     """
     if len(x) * len(y) <= SEARCHED:
         # Whole numbers below 2^53 are exact in floating point.

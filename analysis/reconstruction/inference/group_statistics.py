@@ -1,4 +1,4 @@
-"""Compute test statistics of independent groups, and compare them with printed tests."""
+"""Compute test statistics of independent groups, and compare them with published tests."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ if TYPE_CHECKING:
 
 
 def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tuple[Array, Array]:
-    """Return the statistic and p (F: upper tail, t: two-sided) for each choice of moments."""
+    """Return the test statistic and p for each row of `means` and `variances`.
+
+    The p-value is the upper-tail probability of F, or the two-sided p of t.
+    """
     from scipy.stats import f as fisher  # noqa: PLC0415 - SciPy takes longer than the counts
     from scipy.stats import t as student  # noqa: PLC0415
 
@@ -44,7 +47,7 @@ def of_groups(test: PrintedTest, means: Array, variances: Array, n: Array) -> tu
 
 
 def prints(test: PrintedTest, values: Array, p: Array, n: Array) -> Array:
-    """Return a mask of the statistics and p-values that match the printed test."""
+    """Return a mask of the statistics and p-values that match the published test."""
     low, high = p_between(test)
     left = fits(p * test.sides / 2 if test.kind != "one_way_f" else p, (low, high))
     if test.p_below is not None:

@@ -1,4 +1,4 @@
-"""Check tests that are printed for independent groups, using n, sums and sums of squares."""
+"""Check published tests of independent groups, using n, sums and sums of squares."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Check a test that is printed for independent groups, counting data sets only if necessary."""
+    """Check a published test of independent groups, counting data sets only if necessary."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -71,7 +71,11 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
 
 
 def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
-    """Check a test by its extreme values, because there are too many choices to examine."""
+    """Check whether a published test lies outside the bounds on its statistic.
+
+    This function is used if there are too many combinations of sums and sums of squares to examine
+    each of them.
+    """
     groups = [group_of(solutions) for solutions in case.columns]
     if case.test.kind == "one_way_f":
         extent = range_of_f(groups)

@@ -1,8 +1,8 @@
 """Compute t, Welch's t and F for columns from different participants, over all data sets.
 
 Statistics of independent groups depend only on n, sums and sums of squares. The ranges therefore
-cover all pairs of sum and sum of squares that occur in a data set. If counting is slow, they cover
-all pairs that the printed numbers allow.
+cover all pairs of sum and sum of squares that occur in a data set. If counting data sets is slow,
+the ranges cover all pairs that the published numbers allow.
 """
 
 from __future__ import annotations
@@ -58,7 +58,11 @@ def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def group_of(solutions: Solutions) -> Group:
-    """Return a column's possible means and variances, without counting if counting is slow."""
+    """Return the possible means and variances of a column.
+
+    If counting data sets is slow, the means and variances are derived from the published numbers
+    alone. In this case, some of them may not occur in any data set.
+    """
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
     complete = len(pairs) <= ALL_OF
@@ -87,7 +91,7 @@ def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array,
     rows : sequence of ColumnRows
         The groups.
     places : ndarray of int, shape (choices, groups)
-        Index of each group's pair of sum and sum of squares.
+        Index of the pair (sum, sum of squares) of each group.
     """
     found = [
         _means_and_variances(row.solutions.column, row.moments)[:, places[:, j]]
@@ -107,7 +111,10 @@ def _means_and_variances(column: Column, pairs: Sequence[tuple[int, int]]) -> Ar
 
 
 def students_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Student's t for b minus a, and its degrees of freedom, for all pairs of moments."""
+    """Return Student's t for b minus a, and its degrees of freedom.
+
+    Rows are the possible means and variances of `a`, and columns are those of `b`.
+    """
     degrees = a.n + b.n - 2
     pooled = ((a.n - 1) * a.variance[:, None] + (b.n - 1) * b.variance) / degrees
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(pooled * (1 / a.n + 1 / b.n)))
@@ -115,7 +122,10 @@ def students_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
-    """Return Welch's t for b minus a, and its degrees of freedom, for all pairs of moments."""
+    """Return Welch's t for b minus a, and its degrees of freedom.
+
+    Rows are the possible means and variances of `a`, and columns are those of `b`.
+    """
     of_a, of_b = a.variance[:, None] / a.n, b.variance / b.n
     t = _ratio(b.mean - a.mean[:, None], np.sqrt(of_a + of_b))
     bottom = of_a**2 / (a.n - 1) + of_b**2 / (b.n - 1)
@@ -124,7 +134,7 @@ def welchs_t(a: Group, b: Group) -> tuple[Array, Array]:
 
 
 def _students_t(a: Group, b: Group) -> Conclusion:
-    words = f"independent t({a.n + b.n - 2}) of {b.label} minus {a.label}"
+    words = f"independent-samples t({a.n + b.n - 2}) of {b.label} minus {a.label}"
     return _conclusion("student_t", words, (a, b), *students_t(a, b))
 
 
@@ -169,7 +179,10 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
-    """Return the conclusion on the one-way F, which is sharp if each column has only one sum."""
+    """Return the conclusion of the one-way F test.
+
+    Its bounds are known to be attained only if every column has a single possible sum.
+    """
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(groups), sum(group.n for group in groups)
@@ -184,11 +197,11 @@ def _one_way_f(groups: Sequence[Group]) -> Conclusion:
 
 
 def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
-    """Return the means with the smallest and largest weighted variance.
+    """Choose the group means that minimise, and those that maximise, their weighted variance.
 
-    The weighted sum of squared distances from the weighted mean is convex in the means. This sum is
-    largest if all means are at ends of their ranges, and smallest if each mean is as close as
-    possible to a common centre.
+    The weighted sum of squared distances from the weighted mean is a convex function of the means.
+    It is largest if every mean is at an end of its range, and smallest if every mean is as close to
+    a common centre as possible.
 
     Parameters
     ----------
@@ -199,9 +212,10 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
 
     Returns
     -------
-    tuple of (ndarray, float)
-        The means and the weighted sum of squares, for the smallest and for the largest sum of
-        squares.
+    smallest : tuple of (ndarray, float)
+        Means with the smallest weighted variance, and their weighted sum of squares.
+    largest : tuple of (ndarray, float)
+        Means with the largest weighted variance, and their weighted sum of squares.
     """
     corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(len(ends), -1)
     centres = weights @ corners / weights.sum()

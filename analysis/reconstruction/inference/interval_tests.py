@@ -1,10 +1,11 @@
-"""Check tests that are printed for columns of continuous values.
+"""Check published tests of columns of continuous values.
 
-Each statistic is a continuous function of means, SDs and, for paired columns, correlations. A
-statistic takes every value between its extremes over the printed intervals, and no other value. A
-printed test outside these extremes is impossible. For all other tests, a search follows a path from
-values with the smallest statistic to values with the largest statistic. Every example that is found
-is checked against the definition of the statistic. Without an example, the test remains undecided.
+Each statistic is a continuous function of means, SDs and, for paired columns, correlations. Within
+the intervals that the published numbers allow, the statistic takes every value between its minimum
+and its maximum. A published test with a statistic outside this range is impossible. For all other
+tests, a search changes the values gradually, starting with the smallest statistic and ending with
+the largest, until the statistic agrees with the published test. Every example that is found is
+checked against the definition of the statistic. Without an example, the test remains undecided.
 """
 
 from __future__ import annotations
@@ -42,13 +43,13 @@ PATHS = 10
 
 
 def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestAnswer:
-    """Check whether continuous values can reproduce a printed test.
+    """Check whether continuous values can reproduce a published test.
 
     Raises
     ------
     UserError
-        If the test compares two columns but does not say which of several, or if paired columns
-        differ in n.
+        If a test of two columns does not name them and the table does not have exactly two columns,
+        or if paired columns differ in n.
     """
     chosen = chosen_columns(test, [(c.label, c) for c in columns])
     if test.kind in PAIRED and len({c.n for c in chosen}) > 1:
@@ -63,9 +64,7 @@ def answer(test: PrintedTest, columns: Sequence[IntervalColumn]) -> PrintedTestA
         low <= extent[1] * (1 + SLACK) + SLACK and high >= extent[0] * (1 - SLACK) - SLACK
         for low, high in allowed
     ):
-        reason = (
-            "no means, SDs and correlations within the printed intervals give the printed value"
-        )
+        reason = "no possible means, SDs and correlations give the published value"
         return _said(test, chosen, "impossible", reason, extent=extent)
     for seed in range(PATHS):
         for window in allowed:
@@ -134,7 +133,7 @@ def _example(
     window: tuple[float, float],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Search a path between the statistic's extremes for values that reproduce a printed test."""
+    """Search for values that reproduce a published test. Return () if none are found."""
     path = _Path(test, columns, generator)
     grid = np.linspace(0, 1, PLACES)
     values = np.array([path.value(at) for at in grid])
@@ -159,7 +158,7 @@ def _example(
 
 
 class _Path:
-    """A continuous path from columns with the smallest statistic to those with the largest."""
+    """Columns that change continuously from the smallest to the largest value of a statistic."""
 
     def __init__(
         self, test: PrintedTest, columns: Sequence[IntervalColumn], generator: np.random.Generator
@@ -182,7 +181,7 @@ class _Path:
         self.shapes = first, last
 
     def rows(self, at: float) -> list[Array]:
-        """Return the columns at a point on the path, from 0 (start) to 1 (end)."""
+        """Return the columns at a position from 0 (smallest statistic) to 1 (largest statistic)."""
         means = self.means[0] + at * (self.means[1] - self.means[0])
         sds = self.sds[0] + at * (self.sds[1] - self.sds[0])
         found = []
@@ -193,14 +192,14 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a point on the path, or infinity if undefined."""
+        """Return |t|, F or r at a position from 0 to 1, or infinity if it is undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf
         return float(value if self.test.kind == "correlation" else abs(value))
 
     def prints(self, at: float, value: float) -> bool:
-        """Return whether the columns at a point on the path reproduce the printed test."""
+        """Return whether the columns at a position from 0 to 1 reproduce the published test."""
         if not np.isfinite(value):
             return False
         if self.test.kind in PAIRED:

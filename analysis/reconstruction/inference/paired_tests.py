@@ -1,4 +1,4 @@
-"""Check tests that are printed for columns from the same participants."""
+"""Check published tests of columns from the same participants."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 
 def of_pairs(case: Case) -> PrintedTestAnswer:
-    """Check a test that is printed for paired columns, using possible sums of cross products."""
+    """Check a published test of paired columns, using the possible sums of cross products."""
     rows = [ColumnRows.quickest(solutions) for solutions in case.columns]
     empty = next((row for row in rows if not row.moments), None)
     if empty is not None:
         label = empty.solutions.column.label
-        return case.said("impossible", f"no ratings give the printed column '{label}'")
+        return case.said("impossible", f"no ratings give the published column '{label}'")
     found = cross_products.choices(rows)
     extent = _extent(case.test, found) if found.complete else (-inf, inf)
     parts = _wanted(case.test, found)
@@ -51,7 +51,7 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
         if shown or shown is None:
             break
     if shown == () and found.complete:
-        reason = "no pairing of any data set gives the printed value: all pairings were tried"
+        reason = "all pairings of all data sets were tried, and none gives the published value"
         return impossible(case, rows, reason, extent, pairs)
     correlation = _correlations(found, parts) if case.test.of_two else None
     return case.said(
@@ -65,7 +65,10 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 
 
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
-    """Return the range of C that gives the printed test, for each choice of moments."""
+    """Return the sums of cross products that reproduce the published test.
+
+    Each list entry contains the smallest and the largest such sum for each combination in `found`.
+    """
     n, k = found.n, found.sums.shape[1]
     allowed = windows(test, [n] * k)
     if test.kind == "correlation":
@@ -96,7 +99,7 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
 
 
 def _whole(low: Array, high: Array, found: Choices) -> tuple[Array, Array]:
-    """Return the smallest and the largest whole number in an interval that C can take."""
+    """Return the smallest and the largest possible sum of cross products in an interval."""
     least, most = found.least.astype(float), found.most.astype(float)
     low, high = np.maximum(np.ceil(low - 1e-9), least), np.minimum(np.floor(high + 1e-9), most)
     none = low > high
@@ -112,7 +115,7 @@ def _reach(found: Choices) -> Array:
 
 
 def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
-    """Return bounds on the statistic over all choices and pairings, or NaN if never defined."""
+    """Return bounds on the statistic over all pairings, or NaN if it is always undefined."""
     if test.kind == "correlation":
         reach = _reach(found)
         defined = reach > 0

@@ -1,13 +1,14 @@
 """Arrange columns of ratings into tables of participants, in random or extreme pairings.
 
-The function `most_alike` returns the most favourable pairing for a test between columns. This
-pairing is exact. If all columns have the same order, participants' totals vary most (rearrangement
-inequality for each pair), so most variation is removed from the error. The function `least_alike`
-returns the least favourable pairing. For two columns, pairing ascending ratings with descending
-ratings is exact. For more than two columns, making participants' totals as equal as possible is a
-hard partition problem. The rearrangement algorithm (Puccetti and Rüschendorf, 2012) is used as a
-heuristic: each column in turn is sorted opposite to the sum of the other columns until nothing
-changes. The function `searched` optimises other statistics by exchanging ratings.
+The function `most_alike` returns the pairing that is most favourable for detecting differences
+between columns. This pairing, in which all columns have the same order, is exact. It maximises the
+variation of participants' totals (rearrangement inequality for each pair of columns), which is
+removed from the error. The function `least_alike` returns the least favourable pairing. For two
+columns, the exact solution is to pair ascending ratings with descending ratings. For more than two
+columns, making participants' totals as equal as possible is a hard partition problem. The
+rearrangement algorithm (Puccetti and Rüschendorf, 2012) is used as a heuristic: each column in turn
+is sorted opposite to the sum of the other columns until nothing changes. The function `searched`
+optimises other statistics by exchanging ratings.
 """
 
 from __future__ import annotations
@@ -71,8 +72,8 @@ def searched(
     sign : {+1, -1}
         Whether to search for large values (+1) or small values (-1).
     generator : numpy.random.Generator
-        Random generator for the random starting pairing and, with more than 17 participants, for
-        the choice of exchanges.
+        Random generator for the random initial pairing. With more than 17 participants, it also
+        selects the exchanges to try.
 
     Notes
     -----

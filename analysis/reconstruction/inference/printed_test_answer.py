@@ -1,4 +1,4 @@
-"""Represent a printed test with its columns, and the verdict on the test."""
+"""Represent published tests and the verdicts on them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ T = TypeVar("T")
 Verdict = Literal["possible", "impossible", "not decided"]
 WORDS = {
     "paired_t": "paired t",
-    "independent_t": "independent t",
+    "independent_t": "independent-samples t",
     "welch_t": "Welch's t",
     "one_way_f": "one-way F",
     "rm_f": "repeated-measures F",
@@ -31,7 +31,7 @@ PAIRED = ("paired_t", "correlation", "rm_f")
 
 @dataclass(frozen=True, kw_only=True)
 class PrintedTestAnswer:
-    """The verdict on a printed test, with its evidence.
+    """The verdict on a published test, with its evidence.
 
     Parameters
     ----------
@@ -40,9 +40,9 @@ class PrintedTestAnswer:
     labels : tuple of str
         Labels of the columns that the test compares.
     printed : str
-        All numbers printed for the test, as text.
+        All numbers published for the test, as text.
     verdict : {"possible", "impossible", "not decided"}
-        Whether any data set and pairing reproduce the printed test.
+        Whether any data set and pairing reproduce the published test.
     reason : str
         Reason for the verdict, as a clause.
     low, high : float
@@ -50,13 +50,14 @@ class PrintedTestAnswer:
         is necessarily possible. `high` may be infinite. Both bounds are NaN if the statistic is
         always undefined.
     pairs, pairs_left : int or None
-        Number of choices of a sum and a sum of squares per column, and number of these choices that
-        can give the printed test. None if choices are not examined individually.
+        Number of combinations of one sum and one sum of squares per column, and number of these
+        combinations that can give the published test. None if the combinations were not examined
+        one by one.
     correlation_low, correlation_high : float or None
-        Range of correlations that are compatible with the printed test. None if it is not computed,
-        for example for independent groups.
+        Range of correlations that are compatible with the published test. None if this range is not
+        computed, for example for independent groups.
     example : tuple of tuple of float
-        Ratings that reproduce the printed test, one row per column. Empty if none are known.
+        Ratings that reproduce the published test, one row per column. Empty if none are known.
     """
 
     kind: str
@@ -80,7 +81,7 @@ class PrintedTestAnswer:
 
 @dataclass(frozen=True)
 class Case:
-    """A printed test with the columns that it compares."""
+    """A published test with the columns that it compares."""
 
     test: PrintedTest
     columns: tuple[Solutions, ...]
@@ -95,7 +96,10 @@ class Case:
         correlation: tuple[float, float] | None = None,
         example: Sequence[Array] = (),
     ) -> PrintedTestAnswer:
-        """Return an answer with this verdict. The example has one row of steps per column."""
+        """Return an answer with this verdict.
+
+        `example` contains one row of ratings per column, in steps above the scale minimum.
+        """
         return PrintedTestAnswer(
             kind=self.test.kind,
             labels=tuple(s.column.label for s in self.columns),
@@ -115,9 +119,9 @@ class Case:
         )
 
 
-SHOWN = "the ratings below give the printed value"
-TOO_MANY = "too many sums and sums of squares fit the columns to examine all of them"
-UNFOUND = "the value is within the bounds, but no ratings that give it were found"
+SHOWN = "the ratings below give the published value"
+TOO_MANY = "there are too many possible sums and sums of squares to examine all of them"
+UNFOUND = "the value is within the bounds, but the search found no ratings that give it"
 
 
 def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[T]:
@@ -126,7 +130,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
     Raises
     ------
     UserError
-        If the test compares two columns but does not say which of several.
+        If a test of two columns does not name them and the table does not have exactly two columns.
     """
     chosen = [column for _, column in columns]
     if test.columns:
@@ -137,7 +141,7 @@ def chosen_columns(test: PrintedTest, columns: Sequence[tuple[str, T]]) -> list[
 
 
 def in_words(test: PrintedTest) -> str:
-    """Format all numbers printed for a test as text.
+    """Format all numbers published for a test as text.
 
     >>> from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     >>> in_words(PrintedTest(kind="paired_t", statistic="2.31", p_below=".05", sides=1))

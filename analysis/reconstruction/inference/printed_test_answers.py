@@ -1,4 +1,4 @@
-"""Check whether printed tests can come from data sets consistent with their table.
+"""Check whether data sets consistent with a table can reproduce its published tests.
 
 For independent groups, the verdict depends only on n, the sums and the sums of squares. For columns
 from the same participants, it also depends on the sum of cross products, which is unknown because
@@ -6,14 +6,14 @@ the pairing is unknown (see `cross_products`).
 
 Verdicts:
 
-- *Impossible* means that no choice of sums, sums of squares and, for pairs, cross products gives
-  the printed test, and that a search based on the definitions (`definitions`) finds no
-  counterexample.
-- *Possible* means that a search found an example table that reproduces the printed test. Its
+- *Impossible* means that no combination of sums, sums of squares and, for paired columns, sums of
+  cross products gives the published test, and that a search based on the definitions
+  (`definitions`) finds no counterexample.
+- *Possible* means that a search found an example table that reproduces the published test. Its
   statistic was computed from the definition.
 - All other tests are *not decided*.
 - An undefined statistic (t of equal differences, F or t without variation within groups, r of a
-  constant column) never matches a printed test.
+  constant column) never matches a published test.
 """
 
 from __future__ import annotations
@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 
 
 def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer:
-    """Check a printed test.
+    """Check a published test.
 
     Raises
     ------
     UserError
-        If the test compares two columns but does not say which of several, or if the columns cannot
-        be compared.
+        If a test of two columns does not name them and the table does not have exactly two columns,
+        or if the columns cannot be compared.
     """
     chosen = chosen_columns(test, [(s.column.label, s) for s in columns])
     if test.kind in PAIRED:
@@ -54,5 +54,5 @@ def answer(test: PrintedTest, columns: Sequence[Solutions]) -> PrintedTestAnswer
             return case.said("not decided", solutions.targets.refused)
         if not solutions.targets.wanted:
             label = solutions.column.label
-            return case.said("impossible", f"no ratings give the printed column '{label}'")
+            return case.said("impossible", f"no ratings give the published column '{label}'")
     return of_pairs(case) if test.kind in PAIRED else of_independent_groups(case)

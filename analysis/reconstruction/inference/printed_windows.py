@@ -1,9 +1,10 @@
-"""Convert a printed test to the intervals of |t|, F or r that match all numbers of the test.
+"""Convert a published test to the intervals of |t|, F or r that match all numbers of the test.
 
-The printed statistic, p and effect size are each converted to an interval of the statistic, and
+The published statistic, p and effect size are each converted to an interval of the statistic, and
 these intervals are intersected. With fixed degrees of freedom, p decreases as |t| or F increases,
-whereas Cohen's d and partial η² increase. Because the degrees of freedom of Welch's t depend on the
-data, its p is compared in `group_statistics.prints`.
+whereas Cohen's d and partial η² increase. The degrees of freedom of Welch's t depend on the data,
+so the published p of a Welch test is not converted to an interval of t, but checked in
+`group_statistics.prints`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Floating-point tolerance for comparisons with a printed number.
+# Floating-point tolerance for comparisons with a published number.
 SLACK = 1e-9
 Window = tuple[float, float]
 
@@ -33,7 +34,7 @@ def between(printed: Printed | None, rule: str) -> Window:
 
 
 def size_of(printed: Printed | None, rule: str) -> Window:
-    """Return the interval of absolute values that round to a printed number."""
+    """Return the interval of absolute values that round to a published number."""
     low, high = between(printed and type(printed)(printed.text.lstrip("+-")), rule)
     return max(low, 0.0), high
 
@@ -47,7 +48,7 @@ def p_between(test: PrintedTest) -> Window:
 
 
 def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
-    """Return the interval of |t| that matches a printed t test.
+    """Return the interval of |t| that matches a published t test.
 
     Parameters
     ----------
@@ -71,7 +72,7 @@ def t_window(test: PrintedTest, degrees: float, t_of_d: float) -> Window:
 
 
 def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
-    """Return the interval of F that matches a printed F test."""
+    """Return the interval of F that matches a published F test."""
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     least_p, most_p = p_between(test)
@@ -88,7 +89,7 @@ def f_window(test: PrintedTest, degrees: tuple[int, int]) -> Window:
 
 
 def r_windows(test: PrintedTest, n: int) -> list[Window]:
-    """Return the intervals of r that match a printed test, including the sign of a printed r."""
+    """Return the intervals of r that match a published test, including the sign of r."""
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees = n - 2
@@ -108,10 +109,10 @@ def r_windows(test: PrintedTest, n: int) -> list[Window]:
 
 
 def windows(test: PrintedTest, n: Sequence[int]) -> list[Window]:
-    """Return the intervals of |t|, F or r that match a printed test, given the columns' n.
+    """Return the intervals of |t|, F or r that match a published test, given each column's n.
 
     The list of intervals is empty if no value matches. For Welch's t, whose degrees of freedom
-    depend on the data, only the printed t is used.
+    depend on the data, only the published t is used.
     """
     k, first = len(n), int(n[0])
     if test.kind == "correlation":

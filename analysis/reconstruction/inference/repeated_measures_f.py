@@ -2,8 +2,8 @@
 
 The published table determines the total sum of squares and the sum of squares between columns. The
 sum of squares between participants, which is removed from the error, depends on the pairing. This
-sum of squares and F are smallest if participants' totals are as equal as whole numbers allow. Both
-are largest if all columns have the same order (see `cross_products`). These bounds on F hold for
+sum of squares and F are smallest if participants' totals are as equal as whole numbers allow, and
+largest if all columns have the same order (see `cross_products`). These bounds on F hold for
 columns of any size. A search then tries to find tables that attain the bounds.
 """
 
@@ -46,7 +46,7 @@ class _Case:
 
 
 def least_f(moments: Sequence[Moments], n: int) -> float | None:
-    """Return a lower bound on F from the moments, or None if there are too many combinations.
+    """Return a lower bound on F, or None if there are too many combinations of sums to examine.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ def _least(moments: Sequence[Moments], n: int) -> _Case | None:
 
 
 def _most_squares(moments: Moments) -> dict[int, int]:
-    """Return the largest sum of squares for each sum, which leads to the largest error."""
+    """Return each possible sum with its largest sum of squares, which gives the smallest F."""
     return {total: max(q for s, q in moments if s == total) for total, _ in moments}
 
 

@@ -1,4 +1,4 @@
-"""Find printed numbers that are impossible on the scale or contradict each other."""
+"""Find published numbers that are impossible on the scale or contradict each other."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ INSIDE = (
 
 
 def impossible(column: Column) -> str:
-    """Explain which printed numbers are impossible under any rounding rule, or return ""."""
+    """Explain which published numbers are impossible under any rounding rule, or return ""."""
     low, high = column.scale.minimum, column.scale.maximum
     found = []
     for name in INSIDE:
@@ -70,7 +70,7 @@ def _told_to_occur(column: Column) -> Iterator[tuple[Fraction, int]]:
 
 
 def _impossible_shares(column: Column) -> Iterator[str]:
-    """Yield errors for percentages that no count gives, and for frequencies with a sum above n."""
+    """Yield errors for impossible percentages, and for frequencies that sum to more than n."""
     for value, printed in column.percentages:
         if not _occurrences(column, printed):
             yield f"GRIM: no count out of {column.n} gives {printed.text} % for the rating {value}"
@@ -88,7 +88,8 @@ def _occurrences(column: Column, printed: Printed) -> range:
 def occurrences(column: Column) -> tuple[tuple[int, int, int], ...]:
     """Return the ratings with stated frequencies, each with its minimum and maximum frequency.
 
-    Ratings are given in steps above the minimum. Ratings outside the scale are omitted.
+    Each rating is returned as a number of steps above the scale minimum. Ratings outside the scale
+    are omitted.
     """
     stated = [
         *((value, range(1, column.n + 1)) for value in column.present),

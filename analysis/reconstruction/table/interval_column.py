@@ -1,4 +1,4 @@
-"""Represent a printed column of continuous values by intervals for its mean and SD.
+"""Represent a published column of continuous values by intervals for its mean and SD.
 
 Infinitely many data sets of continuous values are consistent with a column, so they are not
 counted. If the table states no scale, every mean and SD in these intervals is possible. On a scale
@@ -36,16 +36,17 @@ class IntervalColumn:
     n : int
         Number of values.
     mean, sd : tuple of (float, float)
-        Intervals for the mean and the SD that follow from the printed numbers. If `logarithms` is
+        Intervals for the mean and the SD that follow from the published numbers. If `logarithms` is
         True, both intervals are for natural logarithms.
     scale : tuple of (float, float)
-        Ends of the scale, in the unit of the mean. An end that is not stated is infinite.
+        Minimum and maximum of the scale, in the unit of the mean. If the minimum or maximum is not
+        stated, its value is infinite.
     logarithms : bool
         Whether the mean and SD describe logarithms.
     printed : str
-        All numbers printed for the column, as text.
+        All numbers published for the column, as text.
     reason : str
-        Reason why no values have this mean and SD. Empty if such values are possible.
+        Reason why the mean and SD are impossible. Empty if they are possible.
     """
 
     label: str
@@ -70,8 +71,8 @@ def interval_column(summary: Summary, scale: OpenScale) -> IntervalColumn:
     Raises
     ------
     ValueError
-        If the column has entries that require whole ratings, or has no SD, SE or confidence
-        interval.
+        If the column has entries that cannot be used for continuous values, such as a median, or
+        has no SD, SE or confidence interval.
     """
     if more := sorted(summary.model_fields_set - KNOWN):
         raise ValueError(f"omit {', '.join(more)}: only mean and SD are used for continuous values")
@@ -107,12 +108,12 @@ def _of_logarithms(summary: Summary, scale: OpenScale) -> IntervalColumn:
 
 
 def _to_sample(summary: Summary) -> float:
-    """Return the factor that converts the printed SD to a sample SD, which divides by n - 1."""
+    """Return the factor that converts the published SD to a sample SD, which divides by n - 1."""
     return sqrt(summary.n / (summary.n - 1)) if summary.sd_convention == "population" else 1.0
 
 
 def _sd(summary: Summary) -> Ends:
-    """Return the SDs (n - 1) that match the printed SD, SE and confidence interval."""
+    """Return the SDs (n - 1) that match the published SD, SE and confidence interval."""
     found = []
     for printed, factor in ((summary.sd, 1.0), (summary.se, sqrt(summary.n))):
         if printed is not None:
@@ -144,7 +145,7 @@ def _column(
     inside = max(mean[0], scale[0]), min(mean[1], scale[1])
     reason = ""
     if sd[0] > sd[1]:
-        reason = "the printed SD, SE and confidence interval contradict each other"
+        reason = "the published SD, SE and confidence interval contradict each other"
     elif inside[0] > inside[1]:
         reason = "the mean lies outside the scale"
     elif sd[0] > (most := _largest_sd(inside, scale, summary.n)) * (1 + 1e-9):

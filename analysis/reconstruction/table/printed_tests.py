@@ -1,4 +1,4 @@
-"""Represent the statistical tests that are printed with a published table."""
+"""Represent the statistical tests that were published with a table."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ OF_F = ("one_way_f", "rm_f")
 
 
 class PrintedTest(FrozenTable):
-    """A printed statistical test that compares columns of the table.
+    """A published statistical test that compares columns of the table.
 
     Parameters
     ----------
     kind : str
         Kind of test. The kind "correlation" is Pearson's r.
     columns : tuple of str
-        Labels of the columns that the test compares. If empty, it compares all columns.
+        Labels of the columns that the test compares. If empty, all columns are compared.
     statistic : Printed, optional
-        Printed value of t, F or r. The sign of t is ignored, but the sign of r is used.
+        Published value of t, F or r. The sign of t is ignored, but the sign of r is used.
     p : Printed, optional
-        Printed p-value. For F, the p-value is always the upper-tail probability.
+        Published p-value. For F, the p-value is always the upper-tail probability.
     p_below : Printed, optional
         Upper limit of the p-value, as in "p < .001".
     sides : {2, 1}
@@ -36,7 +36,7 @@ class PrintedTest(FrozenTable):
     partial_eta_squared : Printed, optional
         Partial η² of an F test.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        Rounding rule of the printed numbers.
+        Rounding rule of the published numbers.
     """
 
     kind: Kind

@@ -36,11 +36,12 @@ LARGEST_SQUARES = 2**63 - 1
 
 
 class OpenScale(FrozenTable):
-    """A rating scale as printed, possibly without a minimum or maximum.
+    """A rating scale as published, possibly without a minimum or maximum.
 
-    If ``items`` is given, each rating is the mean of this number of answers. ``step`` is then given
-    per answer, but stored per rating. If ``continuous`` is true, any value between the ends is
-    possible, and data sets are not counted.
+    If ``items`` is given, each rating is the mean of the answers to this number of items. In the
+    input, ``step`` is the step between possible answers to one item; it is stored as the step
+    between possible ratings. If ``continuous`` is true, any value between the minimum and the
+    maximum is possible, and data sets are not counted.
 
     Raises
     ------
@@ -57,7 +58,7 @@ class OpenScale(FrozenTable):
     @model_validator(mode="before")
     @classmethod
     def _mean_of_items(cls, given: object) -> object:
-        """Divide the step of an answer by the number of items, because a rating is their mean."""
+        """Convert the step between answers to one item to the step between means of all items."""
         items = given.get("items") if isinstance(given, dict) else None
         # The field's validation rejects anything other than a number above 0.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
@@ -110,7 +111,7 @@ class Scale(OpenScale):
 
 
 class Summary(FrozenTable):
-    """The printed numbers of one column, without its scale.
+    """The published numbers of one column, without its scale.
 
     Parameters
     ----------
@@ -119,9 +120,9 @@ class Summary(FrozenTable):
     n : int
         Number of ratings, 2 or more.
     mean, mean_percent, sum : Printed, optional
-        Mean of the ratings, mean of ratings from 0 to 1 in percent, or sum of the ratings. At least
-        one of the three is required, unless `geometric_mean` is given. Trailing zeros count as
-        printed decimals.
+        Mean of the ratings, their mean in percent (for ratings from 0 to 1), or their sum. At least
+        one of these numbers is required, unless `geometric_mean` is given. Trailing zeros count as
+        published decimals.
     sd, se : Printed, optional
         Standard deviation, and standard error of the mean (the SD divided by the square root of n).
     geometric_mean, log_sd : Printed, optional
@@ -137,7 +138,7 @@ class Summary(FrozenTable):
     sd_convention : {"sample", "population"}
         Whether SD and SE divide by n - 1 or by n.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
-        Rounding rule of all printed numbers of the column.
+        Rounding rule of all published numbers of the column.
     maximum_deviation : Printed, optional
         Largest distance of a rating from the unrounded mean.
     observed_minimum, observed_maximum : Printed, optional
@@ -205,7 +206,10 @@ class Summary(FrozenTable):
         stated += [*self.present, *self.absent]
         for value, times in Counter(stated).items():
             if times > 1:
-                raise ValueError(f"the frequency of the rating {value} is given {times} times")
+                raise ValueError(
+                    f"the rating {value} occurs {times} times in frequencies, percentages, present "
+                    "and absent; expected each rating at most once"
+                )
         return self
 
     @property
@@ -217,7 +221,7 @@ class Summary(FrozenTable):
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield each printed form of the mean (such as a sum) with its ratio to the mean."""
+        """Yield each published form of the mean (such as a sum) with its ratio to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),
@@ -228,7 +232,7 @@ class Summary(FrozenTable):
 
 
 class Column(Summary):
-    """A column of a published table, with its printed numbers and its scale.
+    """A column of a published table, with its published numbers and its scale.
 
     ``assumed`` lists properties that the table does not state: ``step`` (assumed to be 1),
     ``minimum`` and ``maximum`` (derived from the SD), and ``sd_convention`` (assumed to be
@@ -262,9 +266,9 @@ class Column(Summary):
 
 
 def close(summary: Summary, scale: OpenScale) -> Column:
-    """Return the column with its printed scale, or with the widest scale that its SD allows.
+    """Return the column with its published scale, or with the widest scale that its SD allows.
 
-    Ratings have bounds even if no scale is printed. According to Samuelson (1968), the squared
+    Ratings have bounds even if no scale was published. According to Samuelson (1968), the squared
     distance of any rating from the mean is at most (n - 1) / n of the sum of squared deviations.
 
     Raises
@@ -304,7 +308,7 @@ def close(summary: Summary, scale: OpenScale) -> Column:
 
 
 def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
-    """Give columns without a printed scale a common scale, so that they can be compared."""
+    """Set a common scale for columns without a published scale, so that they can be compared."""
     grids = [column.scale for column in columns]
     if len({grid.step for grid in grids}) != 1:
         return tuple(columns)
@@ -316,7 +320,7 @@ def on_one_scale(columns: Sequence[Column]) -> tuple[Column, ...]:
 
 
 def _farthest(summary: Summary) -> Fraction | None:
-    """Return a bound on the distance of a rating from the mean, or None without an SD or SE."""
+    """Return a bound on the distance of a rating from the mean, or None if there is no SD or SE."""
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:

@@ -5,10 +5,10 @@ position may lie between two ratings:
 
 - linear at position (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
 - linear at position (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
-- median of the lower half, with or without the middle rating if n is odd: Tukey's hinges, and
-  school textbooks.
+- median of the lower half, including the middle rating if n is odd: Tukey's hinges;
+- median of the lower half, excluding the middle rating if n is odd: school textbooks.
 
-Printed quartiles match if at least one definition gives both of them.
+Published quartiles match if at least one definition gives both quartiles.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ def lower_places(n: int) -> dict[str, Fraction]:
 
 
 def are_met(column: Column, rows: Array) -> Array:
-    """Return a mask of the rows of sorted ratings that have the printed quartiles.
+    """Return a mask of the rows of sorted ratings that have the published quartiles.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def are_met(column: Column, rows: Array) -> Array:
 
 
 def _printed(column: Column, lower: Fraction) -> Iterator[tuple[Fraction, Interval]]:
-    """Yield the positions of the printed quartiles with the interval of their values, in steps."""
+    """Yield the position of each published quartile, and the interval of its values in steps."""
     scale = column.scale
     ends = ((column.lower_quartile, lower), (column.upper_quartile, column.n + 1 - lower))
     for printed, place in ends:

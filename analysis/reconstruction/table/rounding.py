@@ -1,4 +1,4 @@
-"""Represent a printed decimal by the interval of exact values that a rule rounds to it.
+"""Represent a published number by the interval of exact values that round to it.
 
 All computations use exact fractions, so floating-point errors cannot affect the rounding of a value
 half-way between two decimals.
@@ -43,7 +43,7 @@ class Interval:
         )
 
     def squared(self) -> Interval:
-        """Return the interval of the squares of the non-negative values."""
+        """Return the interval of the squares of all non-negative values in the interval."""
         low = max(self.low, Fraction(0))
         closed = self.low_closed or low > self.low
         return Interval(low**2, self.high**2, closed, self.high_closed)
@@ -115,7 +115,7 @@ def plain_decimal(text: str) -> str:
 
 @dataclass(frozen=True)
 class Printed:
-    """A number as it was printed, including trailing zeros.
+    """A number as it was published, including trailing zeros.
 
     Examples
     --------
@@ -132,12 +132,12 @@ class Printed:
 
     @property
     def value(self) -> Fraction:
-        """The exact value of the printed number."""
+        """The exact value of the published number."""
         return Fraction(self.text)
 
     @property
     def unit(self) -> Fraction:
-        """One unit in the last printed decimal place."""
+        """One unit in the last published decimal place."""
         return Fraction(1, 10 ** len(self.text.partition(".")[2]))
 
     def values(self, rule: str) -> Interval:

@@ -36,9 +36,9 @@ SCALE = "scale_"
 
 @dataclass(frozen=True)
 class PublishedTable:
-    """A published table with its columns, design and printed tests.
+    """A published table with its columns, design and published tests.
 
-    A table contains either `columns` of whole ratings or `intervals` for continuous values.
+    A table contains either `columns` of discrete ratings or `intervals` for continuous values.
     """
 
     title: str
@@ -86,7 +86,7 @@ class _File(FrozenTable):
         """Yield errors in entries that are valid separately, but not together."""
         kinds = {self.continuous(entry) for entry in self.column}
         if len(kinds) > 1:
-            words = "whole ratings and continuous values (or logarithms) need separate files"
+            words = "discrete ratings and continuous values (or logarithms) need separate files"
             yield ("column",), {"msg": words}
         for place, entry in enumerate(self.column):
             try:
@@ -109,7 +109,7 @@ class _File(FrozenTable):
         return [entry.label or f"column {n}" for n, entry in enumerate(self.column, 1)]
 
     def continuous(self, entry: Summary) -> bool:
-        """Return whether a column contains continuous values instead of whole ratings."""
+        """Return whether a column contains continuous values instead of discrete ratings."""
         return self.scale.continuous or entry.geometric_mean is not None
 
     def intervals(self) -> tuple[IntervalColumn, ...]:
@@ -121,7 +121,7 @@ class _File(FrozenTable):
         )
 
     def columns(self) -> tuple[Column, ...]:
-        """Return the columns of whole ratings, each with its scale."""
+        """Return the columns of discrete ratings, each with its scale."""
         if self.intervals():
             return ()
         closed = tuple(
@@ -164,7 +164,7 @@ def read(path: Path) -> PublishedTable:
 
 
 def read_rows(path: Path) -> list[Row]:
-    """Read all rows of a CSV file, including the errors of rows that cannot be parsed.
+    """Read all rows of a CSV file, with error messages for rows that cannot be parsed.
 
     Raises
     ------
@@ -198,9 +198,9 @@ def from_toml(text: str, source: str = "the table") -> PublishedTable:
 def from_csv(text: str, source: str = "the table", title: str = "") -> PublishedTable:
     """Parse a published table from CSV text with one row per column of the table.
 
-    The header contains ``label``, ``n``, ``mean``, ``sd``, ``scale_minimum``, ``scale_maximum`` and
-    any other key of a TOML column. Empty cells are ignored. The separator in the header (comma,
-    semicolon or tab) applies to all rows.
+    The header contains ``n`` and further keys of ``[[column]]`` in TOML files, such as ``mean`` and
+    ``sd``. Keys of ``[scale]`` have the prefix ``scale_``, as in ``scale_maximum``. Empty cells are
+    ignored. The separator in the header (comma, semicolon or tab) applies to all rows.
     """
     rows = _csv_rows(text, source)
     if faults := [fault for row in rows for fault in row.told]:

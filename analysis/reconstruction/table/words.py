@@ -1,4 +1,4 @@
-"""Describe the printed numbers of a column, and the assumptions about the column."""
+"""Describe the published numbers of a column, and the assumptions about the column."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ NAMES = {
 
 
 def in_words(column: Column) -> str:
-    """Format all numbers printed for a column as text."""
+    """Format all numbers published for a column as text."""
     parts = [f"n {column.n}"]
     for name, words in NAMES.items():
         printed = getattr(column, name)

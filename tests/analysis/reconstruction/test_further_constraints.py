@@ -231,7 +231,7 @@ def test_one_end_of_a_scale_is_enough():
         (
             'sd = "1.50"',
             'sd = "1"\npresent = [3, 3]',
-            "the frequency of the rating 3 is given 2 times",
+            "the rating 3 occurs 2 times in frequencies",
         ),
         ('sd = "1.50"', 'sd = "1"\nabsent = ["2.5"]', "the rating 5/2 is not on the scale"),
         (

@@ -111,10 +111,10 @@ def test_the_page_opens_with_a_verdict_and_what_to_ask(tmp_path, capsys):
     assert (
         commands.main(["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "p")]) == 1
     )
-    assert "Verdict: No ratings give the printed column 'bad'." in capsys.readouterr().out
+    assert "Verdict: No ratings give the published column 'bad'." in capsys.readouterr().out
     page = (tmp_path / "p").read_text(encoding="utf-8")
     first = page[: page.index("<h2>good</h2>")]
-    assert "No ratings give the printed column &#39;bad&#39;." in first
+    assert "No ratings give the published column &#39;bad&#39;." in first
     assert "ratings change in steps of 1 (no step is stated)" in first
     assert "Questions for the authors" in first
     assert "GRIM" in first
@@ -125,7 +125,7 @@ def test_a_consistent_table_has_nothing_to_ask(tmp_path, capsys):
     assert (
         commands.main(["reconstruct", str(tmp_path / "t.csv"), "--html", str(tmp_path / "p")]) == 0
     )
-    assert "Verdict: Every printed column is possible." in capsys.readouterr().out
+    assert "Verdict: Every published column is possible." in capsys.readouterr().out
     assert "Questions for" not in (tmp_path / "p").read_text(encoding="utf-8")
 
 
