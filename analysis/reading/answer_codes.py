@@ -2,8 +2,8 @@
 
 Rules:
 
-- Two codes that form an obvious pair (`PAIRS`) are recognised. For any other pair, the user must
-  declare which code means yes. The column may then contain only one other code, which means no.
+- Common pairs of codes, such as yes and no or 1 and 0, are recognised (`PAIRS`). For any other
+  pair, the user must declare which code means yes; the most frequent other code means no.
 - Cells that match neither code are excluded and reported. If more than `FEW` cells and more than
   the proportion `FEW_SHARE` of the filled cells match neither code, the column is probably not an
   answer column and is rejected.
@@ -38,7 +38,7 @@ LISTED = 8
 
 
 def own_answers(cells: pd.Series[Any]) -> pd.Series[float]:
-    """Convert answers in Slipscale's own tables to 1 (yes, true), 0 (no, false) and missing."""
+    """Convert answers in Slipscale's own tables to 1 (yes, true), 0 (no, false) or NaN."""
     codes = cells.astype("object").map(lambda value: str(value).strip().lower())
     return codes.map(dict.fromkeys(TRUE, 1.0) | dict.fromkeys(FALSE, 0.0))
 
@@ -51,21 +51,21 @@ def as_answers(
     *,
     yes: str | None = None,
 ) -> pd.Series[float]:
-    """Convert a column of answers to 1 (yes), 0 (no) and missing.
+    """Convert a column of answers to 1 (yes), 0 (no) or NaN (missing).
 
     Parameters
     ----------
     frame : DataFrame
-        Rows, including the columns ``file`` and ``line``.
+        Table that contains the answer column and the columns ``file`` and ``line``.
     column : str
         Name of the answer column.
     yes : str, optional
-        Code that means yes; by default, obvious pairs are recognised.
+        Code that means yes; by default, common pairs such as yes/no or 1/0 are recognised.
 
     Raises
     ------
     UserError
-        If the codes are not an obvious pair and `yes` is not given, if `yes` does not occur, or if
+        If the codes are not a common pair and `yes` is not given, if `yes` does not occur, or if
         too many cells match neither code.
     """
     codes = _codes(frame[column])

@@ -122,7 +122,7 @@ def numbers(
     minimum : float
         Smallest valid number. Numbers above `LARGEST` are also invalid.
     lost : str
-        Description of the data that are excluded because of an invalid cell.
+        Name used in messages for the data that an invalid cell excludes.
     """
     raw, values = as_numbers(frame[column])
     text = values.isna() & raw.notna()
@@ -133,7 +133,7 @@ def numbers(
     outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
     for bad, expected in (
         (text, "a number"),
-        (outside, f"a number of {minimum:g} or more, at most {LARGEST:g},"),
+        (outside, f"a number from {minimum:g} to {LARGEST:g}"),
     ):
         shown = frame[bad].head(LISTED_PROBLEMS)
         problems.add_many(
@@ -178,9 +178,9 @@ def _refuse_many(
     first = frame.loc[cells.index[:1]]
     raise UserError(
         f"{places(first, sources)[0]}, column {problems.title(column)}: "
-        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} other of {len(frame)} cells are "
-        "not numbers; expected numbers in the same format throughout the file, and n/a for "
-        "missing values"
+        f"'{cell(first[column].iloc[0])}' and {len(cells) - 1} others of the {len(frame)} "
+        "cells are not numbers; expected numbers in the same format throughout the file, and "
+        "n/a for missing values"
     )
 
 
@@ -216,11 +216,11 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
         marked = _in_lower_case(frame["catch"])
         for sentence, wrong in (
             (
-                "catch steps change the amplitude and are analysed as steps",
+                "catch steps change the amplitude and are analysed as ordinary steps",
                 marked.isin(TRUE) & ~unchanged,
             ),
             (
-                "steps do not change the amplitude and are analysed as catch steps",
+                "ordinary steps do not change the amplitude and are analysed as catch steps",
                 ~marked.isin(TRUE) & unchanged,
             ),
         ):

@@ -42,8 +42,9 @@ class Dataset:
     differences : DataFrame
         Answered steps of the descending difference task.
     trials : Mapping
-        Answered main trials of all other kinds of task, keyed by the name of their `TaskTrials`.
-        Kinds that were not run may be missing; the method `of` returns an empty table for them.
+        Answered main trials of all other kinds of task, keyed by the name of their `TaskTrials`. If
+        a kind of task was not run, its entry may be missing; the method `of` then returns an empty
+        table.
     others : Mapping
         Main trials of tasks that Slipscale cannot analyse (a laboratory's own protocols), keyed by
         task label; see `slipscale.analysis.reading.labelled_tasks.read_others`.

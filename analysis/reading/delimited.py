@@ -71,9 +71,9 @@ class Problems:
         self.sentences.append(sentence)
 
     def add_many(self, sentences: Sequence[str], what: str, total: int | None = None) -> None:
-        """Add the first `LISTED_PROBLEMS` of several similar sentences, and the number left out.
+        """Record the first `LISTED_PROBLEMS` of several similar problems, and count the others.
 
-        If ``sentences`` contains only the first ones, ``total`` is the number of all sentences.
+        ``total`` is the number of all problems, if ``sentences`` does not describe all of them.
         """
         self.sentences.extend(sentences[:LISTED_PROBLEMS])
         more = (len(sentences) if total is None else total) - LISTED_PROBLEMS
@@ -339,7 +339,7 @@ def parse(
 def faults_of(error: ValidationError, text: str, within: tuple[str, ...] = ()) -> str:
     """Describe all errors that pydantic found in a TOML text, with line and expected value.
 
-    If only one table in the text was validated, ``within`` is the key of this table.
+    If only one table of the document was validated, such as ``[analysis]``, ``within`` is its key.
     """
     faults = [((*within, *place), fault) for place, fault in faults_in(error)]
     return "; ".join(said for _, said in sentences(faults, TomlLines(text).of))

@@ -115,8 +115,9 @@ def decimal_of(cells: Mapping[str, Mapping[str, int]], *, name: str) -> Decimal:
     Raises
     ------
     UserError
-        If no number shows the decimal mark and a comma (or a point in a column with whole numbers)
-        could also separate thousands, or if both decimal marks are equally frequent.
+        If the decimal mark is ambiguous: either decimal points and decimal commas are equally
+        frequent; or no number is unambiguous, and a comma (or a point in a column with whole
+        numbers) could also separate thousands.
     """
     counts: dict[Decimal, int] = {".": 0, ",": 0}
     example: dict[Decimal, tuple[str, str]] = {}

@@ -375,7 +375,7 @@ def _rated(frame: pd.DataFrame, sources: Sequence[Source], problems: Problems) -
 
 
 def _steps(frame: pd.DataFrame) -> pd.DataFrame:
-    """Convert yes/no answers to steps from the reference, or from 0 without a reference column."""
+    """Return yes/no answers as steps from a reference to the stimulus (default reference: 0)."""
     found = frame.copy()
     if REFERENCE not in found:
         found[REFERENCE] = 0.0
@@ -386,7 +386,7 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
-    """Convert the step size to stimulus minus reference.
+    """Exchange the columns of stimulus and reference: the step size is then stimulus - reference.
 
     In Slipscale's own tables, the step size is the decrease in amplitude.
     """
@@ -399,7 +399,7 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
     Raises
     ------
     UserError
-        If a participant is in two groups, so that the column probably contains conditions.
+        If a participant is in two groups. The column of groups then probably contains conditions.
     """
     who = tidied(frame[PARTICIPANT]).astype("str")
     if GROUP not in frame:

@@ -57,8 +57,8 @@ class TaskTrials:
         Function that splits the rows into tables, keyed by name in `Dataset`. By default, all rows
         form a single table.
     reasons : Mapping
-        Descriptions of omitted rows, keyed by the name of the row count. By default, for practice,
-        voided and unanswered trials.
+        Descriptions of omitted rows, keyed by the name of the row count. The default describes
+        practice trials, voided trials and unanswered trials.
     """
 
     name: str
@@ -152,7 +152,7 @@ def read_main_trials(
     Parameters
     ----------
     entries : sequence of (Path, Match)
-        Tables, and the matches of their file names with
+        Path of each table, and the match of its file name with the regular expression
         `slipscale.experiments.dataset.schema.TABLE_NAME`.
     kind : str
         Prefix for the keys of row counts, as in ``{kind}_rows``.
@@ -191,7 +191,7 @@ def factors_of(folder: Path) -> tuple[str, ...]:
 
 
 def add_counts(counts: dict[str, int], kind: str, **more: int) -> None:
-    """Add to the row counts for a kind of trial."""
+    """Increase row counts; ``kind`` is the prefix of their keys, as in ``{kind}_rows``."""
     for name, count in more.items():
         key = f"{kind}_{name}"
         counts[key] = counts.get(key, 0) + int(count)
@@ -202,9 +202,9 @@ def read_others(
 ) -> tuple[dict[str, pd.DataFrame], list[Source]]:
     """Read main trials of tasks that Slipscale cannot analyse; return tables keyed by label.
 
-    The tables contain all columns of the files (with numbers parsed), and the columns
-    ``participant_id session task run``, which are taken from the file names. Unanswered trials are
-    included.
+    The tables contain all columns of the files, with numbers parsed. The columns
+    ``participant_id``, ``session``, ``task`` and ``run`` are taken from the file names. Unanswered
+    trials are included.
     """
     tasks: dict[str, pd.DataFrame] = {}
     sources: list[Source] = []

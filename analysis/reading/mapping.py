@@ -59,9 +59,10 @@ class AnswerWords(FrozenTable):
     Parameters
     ----------
     yes : str, optional
-        Code for "yes"; required unless the codes are an obvious pair such as yes/no or 1/0.
+        Code for "yes"; required unless the codes are a common pair such as yes/no or 1/0.
     alternatives : {2, 3}, optional
-        Number of alternatives in a forced choice, in which "yes" means a correct answer.
+        Number of alternatives in a forced-choice task. In such a task, "yes" means a correct
+        answer.
     """
 
     yes: ColumnName | None = None
@@ -105,21 +106,22 @@ class TableMapping(FrozenTable):
     Parameters
     ----------
     columns : Columns
-        Column names: the participant; the stimulus; the magnitude estimate (``response``) or yes/no
-        answer (``answer``); with answers, optionally the previous stimulus (``reference``, default:
-        0). A table of counts contains the number of yes answers (``yes_count``) and the total
-        number of answers (``n``). Ratings of pairs have two items (``first``, ``second``) and their
-        ``dissimilarity``. A ``factor`` is a condition that varies within participants.
+        Names of the columns with the participant, the stimulus, and the magnitude estimate
+        (``response``) or yes/no answer (``answer``). A table of yes/no answers may also have a
+        column for the previous stimulus (``reference``, default: 0). A table of counts contains the
+        number of yes answers (``yes_count``) and the total number of answers (``n``). Ratings of
+        pairs have two items (``first``, ``second``) and their ``dissimilarity``. A ``factor`` is a
+        condition that varies within participants.
     stimulus : StimulusWords
         Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
         the unit used in the report, if its prefix differs from the table's.
     answers : AnswerWords
-        Code for yes, and number of alternatives in a forced choice.
+        Code for yes, and number of alternatives in a forced-choice task.
     levels : dict
         Stimulus level for each response column of a wide table (one row per participant).
     table : Cells
-        Decimal mark and sheet, if they cannot be detected; ``only`` (column -> value) selects
-        rows.
+        Decimal mark and sheet, which are needed only if they cannot be detected. ``only`` selects
+        the rows with given values (column -> value).
     analysis : AnalysisChoices
         Analysis choices, as in a study file.
     """
@@ -148,7 +150,7 @@ class TableMapping(FrozenTable):
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
-        """Return error conditions and messages for a mapping of rated pairs."""
+        """List the rules for a table of rated pairs, as tuples of (violated, message)."""
         pair = {"first", "second", "dissimilarity"}
         others = {"participant", "session", "run", "trial", "group"}
         columns = self.columns.model_dump(exclude_none=True)
@@ -159,12 +161,15 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(set(columns) - pair - others or self.levels),
-                "ratings of pairs cannot be combined with a stimulus, a response or levels",
+                (
+                    "with first, second and dissimilarity, the only other columns can be "
+                    "participant, session, run, trial and group; levels are not possible"
+                ),
             ),
         )
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
-        """Return error conditions and messages for a mapping of a wide table."""
+        """List the rules for a wide table, as tuples of (violated, message)."""
         columns = self.columns
         return (
             (
@@ -178,7 +183,7 @@ class TableMapping(FrozenTable):
         )
 
     def _narrow(self) -> tuple[tuple[bool, str], ...]:
-        """Return error conditions and messages for a mapping with one row per response."""
+        """List the rules for tables with one response per row, as tuples of (violated, message)."""
         columns, answers = self.columns, self.answers
         return (
             (
@@ -198,7 +203,7 @@ class TableMapping(FrozenTable):
             ),
             (
                 bool(columns.response) and answers != AnswerWords(),
-                "the options yes and alternatives require a column of answers",
+                "yes and alternatives can be set only if there is a column of yes/no answers",
             ),
             (
                 bool(columns.yes_count and answers.yes),

@@ -57,8 +57,8 @@ def sidecars(
             versions = dict(own.get(VERSIONS) or {})
         except (ValueError, TypeError, AttributeError, RecursionError) as error:
             raise UserError(
-                f"{path}: the file is not a sidecar; expected a JSON object that contains the "
-                f"objects Slipscale and software ({error})"
+                f"{path}: the file is not a sidecar; expected a JSON object with an object "
+                f"'{SIDECAR}' that contains an object '{VERSIONS}' ({error})"
             ) from error
         if mode := own.get(WHOSE):
             modes.append((str(mode), path))
@@ -129,7 +129,19 @@ def choices(
     details: Mapping[str, tuple[str, ...]],
     problems: Problems,
 ) -> tuple[AnalysisChoices, tuple[str, ...], bool | None, str]:
-    """Read the study file; return choices, keys that it sets, whether sessions used it, text."""
+    """Read the study file and its analysis choices.
+
+    Returns
+    -------
+    choices : AnalysisChoices
+        The defaults if there is no study file.
+    keys : tuple of str
+        Keys of the analysis choices that the study file sets.
+    unchanged : bool or None
+        Whether the sessions used this study file; None if this is unknown.
+    text : str
+        Content of the study file.
+    """
     path = folder / "code" / "study.toml"
     if not path.is_file():
         return AnalysisChoices(), (), None, ""
@@ -162,7 +174,7 @@ def choices(
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
-    """Add the files with the title, the code book and the coded answers to the sources."""
+    """Add the data set's description, code book and coded answers to ``sources``, if they exist."""
     names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
     sources += [
         Source(name, digest(read_bytes(folder / name)))

@@ -18,7 +18,7 @@ def amplitude_of(label: str) -> float | None:
 
 
 def plain(label: str) -> str:
-    """Write an amplitude in the usual format of tables; return other labels unchanged.
+    """Format a label that is an amplitude as in the tables; return other labels unchanged.
 
     >>> plain("0.50"), plain("fine")
     ('0.5', 'fine')

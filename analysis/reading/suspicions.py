@@ -44,7 +44,7 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
     Raises
     ------
     UserError
-        If a label is typical of summary rows, or if two labels are the same number.
+        If a label is typical of summary rows, or if two labels represent the same number.
     """
     summaries = [label for label in labels if SUMMARIES.fullmatch(label)]
     if summaries:

@@ -1,4 +1,4 @@
-"""Read a table that was written by hand or by another program, with line numbers."""
+"""Read a table that was written by hand or by another program, and number its lines."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ class Lines:
         UTF-8 text with LF line endings and without a byte-order mark. ``body`` ends with a line
         ending.
     names : tuple of str
-        Column names, stripped of blanks.
+        Column names, without leading and trailing spaces and quotation marks.
     places : int array, shape (rows,)
         Line on which each row begins, counted from 1.
     left_out : tuple of str

@@ -67,14 +67,14 @@ def task_trials(
     Parameters
     ----------
     name, title : str
-        See `TaskTrials`. The title is also the prefix of the keys for row counts.
+        See `TaskTrials`. The title is also the prefix for row counts, as in ``{title}_rows``.
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
         Numeric columns with values of at least 0. Columns other than those in ``marks`` may be
         absent, in which case their values are NaN.
     words : tuple of str
-        Columns of labels. The labels in an absent column are empty.
+        Columns of labels. If such a column is absent, its labels are empty.
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str

@@ -118,7 +118,7 @@ FREE_TEXT = (
 
 
 def set_aside(frame: pd.DataFrame) -> tuple[pd.Series[bool], pd.Series[bool]]:
-    """Return which rows are practice trials, and which main trials were voided or damaged."""
+    """Return masks of the practice trials, and of the main trials that were voided or damaged."""
     practice = frame["phase"].astype(str) == PRACTICE
     return practice, has_flag(frame, VOIDED, DAMAGED) & ~practice
 

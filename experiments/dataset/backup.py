@@ -103,7 +103,7 @@ def check_folder(dataset: Path, folder: Path) -> None:
 
 
 def why_no_backup(dataset: Path, folder: Path) -> str:
-    """Return why a folder cannot be used for backups, or an empty string if it can."""
+    """Return the reason why a folder cannot be used for backups; empty if it can be used."""
     try:
         check_folder(dataset, folder)
     except UserError as fault:

@@ -28,7 +28,7 @@ def write_file(
     Parameters
     ----------
     private : bool
-        Whether only its owner can read the file.
+        Whether the file can be read and written only by its owner.
     durable : bool
         Whether to flush the file to disk.
 

@@ -7,8 +7,9 @@ were written, the tables are the only copy. The rules are:
   because the journal is damaged.
 - A run's table is also left unchanged if the run's journal is lost, or is truncated within the
   first record.
-- In tables for several participants or sessions, rows that are not in any journal are kept. If a
-  participant's journal was lost, truncated or damaged, individual values are kept as well.
+- In tables for several participants or sessions, rows that are not in any journal are kept. Single
+  values that are not in any journal are kept only if a journal of the same participant was lost,
+  truncated or damaged.
 - Data kept in this way are reported until the journal is restored or the row is deleted.
 
 Rows of participants who withdrew are always removed.
@@ -52,7 +53,7 @@ class Kept(NamedTuple):
 
 
 def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
-    """Return the files of a data set, including data that only existing tables contain.
+    """Return the files of a data set, including data that remain only in its existing tables.
 
     Parameters
     ----------
@@ -80,7 +81,7 @@ def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) 
     for path in strays(dataset, [*files, *left]):
         known.add(path.name)
         file = path.relative_to(dataset).as_posix()
-        problems.append(Problem(file=file, what="the table is kept, but is not in any journal"))
+        problems.append(Problem(file=file, what="the table is kept, but its journal is missing"))
     lost = {f"sub-{found['sub']}" for name in known if (found := TABLE_NAME.fullmatch(name))}
     without = {f"sub-{label}" for label in gone}
     for name in [name for name in files if name.suffix == ".tsv" and _is_shared(name)]:

@@ -63,7 +63,7 @@ def journals(dataset: Path) -> list[Path]:
 
 
 def mode_of(dataset: Path) -> Mode | None:
-    """Return whether a data set contains pilots or participants, or None if it contains neither.
+    """Return the mode of a data set ("pilot" or "participant"), or None without readable runs.
 
     Raises
     ------

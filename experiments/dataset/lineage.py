@@ -1,4 +1,4 @@
-"""Record the sources of a merged data set, and the merged sets that include a data set.
+"""Record which data sets were merged, and which merged sets include a data set.
 
 Each source lists the merged sets that include it, and each merged set lists its sources, because a
 withdrawal affects all of them.

@@ -1,8 +1,8 @@
 """Recover runs whose journal header is damaged from the sidecars of their tables.
 
-The header is the first record of a journal. Without it, the journal does not identify its study.
-The sidecars repeat the header, and the study file in the data set is identified by its hash. A run
-without tables cannot be recovered.
+The header is the first record of a journal. Without this record, a journal does not identify its
+study. The sidecars repeat the header, and the study file in the data set is identified by its hash.
+A run without tables cannot be recovered.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def header_from_tables(dataset: Path, journal: Path) -> tuple[RunPlan, Record] |
 
 
 def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
-    """Yield the content of each sidecar of the run in the form of a header."""
+    """Yield the content of a journal header as recorded in each sidecar of the run."""
     studies = _studies(dataset)
     for table in sorted(dataset.glob(f"{journal.parent.name}/**/beh/*_beh.tsv")):
         found = TABLE_NAME.fullmatch(table.name)

@@ -74,29 +74,29 @@ MEASURED: Mapping[str, Column] = {
     ),
     CHANGES: Column(
         value=_value(CHANGES),
-        description="Number of times that the finger triggered the change of a transient during "
-        "the exploration",
+        description="Number of times that the finger triggered a transient (a change in amplitude) "
+        "during the exploration",
     ),
     STROKE: Column(
         value=_value(STROKE),
         kind="label",
-        description="Whether the exploration was within the study's stroke windows, or how it "
-        f"deviated: {WITHIN}, or one or more of {', '.join(OUTSIDE)}",
+        description="Whether the exploration met the study's requirements for strokes, or how "
+        f"it deviated: {WITHIN}, or one or more of {', '.join(OUTSIDE)}",
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
-        description="Peak drive voltage at the plate when the surface had settled (a texture "
+        description="Peak drive voltage at the plate once the plate had settled (a texture "
         "settles at its mean)",
         units="V",
     ),
     "plate_temperature_c": Column(
         value=_value("plate_temperature_c"),
-        description="Temperature of the plate, or of its board, once the surface had settled",
+        description="Temperature of the plate, or of its board, once the plate had settled",
         units="Cel",
     ),
     SECOND_READBACK: Column(
         value=_value(SECOND_READBACK),
-        description="{q.in_full_title} read back from the second actuator once the surface had "
+        description="{q.in_full_title} read back from the second actuator once the plate had "
         "settled{q.behind}",
         units="{q.bids}",
     ),
@@ -173,7 +173,7 @@ class Explorations:
 
     @property
     def unchanged(self) -> bool:
-        """Whether the last exploration failed to trigger the change of a transient."""
+        """Whether the finger failed to trigger a transient in the last exploration."""
         return self._changes == 0
 
     def implausible(self) -> list[str]:

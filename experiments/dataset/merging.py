@@ -1,4 +1,4 @@
-"""Merge two data sets into a new data set, for example from two computers used for one study.
+"""Merge two data sets into a new one, for example if a study was run on two computers.
 
 Journals are copied unchanged, and the tables are built from the journals. All contradictions
 between the data sets are reported together, before anything is written. The new data set has a
@@ -80,7 +80,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
             else f"{len(contradictions)} contradictions"
         )
         lines = "".join(f"\n  {sentence}" for sentence in contradictions)
-        raise UserError(f"{one} and {other} cannot be merged, {many}:{lines}")
+        raise UserError(f"{one} and {other} cannot be merged because of {many}:{lines}")
     for folder in sources:  # before data are copied, because withdrawals must also reach the copy
         note_merged(folder, out)
     try:
@@ -92,7 +92,7 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
 
 
 def _write(one: Path, other: Path, out: Path, chosen: dict[Path, Path]) -> list[Problem]:
-    """Build the new data set in a temporary folder, rename the folder, and return all damage."""
+    """Build the new data set in a temporary folder, rename the folder, and return all problems."""
     draft = draft_of(out)
     if draft.exists():
         shutil.rmtree(draft)
@@ -141,7 +141,10 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     plans = {folder: list(_plans(folder)) for folder in (one, other)}
     names = [{plan.study.name for plan in plans[folder]} for folder in (one, other)]
     if names[0] and names[1] and not names[0] & names[1]:
-        yield f"{one} contains study {_listed(names[0])}, but {other} {_listed(names[1])}"
+        yield (
+            f"{one} contains study {_listed(names[0])}, but {other} contains study "
+            f"{_listed(names[1])}"
+        )
     for name in sorted(names[0] & names[1]):
         texts = [
             {plan.study_text for plan in plans[folder] if plan.study.name == name}
@@ -179,7 +182,10 @@ def _plans(folder: Path) -> Iterator[RunPlan]:
 
 
 def _own_files(one: Path, other: Path, chosen: dict[Path, Path]) -> Iterator[str]:
-    """Add the files written by people to ``chosen``, and yield a message for each difference."""
+    """Add the files that Slipscale did not generate to ``chosen``.
+
+    Yield a message for each of these files that differs between the two data sets.
+    """
     code = {
         path.relative_to(f) for f in (one, other) for path in f.glob("code/*") if path.is_file()
     }

@@ -139,7 +139,7 @@ def _short(row: Sequence[str]) -> str:
 
 
 def _entries(name: str, text: str, content: dict[str, object]) -> Iterator[Problem]:
-    """Yield the entries in which a JSON file differs, ignoring entries that it does not contain."""
+    """Yield the entries of a JSON file that differ from ``content``, ignoring missing entries."""
     try:
         there = _settled(json.loads(text), name)
     except (ValueError, RecursionError) as error:

@@ -36,7 +36,7 @@ def theirs(dataset: Path, participant: str) -> list[Path]:
     ------
     UserError
         If the data set has no such participant, if a session of the participant is running, or if a
-        backup or merged set is not connected.
+        backup or merged set is not available.
     """
     return list(_found(dataset, participant, _todo(dataset, participant)))
 
@@ -61,7 +61,8 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
     Raises
     ------
     UserError
-        In the cases listed for `theirs`, or if a file or folder cannot be removed.
+        If the data set has no such participant, if a session of the participant is running, if a
+        backup or merged set is not available, or if a file or folder cannot be removed.
     """
     todo = _todo(dataset, participant)
     removed = list(_found(dataset, participant, todo))
@@ -84,14 +85,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
-    """Return the tasks of a withdrawal outside the data set, as recorded or newly determined.
-
-    Raises
-    ------
-    UserError
-        If the data set has no such participant, if a session of the participant is running, or if a
-        copy of the data is not connected.
-    """
+    """Return the recorded tasks of a withdrawal; determine the tasks if none are recorded."""
     todo = pending(dataset).get(participant)
     if todo is None:
         merged = _merged_sets(dataset)

@@ -1,6 +1,7 @@
 """Maintain a data set's list of withdrawn participants and unfinished withdrawals.
 
-An entry is marked as pending from before the first removal of a file until all tasks are done.
+An entry is marked as pending before the first file is removed. The mark is deleted when all tasks
+are done.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ PENDING = "pending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pending:
-    """Tasks that remain outside the data set until a withdrawal is complete.
+    """Folders outside a data set from which a withdrawn participant must still be removed.
 
     Parameters
     ----------
@@ -30,7 +31,8 @@ class Pending:
     copies : tuple of Path
         Backups and merged data sets that contain data from the participant.
     merged : tuple of Path
-        The merged sets among ``copies``, each of which has its own list of withdrawals.
+        Those of the ``copies`` that are merged data sets, which have their own lists of
+        withdrawals.
     """
 
     remove: tuple[Path, ...] = ()
@@ -64,7 +66,7 @@ def unfinished(dataset: Path) -> Iterator[str]:
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Record the tasks of an unfinished withdrawal, or that it is finished if ``todo`` is None."""
+    """Record the tasks of an unfinished withdrawal; None marks the withdrawal as finished."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})

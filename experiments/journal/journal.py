@@ -1,19 +1,19 @@
 """The journal: an append-only record of every step and response.
 
 `slipscale.experiments.journal.record` defines the format of a line and its checksums.
-`slipscale.experiments.journal.reading` reads journals. When a run is resumed, a torn end (left by a
-crash during writing) is removed. All other damage is an error.
+`slipscale.experiments.journal.reading` reads journals. When a run is resumed, an incomplete end of
+the file (left by a crash during writing) is removed. All other damage is an error.
 
 The rules for flushing data to disk are:
 
 - `Journal.append` passes a record to the operating system and returns. If the process is killed, no
   record is lost. A thread (`slipscale.experiments.journal.keeper`) then flushes the record to disk.
 - Before each question, a session calls `Journal.wait_for` to wait until the last answer is on disk.
-  A power failure loses nothing that was written before a call of `wait_for`.
+  A power failure loses nothing that was written before a call to `wait_for`.
 - `Journal.write` combines `append` and `wait_for`. For records that must not delay a trial, only
   `append` is called.
-- If the disk fails, unconfirmed records are removed from the file. The next call of `append`,
-  `wait_for`, `check` (at each frame) or `close` then raises an error.
+- If the disk fails, unconfirmed records are removed from the file. The next call to `append`,
+  `wait_for`, `close` or `check` (which a session calls on every frame) then raises an error.
 
 `slipscale.experiments.session.session` resumes an interrupted run by replaying these records.
 
@@ -80,8 +80,8 @@ class Journal:
     lost : Path or None
         Original path, if the file is no longer available there.
     moved, tell : callable
-        Called when the journal moves to another folder, `moved` with the new path and `tell` with a
-        message.
+        Functions that are called when the journal moves to another folder: `moved` receives the new
+        path, and `tell` receives a message.
     """
 
     def __init__(
@@ -125,7 +125,7 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
-        """Continue an interrupted journal after removing a torn last line."""
+        """Continue an interrupted journal after removing an incomplete end of the file."""
         return cls._open(path, clock, synced=synced, empty=False)
 
     @classmethod
@@ -162,8 +162,8 @@ class Journal:
     def append(self, kind: str, **data: object) -> Record:
         """Append a record, and return when the operating system has received it.
 
-        A signal may interrupt this call at any point. The next record is then written after the
-        data that the operating system has already received.
+        A signal may interrupt this call at any point. The next call then continues the file after
+        its last complete record.
         """
         self.check()
         if self._unfinished:

@@ -2,11 +2,12 @@
 
 The rules are:
 
-- The caller writes the file; the thread only waits for the disk. A killed process therefore loses
-  no data. A power failure can lose only data that the thread has not confirmed.
-- Each wait for the disk covers all data written before the wait began.
-- The thread ends at the first failure, because a second attempt may succeed even if data were lost.
-  The caller reads the error from `failure`, truncates the file and starts a new thread.
+- The caller writes to the file; the thread only flushes the file to disk. A killed process
+  therefore loses no data, and a power failure can lose only data that are not yet flushed.
+- Each flush covers all data written before the flush began.
+- The thread ends when a flush fails. It does not try again, because a second flush can report
+  success although data were lost. The caller reads the error from `failure`, truncates the file and
+  starts a new thread.
 - The thread and its caller share only single values and no lock, because a signal may interrupt the
   caller at any point.
 """
@@ -31,7 +32,7 @@ class Mark(NamedTuple):
 
 
 class Keeper:
-    """A separate thread that waits for the disk.
+    """A separate thread that flushes a file to disk.
 
     Parameters
     ----------
@@ -60,7 +61,7 @@ class Keeper:
         self._thread.start()
 
     def want(self, mark: Mark) -> None:
-        """Submit all data before a mark to the thread, which flushes them to disk."""
+        """Let the thread flush all data before ``mark`` to disk."""
         self._handed.put(mark)
         self.wanted = mark
 

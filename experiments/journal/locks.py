@@ -46,7 +46,7 @@ def lock_file(journal: Path) -> Path:
 
 
 def writer(journal: Path) -> Holder | None:
-    """Return the writer named in a lock file, active or not, or None without a lock file."""
+    """Return the process named in a lock file, running or not; None without a readable file."""
     try:
         host, process = lock_file(journal).read_text(encoding="utf-8").split()
         return Holder(host, int(process))
@@ -114,11 +114,12 @@ def _lock(stream: IO[bytes] | FileIO, kind: portalocker.LockFlags) -> bool | Non
 
 
 def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
-    """Create a lock file for this session, unless another session has a plausible one.
+    """Create a lock file for this session, unless another session is probably still active.
 
     If two sessions start simultaneously, only one of them may create or replace the lock file. Each
-    session therefore first creates a temporary file, which succeeds for only one session at a time.
-    It then checks the existing lock file and replaces it by the temporary file.
+    session therefore first creates a temporary file; only one session at a time can succeed in
+    creating this file. The session then checks the existing lock file and replaces it with the
+    temporary file.
     """
     lock = lock_file(journal)
     claim = lock.with_name(f"{lock.name}.new")
@@ -166,7 +167,7 @@ def _make_again(claim: Path, *, system_locks: bool) -> bool:
 
 
 def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | None:
-    """Return the writer named in a lock file, if the lock file is plausible."""
+    """Return the writer named in a lock file, if this writer is probably still active."""
     holder = writer(journal)
     try:
         age_s = now_s - lock_file(journal).stat().st_mtime

@@ -25,7 +25,7 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 
 def software() -> dict[str, str]:
-    """Return the versions of Python and of packages that can affect data, without imports."""
+    """Return the versions of Python and of the packages that can affect data."""
     return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
 
 
@@ -76,7 +76,8 @@ def read_usable(path: Path, most: int | None = None) -> tuple[RunPlan | None, Re
 def holds_records(path: Path) -> bool:
     """Return whether a journal contains at least one record, intact or damaged.
 
-    If even the first record is torn, the journal is empty, and the run can be started again.
+    If even the first record is incomplete, the journal counts as empty, and the run can be started
+    again.
     """
     return has_begun(path) and bool(read_whole(path, most=1).records)
 

@@ -1,14 +1,14 @@
 """Read the intact records of a journal, and report damage by line.
 
 `read_records` is used to resume a run, and raises an error if there is any damage. `read_whole` is
-used to build data sets, and omits only the damaged records. The rules are:
+used to build data sets; it omits only damaged records. The rules are:
 
 - Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
-- A torn end does not count as damage. A torn end is a last line that is cut short, or that contains
-  zero bytes because the disk lost power. If several records were not yet on disk, the torn end can
-  include earlier lines. The entry `kept` in the "begin" record of each question is the number of
-  records that were then on disk.
+- An incomplete end of the file does not count as damage: a last line that is truncated, or that
+  contains zero bytes because the disk lost power. If several records were not yet on disk, the
+  incomplete end can include earlier lines. The entry `kept` in the "begin" record of each question
+  is the number of records that were then on disk.
 - A record of kind `DAMAGED` replaces each gap in the numbering, and each record whose hash is
   inconsistent with the previous record.
 """
@@ -51,9 +51,9 @@ class Reading:
     damage : list of Damage
         Damaged lines with the reason for each; empty if the journal is intact.
     length : int
-        Length in bytes, not counting a torn end.
+        Length of the file in bytes, excluding an incomplete end.
     torn : bool
-        Whether the end is torn, which happens if the machine stops while writing.
+        Whether the end of the file is incomplete, because the machine stopped while writing.
     """
 
     records: list[Record] = field(default_factory=list)
@@ -161,7 +161,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
-    """Report the smallest set of lines without which the other lines are in numerical order."""
+    """Report all lines that are not part of the longest sequence in numerical order."""
     ends: list[int] = []  # lowest last number of an increasing sequence of each length
     lengths = []
     for line in chosen:
@@ -205,7 +205,7 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
 def read_records(path: Path) -> tuple[list[Record], int]:
     """Return a journal's records and the length of its intact part in bytes.
 
-    If the last line is torn, it is omitted, and the length is the offset at which it begins.
+    An incomplete end of the file is omitted; the length is then the offset at which it begins.
 
     Raises
     ------
@@ -229,7 +229,7 @@ def damaged(path: Path, damage: Damage) -> UserError:
 
 
 def _before_torn_end(lines: list[bytes]) -> int:
-    """Return the number of lines before the torn end."""
+    """Return the number of lines before an incomplete end of the file."""
     torn = [place for place, line in enumerate(lines) if line[-1:] != b"\n" or b"\0" in line]
     if not torn or torn[0] == len(lines) - 1:
         return torn[0] if torn else len(lines)

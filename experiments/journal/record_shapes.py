@@ -234,7 +234,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """Checks the order of steps: each begins at least once, and ends before the next begins."""
+    """Checks the order of steps: a step may begin repeatedly, and ends before the next begins."""
 
     def __init__(self) -> None:
         self.sure = True  # whether there was no damage since the last step began
@@ -244,7 +244,7 @@ class _Order:
         self._open: dict[str, Any] | None = None
 
     def refuses(self, record: Record) -> str:
-        """Process the next record. Return the reason if it is out of order, otherwise ""."""
+        """Process the next record; return the reason why this record is out of order, or ""."""
         first, self._first = self._first, False
         if (record.kind == "header") != (first and record.number == 0):
             return "a run must have exactly one header, as its first record"
@@ -332,7 +332,7 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise an error if data do not match a model, or do not match a dataclass exactly."""
+    """Raise an error unless data match a model, or a dataclass without additional entries."""
     # Validated as JSON: strict, except that lists are accepted for tuples.
     _fit_json(shape, json.dumps(data))
 

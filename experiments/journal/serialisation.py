@@ -1,6 +1,6 @@
 """Convert steps and answers to plain data for the journal, and back.
 
-Data read from a journal contain either the names used in µm files
+Data read from a journal contain either the names used in files with levels in µm
 (`slipscale.stimuli.field_names.in_um`) or the names used in the code. The results always contain
 the names used in the code.
 """
@@ -71,7 +71,7 @@ def _plain(value: Any) -> Any:
 
 
 def _told(value: Any, name: str) -> bool:
-    """Return whether to record a field; later additions are omitted if they have the default."""
+    """Return whether to record a field; a field in ``LATER`` is omitted if it has its default."""
     later = name in getattr(value, "LATER", ())
     return not later or getattr(value, name) != _defaults(type(value))[name]  # type: ignore[arg-type]
 

@@ -1,9 +1,10 @@
 """Read E-Prime text files: logs written by E-Run and tables exported by E-DataAid.
 
-Both are usually UTF-16. A log begins with ``*** Header Start ***``. Frames in a log are nested, and
-each frame is written after the frames that it contains. Each row combines a frame at the deepest
-level with its enclosing frames and the header. An exported table begins with its column names,
-which include ``ExperimentName`` and ``Subject``, possibly after a line with the file name.
+Both are usually UTF-16. A log begins with ``*** Header Start ***``. A log consists of nested
+frames, which are lists of variables; each frame is written after the frames that it contains. Each
+row of the returned table combines a frame at the deepest level of nesting (usually a trial) with
+its enclosing frames and the header. An exported table begins with its column names, which include
+``ExperimentName`` and ``Subject``, possibly after a line with the file name.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Read jsPsych data (CSV or JSON). Objects in cells become columns such as ``response.Q0``.
 
 A file is recognised as jsPsych if every trial has ``trial_type``, ``trial_index`` and
-``time_elapsed``. A JSON file contains one list of trials, or one list per participant and line, as
-in JATOS.
+``time_elapsed``. A JSON file contains a single list of trials, or one list per line (one line per
+participant), as in files exported from JATOS.
 """
 
 from __future__ import annotations

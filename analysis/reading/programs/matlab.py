@@ -54,8 +54,8 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if len(chosen) != 1:
         named = ", ".join(name or "the vectors" for name in tables) or "none"
         raise UserError(
-            f"{path}: the tables in the file are {named}; expected one table, or the name of its "
-            f"variable (--sheet); {SAVE}"
+            f"{path}: the file contains these tables: {named}; expected one table, or --sheet with "
+            f"the name of a table; {SAVE}"
         )
     (table,) = chosen
     length = len(next(iter(table.values())))

@@ -22,7 +22,15 @@ SPSS = (".sav", ".zsav")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Wanted:
-    """Options for reading a file: columns with labels, and the sheet or variable to read."""
+    """Options for reading a file.
+
+    Parameters
+    ----------
+    words : sequence of str
+        Columns with text. In SPSS files, the values in these columns are replaced by their labels.
+    sheet : str, optional
+        Sheet of a workbook, or variable in a MATLAB file.
+    """
 
     words: Sequence[str]
     sheet: str | None

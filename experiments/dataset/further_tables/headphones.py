@@ -20,7 +20,8 @@ from slipscale.experiments.study.headphone_test import (
 def headphone_result(records: list[Record], test: HeadphoneTest) -> dict[str, object]:
     """Return the result of the last attempt, with the operator's decision.
 
-    ``result`` is "passed", "failed", "not done" (with the reason) or "broken off".
+    The entry ``result`` is "passed", "failed", "not done" (with the reason), or "broken off" if the
+    test was not completed.
     """
     reasons = [record.data["reason"] for record in records if record.kind == NO_SOUND]
     attempts: list[dict[str, object]] = [{}]

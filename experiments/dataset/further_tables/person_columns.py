@@ -59,8 +59,8 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
     Parameters
     ----------
     questions : Mapping
-        For the name of each question about the participant, a mapping from answer codes to labels;
-        empty if the answer is a number.
+        Labels of the answer codes of each question about the participant, keyed by the name of the
+        question. The labels are empty if the answer is a number.
     """
     answers = {
         name: Column(

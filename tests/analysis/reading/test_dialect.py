@@ -89,7 +89,7 @@ def test_a_column_of_which_more_than_a_few_cells_fail_stops(table_by_hand):
         text = "\n".join([",".join(HEADER), *rows, *["b,1,many"] * wrong])
         path = table_by_hand(text, f"{wrong}.csv")
         if stops:
-            with pytest.raises(UserError, match=r"line 10, column estimate: 'many' and 3 other of"):
+            with pytest.raises(UserError, match=r"line 10, column estimate: 'many' and 3 others"):
                 load(path)
         else:
             assert len(load(path).problems) == wrong

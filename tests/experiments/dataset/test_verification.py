@@ -167,7 +167,7 @@ def test_a_header_that_nothing_replaces_blocks_nobody_else(dataset, torn):
     assert problem.file == JOURNAL
     assert "the first record is" in problem.what
     assert [each.what for each in tables] == 2 * torn * [
-        "the table is kept, but is not in any journal"
+        "the table is kept, but its journal is missing"
     ]
     assert (kept.file, kept.place) == ("participants.tsv", "sub-01")
     people = pd.read_csv(dataset / "participants.tsv", sep="\t")

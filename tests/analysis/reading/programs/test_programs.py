@@ -175,7 +175,7 @@ def test_of_several_tables_of_matlab_the_variable_is_named(tmp_path):
     savemat(path, {"first": {"a": [1, 2]}, "second": {"a": [3, 4], "b": [5.5, np.nan]}})
     content = path.read_bytes()
     program = program_of(content, path)
-    with pytest.raises(UserError, match=r"in the file are first, second; expected .*--sheet"):
+    with pytest.raises(UserError, match=r"these tables: first, second; expected .*--sheet"):
         program.read(content, path, Wanted(words=(), sheet=None))
     found = program.read(content, path, Wanted(words=(), sheet="second"))
     assert found["b"].tolist()[0] == "5.5"
