@@ -65,14 +65,15 @@ class ColumnAnswer:
     reason : str
         Reason why no data set is consistent with the column, or an empty string.
     multisets : int or None
-        Number of data sets, ignoring the order of participants, or None if they are not counted.
+        Number of data sets, ignoring the order of participants, or None if the data sets were not
+        counted.
     ordered : int or None
         Number of data sets, counting different orders of participants separately, or None if
         counting takes too long.
     grim, grimmer : bool
         Whether the mean passes GRIM and the SD passes GRIMMER.
     sums : tuple of (Fraction, Fraction)
-        Sums and sums of squares that match the printed numbers, in the unit of the scale.
+        Sums and sums of squares that match the published numbers, in the unit of the scale.
     order_statistics : tuple of OrderStatistic
         Order statistics of the ratings. Empty if no data set exists or if the computation takes too
         long.
@@ -83,14 +84,15 @@ class ColumnAnswer:
     assumptions : tuple of str
         Descriptions of the assumptions about the column.
     refused : str
-        Reason why the data sets are not counted. Empty if they are counted.
+        Reason why the data sets were not counted. Empty if the data sets were counted.
     not_drawn : str
-        Reason why data sets can be counted but not sampled. Empty if they can be sampled.
+        Reason why the data sets were counted but cannot be sampled. Empty if sampling is possible,
+        if no data set exists or if the data sets were not counted.
     witness : tuple of float
-        A verified data set. Empty if the data sets are counted or if none was found.
+        A verified data set. Empty if the data sets were counted or if the search found no data set.
     log10_estimate : float or None
-        Approximate log10 of the number of data sets (saddle-point method), if these are not
-        counted.
+        Approximate log10 of the number of data sets (saddle-point method), if the data sets were
+        not counted.
     """
 
     label: str
@@ -141,7 +143,11 @@ class Across:
 
 
 def column_answer(solutions: Solutions, measure: str, *, variants: bool = False) -> ColumnAnswer:
-    """Return the results for a column. `variants` adds all SD conventions and rounding rules."""
+    """Return the results for a column.
+
+    If `variants` is true, the results include the counts under every SD convention and rounding
+    rule.
+    """
     counted = all_variants(solutions) if variants else ()
     if solutions.refused:
         return _uncounted(solutions, counted)
@@ -201,7 +207,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Return whether to count ordered samples: on request, or if counting is quick."""
+    """Return whether to count ordered samples: if the user requested it, or if it is quick."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:
@@ -212,7 +218,7 @@ def worth_ordering(solutions: Solutions, measure: str) -> bool:
 
 
 def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
-    """Return the sums and sums of squares that match the printed numbers, in the scale's unit."""
+    """Return the sums and sums of squares that match the published numbers, in the scale's unit."""
     low, step = solutions.column.scale.minimum, solutions.column.scale.step
     return tuple(
         (

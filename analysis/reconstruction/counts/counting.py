@@ -61,7 +61,7 @@ class Estimate:
         return isfinite(self.value) and 2 * self.bound * self.error < modulus / 4
 
     def nearest(self, residue: int, modulus: int) -> int:
-        """Return the integer nearest to the estimate that equals `residue` modulo `modulus`."""
+        """Return the integer with the given residue that is nearest to the estimate."""
         half = modulus // 2
         return int(self.value) + (residue - int(self.value) + half) % modulus - half
 
@@ -100,7 +100,7 @@ def count(
     Parameters
     ----------
     tasks : list of Problem
-        The counting problems of a column.
+        The problems into which the count for a column is divided.
     measure : {"multisets", "ordered"}
         Whether to count multisets or ordered samples.
     memory_gib : float

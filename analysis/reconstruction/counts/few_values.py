@@ -1,12 +1,13 @@
-"""Count multisets by a closed formula on scales with few values, such as Likert scales.
+"""Count multisets by a formula for scales with few values, such as Likert scales.
 
 Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of the other values (the
-outer values) are enumerated. For a given choice, let k be the number of outer values, d the sum of
-their signed distances from c, and q the sum of their squared distances. The totals n, D and V (see
-`meet_in_the_middle`) then determine the frequencies of the three neighbouring values. Together,
-c - 1 and c + 1 occur w = V - q times, and their frequencies differ by D - d. Such frequencies exist
-if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares form a range with step 2,
-so do the possible values of w. Each choice of outer values then requires only one subtraction.
+outer values) are enumerated. For a given choice of these frequencies, let k be the number of outer
+values, d the sum of their signed distances from c, and q the sum of their squared distances. The
+totals n, D and V (see `meet_in_the_middle`) then determine the frequencies of the three
+neighbouring values. The frequencies of c + 1 and c - 1 add up to w = V - q and differ by D - d.
+Such frequencies exist if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares
+form a range with step 2, so do the possible values of w. For each choice of the outer values'
+frequencies, the number of multisets then follows from one subtraction.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ CHOICES = 100_000
 VALUES = 12
 
 
-# Sum of distances from the centre -> runs of sums of squared distances in steps of two, each with
-# its first and last element.
+# Sum -> possible sums of squares, as sequences with a step of two. Each sequence is given by its
+# first and last element.
 Runs = dict[int, list[tuple[int, int]]]
 
 
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
-    """Return the number of multisets of `values` that reach one of the goals.
+    """Return the number of multisets of `values` that have the moments required by any of `goals`.
 
     `values` must be in ascending order. Returns None if other methods are faster, or if there are
     no three neighbouring values.
@@ -60,8 +61,8 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     n : int
         Number of values in a multiset.
     of_sum : dict of int to list of (int, int)
-        Runs of possible sums of squares for each sum. A run increases in steps of two and is given
-        by its first and last element.
+        For each sum, the possible sums of squares, as sequences with a step of two. Each sequence
+        is given by its first and last element.
     """
     centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
     if not centres or len(values) > VALUES:
@@ -93,14 +94,14 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
 
 
 def without_median(goal: Goal) -> bool:
-    """Return whether the goal allows any number of values below the centre."""
+    """Return whether the solutions of `goal` are not restricted by a median."""
     part = goal.part
     together = part.split.below + 1 == part.split.centre == part.split.above
     return together and part.fewest_below == 0 and part.most_below == goal.n
 
 
 def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last element of each run of numbers that increase in steps of two."""
+    """Yield the first and last element of each sequence of numbers with a step of two."""
     breaks = [i + 1 for i, (a, b) in enumerate(pairwise(square_sums)) if b != a + 2]
     for first, end in pairwise([0, *breaks, len(square_sums)]):
         yield square_sums[first], square_sums[end - 1]
@@ -109,9 +110,10 @@ def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
 def _outer(
     n: int, distances: list[int], least: int, most: int
 ) -> tuple[Array, Array, Array] | None:
-    """Return k, d and q for all choices of outer values, or None if there are too many choices.
+    """Return k, d and q, as defined in the module docstring, for each choice of outer values.
 
-    Choices are omitted if their sum of squares exceeds `most` or cannot reach `least`.
+    Choices for which the sum of all squared distances cannot lie between `least` and `most` are
+    omitted. Returns None if there are too many choices.
     """
     k = d = q = np.zeros(1, dtype=np.int64)
     far_to_near = sorted(distances, key=abs, reverse=True)

@@ -31,7 +31,11 @@ def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Rank
 
 
 def multisets(tasks: list[Problem], n: int, memory_gib: float) -> Array:
-    """Return all multisets of n values, one per sorted row, in steps above the scale minimum."""
+    """Return all multisets of n ratings, one per row.
+
+    Ratings are sorted within a row, and are given as numbers of scale steps above the minimum of
+    the scale.
+    """
     blocks = [
         block for ranking in rankings(tasks, "multisets", memory_gib) for block in _blocks(ranking)
     ]
@@ -47,9 +51,9 @@ def _blocks(ranking: Ranking) -> Iterator[Array]:
 def arrangements(rows: Array, total: int | None = None) -> Array:
     """Return the number of orderings of each sorted row: n! / (c1! c2! ...).
 
-    Factors are multiplied one value at a time, so that all quotients are whole numbers. Python
-    integers are used if intermediate results, which are at most n times `total`, could exceed a
-    machine word.
+    Multiplications and divisions alternate, so that every intermediate result is a whole number.
+    Intermediate results are at most n times `total`. If they could exceed 64 bits, Python integers
+    are used.
     """
     n = rows.shape[1]
     kind = np.dtype(np.uint64 if total is not None and n * total < WORD else object)

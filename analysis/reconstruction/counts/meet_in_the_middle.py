@@ -18,12 +18,15 @@ from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 @dataclass(frozen=True)
 class Goal:
-    """The totals of distances from the centre that one part of the solutions must have.
+    """Required number of free values, and required sums of their distances from the centre.
+
+    A `Goal` applies to one part of the solutions. The centre is a reference value on the scale (see
+    `partition.Split`).
 
     Parameters
     ----------
     part : Part
-        Part of the solutions that has these totals.
+        Part of the solutions to which these requirements apply.
     n : int
         Number of free values.
     signed_sum : int
@@ -39,12 +42,16 @@ class Goal:
 
     @property
     def numbers_above(self) -> range:
-        """Possible numbers of free values above the centre."""
+        """Range of the possible number of free values at or above the centre."""
         return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
 
 
 def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
-    """Return the goals that can be reached, grouped by state table."""
+    """Return one `Goal` for each part that can have solutions, grouped by `Split`.
+
+    Parts are omitted if the sum of squared distances would be negative or would have the wrong
+    parity.
+    """
     groups: dict[Split, list[Goal]] = {}
     for part in parts:
         n, total, squares = part.moments.n, part.moments.total, part.moments.squares
@@ -57,7 +64,7 @@ def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
 
 
 def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
-    """Return the shapes of the two state tables that are needed to reach the goals `wanted`."""
+    """Return the shapes of the two state tables needed to count the solutions of `wanted`."""
     below, above = _halves(split, wanted)
     return (
         below.shape(frozenset(split.centre - value for value in split.holes)),
@@ -66,7 +73,7 @@ def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
 
 
 def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
-    """Return the sizes of a few planes of both state tables, without computing all sizes."""
+    """Return sampled sizes of both state tables, for a quick estimate of their total sizes."""
     return [half.glimpse() for half in _halves(split, wanted)]
 
 
@@ -78,18 +85,21 @@ DISTANCES_LOOKED_AT = 1024
 
 @dataclass(frozen=True)
 class Glimpse:
-    """Sizes of a few planes of a state table, for estimating its total size.
+    """Sampled sizes of a state table, for a quick estimate of its total size.
+
+    The cells of a state table for the same number k of values form a plane.
 
     Parameters
     ----------
     ks : ndarray, shape (planes,)
-        Numbers of values k.
+        Number of values k in each sampled plane.
     cells : ndarray, shape (planes,)
-        Number of cells in each of these planes.
+        Number of cells in each sampled plane.
     sizes : ndarray, shape (planes, distances)
-        Number of cells required by values at or beyond a distance.
+        Number of cells needed in each sampled plane if no value is nearer to the centre than the
+        sampled distance.
     share : float
-        Number of distances that each column of `sizes` represents.
+        Number of all distances divided by the number of sampled distances.
     """
 
     ks: Array
@@ -103,8 +113,8 @@ class _Half:
     """The values on one side of the centre, and the bounds on their sums in any solution.
 
     If k values in [low, high] have the sum a, their sum of squares is at least a²/k and at most
-    (low + high) a - k low high. These bounds also apply to the n - k remaining values, whose signed
-    distances and squared distances add up to the remainders of D and V.
+    (low + high) a - k low high. The same bounds apply to the remaining n - k values. Their signed
+    distances must add up to the rest of D, and their squared distances to the rest of V.
     """
 
     nearest: int
@@ -116,13 +126,13 @@ class _Half:
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self, holes: frozenset[int]) -> Shape:
-        """Return the distances on this side, and the largest a and w of any solution for each k."""
+        """Return the shape of the state table for these values, excluding the `holes`."""
         reach = ((0, 0), *(self._reach_of(k, 0) for k in range(1, self.most + 1)))
         own = frozenset(d for d in holes if self.nearest <= d <= self.farthest)
         return Shape(self.nearest, self.farthest, self.sign, reach, own)
 
     def glimpse(self) -> Glimpse:
-        """Return the sizes of a few planes of the state table."""
+        """Return sampled sizes of the state table for these values."""
         ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
         found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
         a, w = np.array(found, dtype=np.float64).T[:, :, None]
@@ -137,7 +147,10 @@ class _Half:
         )
 
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
-        """Return the largest a and w of k values, examining `looked_at` sums (0: all sums)."""
+        """Return the largest a and w (see `state_table`) that k values can have in a solution.
+
+        At most `looked_at` values of a are examined, or all values if `looked_at` is 0.
+        """
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
             if k > n:
@@ -202,9 +215,11 @@ def _half(
 
 @dataclass(frozen=True)
 class Joint:
-    """A pair of slices of the two state tables, in which each pair of cells reaches a goal.
+    """Two slices of the state tables below and above the centre, aligned cell by cell.
 
-    `ways` is the number of arrangements of each pair of cells (1 for multisets).
+    Values from two cells at the same position together have the sums that `goal` requires. For
+    ordered samples, `ways` is the number of ways to interleave the values below the centre, the
+    values above it and the fixed values. For multisets, `ways` is 1.
     """
 
     goal: Goal
@@ -223,7 +238,7 @@ def joints(
     planes: tuple[list[Array], list[Array]],
     measure: str,
 ) -> Iterator[Joint]:
-    """Yield one pair of aligned slices for each number of values above the centre."""
+    """Yield aligned slices of the two state tables for each number of values above the centre."""
     (shape_below, shape_above), (planes_below, planes_above) = outlines, planes
     constant = (goal.square_sum - goal.signed_sum) // 2
     for k in goal.numbers_above:

@@ -1,9 +1,10 @@
 """Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
-A printed minimum, maximum or median requires certain values to be present. The solutions are
-partitioned by the frequency of each of these values. In each part, all other values are free within
-one interval, or within two intervals below and above the median. Every consistent multiset or
-ordered sample belongs to exactly one part.
+A published minimum, maximum or median requires certain ratings to be present. The solutions are
+partitioned by how often each required rating occurs. In each part, these ratings are fixed,
+including their frequencies. The remaining ratings are free: they may take any permitted value in
+one interval or, if the median is published, in two intervals below and above the median. Every
+consistent multiset or ordered sample belongs to exactly one part.
 """
 
 from __future__ import annotations
@@ -41,21 +42,24 @@ class Moments:
 
 @dataclass(frozen=True)
 class Wanted:
-    """The requirements that a column's values must meet, in steps above the scale minimum.
+    """The requirements that a column's ratings must meet.
+
+    Ratings are given as numbers of scale steps above the minimum of the scale.
 
     Parameters
     ----------
     moments : Moments
-        Number, sum and sum of squares of all values.
+        Number, sum and sum of squares of all ratings.
     low, high : int
-        Range of the values.
+        Smallest and largest permitted rating.
     present : tuple of frozenset of int
-        At least one value of each set must be present. Each set contains consecutive values at the
-        lower or upper end of the range.
+        At least one rating from each set must be present. Each set contains consecutive ratings at
+        the lower or upper end of the range.
     medians : tuple of (int, int), optional
-        Permitted pairs of the two middle values (the same value twice if n is odd).
+        Permitted pairs of the two middle ratings of the sorted data set (the same rating twice if n
+        is odd).
     occurrences : tuple of (int, int, int)
-        Values, each with its minimum and maximum number of occurrences.
+        Ratings, each with its minimum and maximum number of occurrences.
     """
 
     moments: Moments
@@ -68,10 +72,10 @@ class Wanted:
 
 @dataclass(frozen=True)
 class Split:
-    """The two intervals of the free values, [low, below] and [above, high].
+    """The two intervals in which the free values lie: [low, below] and [above, high].
 
-    Distances are measured from `centre`, with ``below < centre <= above``. Values in `holes` are
-    not free.
+    Distances are measured from `centre`, with ``below < centre <= above``. The values in `holes`
+    are excluded.
     """
 
     low: int
@@ -84,16 +88,19 @@ class Split:
 
 @dataclass(frozen=True)
 class Part:
-    """Solutions with the same given values and the same moments of the free values.
+    """All solutions that contain the same fixed values with the same frequencies.
+
+    The remaining values of a solution are called free. Their number, sum and sum of squares are the
+    same in all solutions of the part.
 
     Parameters
     ----------
     split : Split
-        Intervals of the free values.
+        Intervals in which the free values lie.
     moments : Moments
-        Moments of the free values.
+        Number, sum and sum of squares of the free values.
     given : tuple of (int, int)
-        Given values, each with its number of occurrences.
+        Fixed values, each with its number of occurrences.
     fewest_below, most_below : int
         Minimum and maximum number of free values in the lower interval.
     """
@@ -106,7 +113,7 @@ class Part:
 
     @property
     def all_moments(self) -> tuple[int, int]:
-        """Sum and sum of squares of the given and free values together."""
+        """Sum and sum of squares of all values, both fixed and free."""
         given = [value for value, times in self.given for _ in range(times)]
         return (
             self.moments.total + sum(given),
@@ -115,7 +122,7 @@ class Part:
 
     @property
     def arrangements(self) -> int:
-        """Number of ways to place the given values among all values of an ordered sample."""
+        """Number of ways to choose the positions of the fixed values in an ordered sample."""
         ways, n = 1, self.moments.n
         for _, times in self.given:
             n += times
@@ -140,12 +147,12 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the values in [low, high] for which a count is specified."""
+    """Return the values in [low, high] for which a frequency is specified."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
-    """Yield the moments and the interval of the free values, together with the given values."""
+    """Yield the moments and the permitted range of the free values, and the fixed values."""
     if not wanted.occurrences:
         yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
         return
@@ -201,10 +208,10 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
 
 
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
-    """Yield the parts whose two middle values are `lower` and `upper`.
+    """Yield the parts of the solutions in which the two middle ratings are `lower` and `upper`.
 
-    Half of the n values lie below the middle, and half above. The parts differ in how often each
-    middle value occurs.
+    The middle ratings of a sorted data set determine its median. Each part fixes how often the
+    middle ratings occur.
     """
     for moments, low, high, given in _ends(wanted):
         holes = _holes(wanted, low, high)
@@ -213,7 +220,7 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
         above = sum(times for value, times in given if value > upper)
         middle = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
         if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
-            continue  # A given value lies between the two middle values.
+            continue  # A fixed value lies between the two middle ratings.
         for copies in _copies(middle, moments.n, low, high, holes):
             rest, more = moments, given
             for value, times in copies:
@@ -238,9 +245,9 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
 def _copies(
     middle: dict[int, int], n: int, low: int, high: int, holes: frozenset[int]
 ) -> Iterator[Given]:
-    """Yield the possible numbers of copies of each middle value among the free values.
+    """Yield how many copies of each middle rating can be added to the fixed values.
 
-    The number is 0 for a middle value that is given, excluded or outside the interval.
+    No copies are added if a middle rating is already fixed, is excluded or lies outside the range.
     """
     ranges = [
         range(n + 1) if low <= value <= high and not held and value not in holes else range(1)

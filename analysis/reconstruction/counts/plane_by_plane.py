@@ -1,21 +1,22 @@
-"""Count the multisets that reach a goal, storing only one plane of cells per distance.
+"""Count the multisets with given sums, storing only one two-dimensional table per distance.
 
 To draw samples and compute marginals, `state_table` stores the states for every number of values k.
-Counting does not require all of these states. Let T_k[d] be the table of counts for k values at
-distances of at least d from the centre. The nearest value is either at d or farther out, so
+Counting does not require all of these states. Let T_k[d] be the table of counts, called a plane,
+for k values at distances of at least d from the centre. The nearest value is either at d or farther
+out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
-With i = a - k d and j = w - k w_d, the second term of this equation has the same indices as its
-left side. T_k[d + 1] can therefore be added to the existing table in place, at the offset (k, k
-(w_{d+1} - w_d)). This recursion corresponds to enumerating conjugate partitions. Tables for values
-far from the centre are small, and they are needed only for small k.
+If the tables are indexed by i = a - k d and j = w - k w_d, the left side and the second term of
+this equation have the same indices (i, j). T_k[d + 1] can therefore be added to the existing table
+in place, at the offset (k, k (w_{d+1} - w_d)). This recursion corresponds to enumerating conjugate
+partitions. Tables for values far from the centre are small, and they are needed only for small k.
 
 Values above the centre are added by this recursion, with k ascending. Values below the centre
-follow the transposed recursion, with k descending. Tables below the centre contain weights: the
-weight of a state is the number of solutions that combine this state with values above the centre.
-The tables above and below the centre are combined at every k, using only additions and without
-storing a complete table.
+follow the transposed recursion, with k descending. Tables below the centre contain weights. The
+weight of a state is the number of ways to complete this state to a solution by adding further
+values. The tables above and below the centre are combined at every k, using only additions and
+without storing a complete table.
 """
 
 from __future__ import annotations
@@ -32,14 +33,14 @@ from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 
 def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | None) -> float | int:
-    """Return the number of multisets that reach one of the goals, modulo `modulus`.
+    """Return the number of multisets with the sums required by any of `goals`, modulo `modulus`.
 
     Parameters
     ----------
     below, above : Shape
-        Distances on each side of the centre, and the required size of each state table.
+        Shapes of the state tables for values below and above the centre.
     goals : sequence of Goal
-        Goals that share these state tables.
+        Required sums of the free values, one `Goal` per part of the solutions.
     modulus : int or None
         Modulus of the result: 2**64 or a prime below 2**31. If None, the result is an estimate in
         floating point.
@@ -73,12 +74,12 @@ def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
 
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
-    """Return the largest k and the number of cells for the plane of each distance."""
+    """For each distance, return the largest k for which its plane is needed, and its size."""
     return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
 
 
 def _extents(shape: Shape) -> list[tuple[int, int, int]]:
-    """Return the largest indices k, i and j for the plane of each distance."""
+    """For each distance, return the largest number k of values, and the largest indices i and j."""
     if not shape.distances:
         return []
     k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
@@ -108,16 +109,16 @@ class _Half:
             self.planes.append(_Plane(d, last, np.zeros((most_i + 1, most_j + 1), dtype=kind)))
 
     def extent(self, place: int, k: int) -> tuple[int, int]:
-        """Return the numbers of rows and columns of the plane at `place` for k values."""
+        """Return how many rows and columns of ``planes[place]`` are needed for k values."""
         a, w = self.shape.reach[k]
         d = self.planes[place].distance
         i, j = a - k * d + 1, w - k * self.shape.triangle(d) + 1
         return (i, j) if i > 0 and j > 0 else (0, 0)
 
     def between(self, place: int, k: int) -> tuple[Array, Array] | None:
-        """Return the plane at index `place`, and the matching part of the plane before it.
+        """Return the cells of a plane for k values, and the matching cells of the nearer plane.
 
-        Returns None if the plane is empty.
+        Returns None if ``planes[place]`` contains no cells for k values.
         """
         rows, columns = self.extent(place, k)
         if not rows:
@@ -131,7 +132,7 @@ class _Half:
         )
 
     def reduce(self, modulus: int, k: int) -> None:
-        """Reduce modulo `modulus` the planes that are used for k or more values."""
+        """Reduce all counts modulo `modulus` in the planes needed for k or more values."""
         divisor = np.uint64(modulus)
         for plane in self.planes:
             # Rows are processed separately to keep temporary arrays small.
@@ -141,9 +142,10 @@ class _Half:
 
 @dataclass(frozen=True)
 class _Run:
-    """Goals with the same signed sum D and with consecutive values of (V - D) / 2.
+    """A group of goals that differ only in V, the required sum of squared distances.
 
-    These values range from `first` to `last`, inclusive.
+    All goals of the group require the same sum of signed distances, D. The values of (V - D) / 2
+    are the consecutive integers from `first` to `last`.
     """
 
     signed_sum: int
@@ -167,7 +169,7 @@ def _runs(goals: Iterable[Goal]) -> list[_Run]:
 
 
 class _Meeting:
-    """The state of a count while values are added above the centre and removed below the centre."""
+    """State of the algorithm that adds values above the centre and removes values below it."""
 
     def __init__(self, below: Shape, above: Shape, modulus: int | None) -> None:
         kind = np.float64 if modulus is None else np.uint64
@@ -181,7 +183,7 @@ class _Meeting:
         self.ceilings = (1, 0)
 
     def number(self, n: int, goals: list[Goal]) -> float | int:
-        """Return the number of solutions with n values that reach any of the goals."""
+        """Return the number of multisets of n values with the sums required by any of `goals`."""
         found: float | int = 0
         runs = _runs(goals)
         for k in range(n + 1):
@@ -198,7 +200,10 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Update the planes above the centre from k - 1 to k values, starting with the farthest."""
+        """Add a value above the centre, so that the planes contain the counts for k values.
+
+        The planes are updated from the farthest to the nearest distance.
+        """
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
             if pair := self.above.between(place, k):
@@ -209,7 +214,10 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Update the planes below the centre from k to k - 1 values, starting with the nearest."""
+        """Convert the weights below the centre from k values to k - 1 values.
+
+        The planes are updated from the nearest to the farthest distance.
+        """
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
             if pair is None:
@@ -218,9 +226,10 @@ class _Meeting:
             far += near
 
     def _meet(self, run: _Run, k: int, left: int) -> float | int:
-        """Combine states of k values above the centre with matching states of `left` values below.
+        """Combine k values above the centre with `left` values below it, for the goals of `run`.
 
-        Returns the number of complete solutions that have no values below the centre.
+        The resulting counts are added to the weights below the centre. If `left` is 0, their sum is
+        returned instead, otherwise 0.
         """
         above, below = self.above.shape, self.below.shape
         if k >= len(above.reach) or left >= len(below.reach):
@@ -248,11 +257,7 @@ class _Meeting:
         return 0
 
     def _make_room(self, goals: int, left: int) -> None:
-        """Reduce all cells if the next step could overflow.
-
-        Above the centre, each plane receives the counts of all farther planes. Below the centre,
-        each plane receives the counts of all nearer planes and every goal.
-        """
+        """Reduce all counts modulo `modulus` if the next step could overflow."""
         if self.modulus in (None, WORD):
             return
         above, below = self._grown(*self.ceilings, goals)
@@ -264,7 +269,12 @@ class _Meeting:
         self.ceilings = above, below
 
     def _grown(self, above: int, below: int, goals: int) -> tuple[int, int]:
-        """Return upper bounds on the cell values above and below the centre for the next k."""
+        """Return upper bounds on the counts above and below the centre after the next step.
+
+        Above the centre, a step can add the counts of all farther planes to each plane. Below the
+        centre, a step can add the counts of all nearer planes, and one count per goal, to each
+        plane.
+        """
         grown = above * (len(self.above.planes) + 1)
         return grown, (below + goals * grown) * (len(self.below.planes) + 1)
 
@@ -292,6 +302,6 @@ def _window(cells: Array, before: int, after: int, length: int) -> Array:
 
 
 def _lowest(shape: Shape, k: int) -> tuple[int, int]:
-    """Return the smallest a and w that k values can have."""
+    """Return the smallest a and w (see `state_table`) that k values can have."""
     nearest = shape.distances[0] if shape.distances else shape.nearest
     return k * nearest, k * shape.triangle(nearest)

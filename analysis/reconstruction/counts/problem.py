@@ -37,14 +37,14 @@ BITS_A_PASS = 31
 
 @dataclass(frozen=True)
 class Problem:
-    """Parts of the solutions that share state tables.
+    """A group of parts of the solutions that are counted with the same two state tables.
 
     Parameters
     ----------
     split : Split
-        Intervals of the free values.
+        Intervals in which the free values lie.
     goals : tuple of Goal
-        Required totals of the free values.
+        Required sums of the free values, one `Goal` per part of the solutions.
     """
 
     split: Split
@@ -66,7 +66,7 @@ class Problem:
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets by the closed formula for few values, or None if not applicable."""
+        """Number of multisets by the formula for scales with few values, or None if not usable."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -91,13 +91,13 @@ class Problem:
         return _rough(self)
 
     def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
-        """Return both state tables, filled with all values."""
+        """Return the filled state tables for values below, and at or above, the centre."""
         return StateTable(self.below, measure, modulus).fill(), StateTable(
             self.above, measure, modulus
         ).fill()
 
     def joints(self, below: StateTable, above: StateTable) -> list[Joint]:
-        """Return all pairs of aligned slices of the two state tables."""
+        """Return all pairs of aligned slices of the two state tables (see `Joint`)."""
         return [
             joint
             for goal in self.goals
@@ -114,9 +114,9 @@ class Rough:
     Parameters
     ----------
     table_gib, count_gib : float
-        Memory in GiB for both state tables, and for a count.
+        Memory in GiB for both state tables, and for counting multisets.
     additions : float
-        Number of additions for a count with one modulus.
+        Number of additions needed to count multisets modulo one number.
     """
 
     table_gib: float
@@ -125,7 +125,7 @@ class Rough:
 
 
 def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Group parts of the solutions by state table.
+    """Group the parts of the solutions into problems that each use one pair of state tables.
 
     Raises
     ------
@@ -136,8 +136,8 @@ def problems(parts: Iterable[Part]) -> list[Problem]:
     for split in groups:
         if split.high - split.low > WIDEST:
             raise UserError(
-                f"ratings may lie {split.high - split.low:,} steps apart, but at most {WIDEST:,} "
-                f"are supported: {NARROW}"
+                f"ratings can differ by up to {split.high - split.low:,} steps, but no more than "
+                f"{WIDEST:,} steps are supported: {NARROW}"
             )
     return [Problem(split, tuple(wanted)) for split, wanted in groups.items()]
 

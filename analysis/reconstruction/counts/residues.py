@@ -1,9 +1,9 @@
 """Compute large counts with 64-bit integers, using residues modulo 2^64 and several primes.
 
-A count is determined by its residue modulo M if M exceeds the count, even if intermediate results
-overflow. For counts up to 2^64, one table of 64-bit integers is enough. For larger counts, each
-additional prime needs another table, and the residues are combined by the Chinese remainder
-theorem.
+A count smaller than M is equal to its residue modulo M. Intermediate results may overflow, because
+the arithmetic of 64-bit integers is exact modulo 2^64. For counts below 2^64, one table of 64-bit
+integers is enough. For larger counts, each additional prime needs another table, and the residues
+are combined by the Chinese remainder theorem.
 """
 
 from __future__ import annotations
@@ -50,7 +50,10 @@ def moduli_above(bound: int) -> tuple[int, ...]:
 
 @cache
 def weights(moduli: tuple[int, ...]) -> tuple[tuple[int, ...], int]:
-    """Return weights w and a modulus M such that ``sum(residue * w) mod M`` is the number."""
+    """Return the weights w and the modulus M for the Chinese remainder theorem.
+
+    The integer with the given residues is ``sum(residue * w) mod M``.
+    """
     whole = prod(moduli)
     return tuple(whole // m * pow(whole // m, -1, m) for m in moduli), whole
 

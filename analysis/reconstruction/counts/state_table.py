@@ -1,14 +1,15 @@
-"""Count the combinations of values on one side of the centre, by dynamic programming.
+"""Count the combinations of values below or above a reference value, by dynamic programming.
 
-A value at a distance of d steps from the centre adds (1, d, w_d) to the state (k, a, w). Here, k is
-the number of values added so far, a is the sum of their distances, and w = (q ± a)/2, where q is
-the sum of squared distances. States use w instead of q because q and a always have the same parity,
-so half of the cells in a table over (k, a, q) would be empty. The contribution w_d = d(d ± 1)/2 is
-a triangular number.
+The reference value is called the centre. A value at a distance of d steps from the centre adds (1,
+d, w_d) to the state (k, a, w). Here, k is the number of values added so far, a is the sum of their
+distances, and w = (q ± a)/2, where q is the sum of squared distances. States use w instead of q
+because q and a always have the same parity, so half of the cells in a table over (k, a, q) would be
+empty. The contribution w_d = d(d ± 1)/2 is a triangular number.
 
-The sign of a in w is positive below the centre and negative above the centre. Two halves form a
-solution if a_above = a_below + D and w_above = constant - w_below. The number of solutions is the
-inner product of two slices of the state tables.
+The sign of a in w is positive below the centre and negative above the centre. Values below and
+values above the centre form a solution if a_above = a_below + D and w_above = constant - w_below.
+For multisets, the number of solutions is the sum of the products of matching cells in the two state
+tables.
 """
 
 from __future__ import annotations
@@ -33,22 +34,23 @@ def multiset_ways(_k: int, _j: int) -> int:
 
 
 Ways = Callable[[int, int], int]
-# Measure -> number of ways to place j equal values among k.
+# Measure -> number of ways to place j equal values at k positions.
 WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 
 @dataclass(frozen=True)
 class Shape:
-    """The distances on one side of the centre, and the required size of the state table.
+    """The distances that a state table covers, and the size of the table.
 
     Parameters
     ----------
     nearest, farthest : int
         Range of distances from the centre, in steps. The range is empty if ``farthest < nearest``.
     sign : int
-        +1 below the centre, -1 above it.
+        +1 for values below the centre, -1 for values above it.
     reach : tuple of (int, int)
-        Largest a and largest w in any solution, for k = 0, 1, 2, ...
+        For k = 0, 1, 2, ... values, the largest sum a of their distances and the largest w (see the
+        module docstring) that a solution can have.
     holes : frozenset of int
         Distances in this range that are excluded.
     """
@@ -76,16 +78,17 @@ class Shape:
 
 
 class StateTable:
-    """A table that counts the combinations of values for each state (k, a, w).
+    """A table of the number of value combinations for each state (k, a, w).
 
-    Values are added by distance from far to near (`advance`) and removed from near to far
-    (`retreat`), both in place. Only a few values can be far from the centre, so most steps change
-    only a small corner of the table.
+    The states are defined in the module docstring. Values are added in order of decreasing distance
+    from the centre (`advance`) and removed in order of increasing distance (`retreat`). Both
+    methods change the table in place. Only a few values can be far from the centre, so most steps
+    change only a small corner of the table.
 
     Parameters
     ----------
     shape : Shape
-        Distances from the centre, and size of the table.
+        Range of distances from the centre, and size of the table.
     measure : {"multisets", "ordered"}
         Whether to count multisets or ordered samples.
     modulus : int or None
@@ -114,7 +117,7 @@ class StateTable:
         return self.shape.distances[::-1]
 
     def fill(self) -> StateTable:
-        """Add the values at all distances if the table is not yet filled, and return the table."""
+        """Fill the table with the counts for all distances, if it is not yet filled; return it."""
         if not self._filled:
             for distance in self.distances():
                 self.advance(distance)
@@ -133,7 +136,7 @@ class StateTable:
         self._ceiling = (self.modulus or 0) - 1
 
     def advance(self, distance: int) -> None:
-        """Add values at `distance`, which must be smaller than all distances added so far."""
+        """Add values at `distance`, which must be smaller than all distances in the table."""
         top = len(self.planes) - 1
         if self.measure == "multisets":
             self._make_room(top + 1)
@@ -148,7 +151,10 @@ class StateTable:
                     self._settle(here)
 
     def retreat(self, distance: int) -> None:
-        """Undo `advance` by removing the values at `distance`, the smallest distance added."""
+        """Remove the values at `distance`, which must be the smallest distance in the table.
+
+        This method reverses `advance`.
+        """
         self._filled = False
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -162,11 +168,12 @@ class StateTable:
                     self._subtract(here, self.scaled(there, comb(k, j)))
 
     def pull_back(self, distance: int) -> None:
-        """Convert weights of states with values at `distance` to weights of states without them.
+        """Apply the adjoint of `advance` to a table of weights.
 
-        This method is the adjoint of `advance`. The weight of a state becomes the sum of the
-        weights of all states that result from adding values at `distance`. This method is for
-        tables of weights, not for tables of counts.
+        The new weight of a state is the sum of the old weights of all states that result from
+        adding zero or more values at `distance` from the centre. For ordered samples, each term is
+        multiplied by the number of ways to place the added values. This method must not be used for
+        tables of counts.
         """
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -182,9 +189,10 @@ class StateTable:
                     self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
-        """Yield the cells for k values and the matching cells before adding j values at `distance`.
+        """Yield the cells of states with k values, and of the same states without j values.
 
-        All values are at least `distance` from the centre, which bounds a and w from below.
+        The j values lie at `distance` from the centre. All values are at least this far from the
+        centre, which bounds a and w from below.
         """
         step_a, step_w = j * distance, j * self.shape.triangle(distance)
         low_a, low_w = k * distance, k * self.shape.triangle(distance)
@@ -200,7 +208,7 @@ class StateTable:
             )
 
     def _make_room(self, growth: int) -> None:
-        """Reduce all cells if a step that multiplies counts by at most `growth` could overflow."""
+        """Reduce all counts if they could overflow when multiplied by at most `growth`."""
         if self.modulus in (None, WORD):
             return
         if self._ceiling * growth >= WORD:

@@ -1,9 +1,9 @@
 """Find the solution with a given rank by reversing the dynamic programming of the count.
 
 Values are removed from the state tables in ascending order of their distance from the centre. At
-each distance, the tables give the number of solutions that contain this distance zero times, once,
-twice and so on, and each rank selects one of these numbers. Only integers are used, so uniformly
-drawn ranks give exactly uniform solutions.
+each distance, the tables give the number of solutions that contain this distance exactly 0, 1, 2,
+... times. The rank determines which of these cases applies. All arithmetic uses integers, so
+uniformly distributed random ranks select all solutions with exactly the same probability.
 """
 
 from __future__ import annotations
@@ -24,15 +24,15 @@ WORTH_DROPPING = 0.7
 
 
 class Ranking:
-    """A fixed order of one problem's solutions, which are numbered from 0.
+    """A numbering of the solutions of one problem, starting from 0.
 
     Parameters
     ----------
     task : Problem
-        Parts of the solutions that share state tables.
+        Problem with the solutions to be ranked.
     measure : {"multisets", "ordered"}
-        Whether to rank multisets or ordered samples. If ordered samples are ranked, a solution
-        represents all arrangements of its values.
+        Whether to rank multisets or ordered samples. In a ranking of ordered samples, each multiset
+        occurs once per arrangement of its values.
     moduli : tuple of int
         Moduli whose product exceeds every count.
     """
@@ -64,7 +64,9 @@ class Ranking:
         return int(self._ends[-1]) if len(self._ends) else 0
 
     def solutions(self, ranks: Array) -> Array:
-        """Return the solutions with the given ranks, one sorted row of steps per solution.
+        """Return the solutions with the given ranks, as one sorted row of ratings per solution.
+
+        Ratings are given as numbers of scale steps above the minimum of the scale.
 
         Parameters
         ----------
@@ -110,7 +112,7 @@ class Ranking:
         return joint.goal.n + sum(times for _, times in joint.goal.part.given)
 
     def _give(self, which: Array, out: Array) -> None:
-        """Insert the given values between the free values below and above the centre."""
+        """Insert the fixed values between the free values below and above the centre."""
         for index, joint in enumerate(self._joints):
             rows = np.flatnonzero(which == index)
             column = joint.k_below
@@ -172,7 +174,7 @@ class Ranking:
         return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
-        """Combine residues into counts, which are machine words or Python integers."""
+        """Combine residues into counts, as an array of 64-bit integers or of Python integers."""
         if self.moduli == (WORD,):
             return residues[0]
         factors, whole = weights(self.moduli)
@@ -185,6 +187,6 @@ class Ranking:
 
 
 def _factors(ways: Ways, k: Array, copies: int, kind: np.dtype[Any]) -> Array:
-    """Return the number of ways to place `copies` equal values among k values, for each k."""
+    """For each k, return the number of ways to place `copies` equal values at k positions."""
     table = np.array([ways(number, copies) for number in range(int(k.max()) + 1)], dtype=kind)
     return table[k]

@@ -1,7 +1,8 @@
 """Check thousands of published columns, with one verdict per column.
 
-The verdict on a published column depends only on its row. Verdicts and their order are therefore
-independent of the number of workers, and an interrupted batch can be resumed.
+Each row of the input file describes one published column, and the verdict on a row does not depend
+on other rows. Verdicts and their order are therefore independent of the number of workers, and an
+interrupted batch can be resumed.
 """
 
 from __future__ import annotations
@@ -45,10 +46,10 @@ class Verdict:
     failed : {"", "impossible", "GRIM", "GRIMMER", "extremes", "count"}
         Name of the first test that an inconsistent row fails.
     multisets : str
-        Exact number of data sets, or empty if they are not counted.
+        Exact number of data sets. Empty if the data sets were not counted.
     log10_estimate : str
-        Approximate decimal logarithm of the number of data sets. Empty if they are counted or if no
-        approximation is available.
+        Approximate decimal logarithm of the number of data sets. Empty if the data sets were
+        counted or if no approximation is available.
     reason : str
         Reason why there are no data sets, or why the row could not be counted or understood.
     """

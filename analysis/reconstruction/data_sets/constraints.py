@@ -1,10 +1,11 @@
-"""Derive constraints on ratings from printed numbers, including GRIM and GRIMMER.
+"""Derive constraints on ratings from published numbers, including GRIM and GRIMMER.
 
-Ratings are counted in steps above the scale minimum, so their sums and sums of squares are whole
-numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can have the printed mean.
-GRIMMER (Anaya, 2016; Allard, 2018) checks whether any sum of squares that is a whole number of the
-right parity gives the printed standard deviation. Both conditions are necessary but not sufficient.
-Only the count of data sets is decisive.
+Ratings are given as numbers of scale steps above the minimum of the scale, so their sums and sums
+of squares are whole numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can
+have the published mean. GRIMMER (Anaya, 2016; Allard, 2018) checks whether any sum of squares that
+is a whole number of the right parity gives the published standard deviation. A column can pass both
+tests although no data set is consistent with it. Only counting the data sets gives a definite
+answer.
 """
 
 from __future__ import annotations
@@ -34,24 +35,27 @@ MOST_VALUES = 3_000_000
 
 @dataclass(frozen=True)
 class Targets:
-    """The requirements that a column's ratings must meet, in steps above the scale minimum.
+    """The requirements that a column's ratings must meet.
+
+    Ratings are given as numbers of scale steps above the minimum of the scale.
 
     Parameters
     ----------
     wanted : tuple of Wanted
-        Requirements for each permitted pair of sum and sum of squares.
+        Requirements on the ratings, one entry per possible pair of sum and sum of squares.
     grim : bool
-        Whether any sum of ratings gives the printed mean.
+        Whether any sum of ratings gives the published mean.
     grimmer : bool
-        Whether any possible sum and sum of squares give the printed standard deviation.
+        Whether any possible sum and sum of squares give the published standard deviation.
     reason : str
         Reason why no ratings can meet the requirements. Empty if no contradiction was found.
     refused : str
         Error message if there are too many requirements to list in `wanted`, otherwise empty.
     looked_at : tuple of Wanted
-        Some of the requirements, if there are too many to list.
+        Requirements for a selection of pairs, if there are too many pairs of sum and sum of squares
+        to list.
     pairs : int
-        Approximate number of requirements, if there are too many to list.
+        Approximate number of pairs, if there are too many to list.
     """
 
     wanted: tuple[Wanted, ...]
@@ -64,7 +68,10 @@ class Targets:
 
     @property
     def moments(self) -> tuple[Moments, ...]:
-        """Sums and sums of squares that match the printed numbers, in steps above the minimum."""
+        """Sums and sums of squares of the ratings that match the published numbers.
+
+        Ratings are given as numbers of scale steps above the minimum of the scale.
+        """
         return tuple(wish.moments for wish in self.wanted)
 
 
@@ -92,12 +99,19 @@ def targets(column: Column) -> Targets:
         elif not pairs:
             reason = _grimmer_reason(column)
         else:
-            reason = "no ratings on the scale have the printed extremes, median or frequencies"
+            reason = (
+                "no set of ratings on the scale has the published extreme values, median or "
+                "frequencies"
+            )
     return Targets(possible, grim=bool(sums), grimmer=bool(pairs), reason=reason)
 
 
 def plain_sums(column: Column) -> dict[int, range] | None:
-    """Return possible sums of squares per sum, or None with other constraints or too many sums."""
+    """Return the possible sums of squares for each possible sum of the ratings.
+
+    Returns None if the sums are too many to list, if other published numbers restrict the ratings,
+    or if the column is impossible.
+    """
     more = (
         column.maximum_deviation,
         column.observed_minimum,
@@ -114,7 +128,7 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 
 def _number_of_pairs(column: Column, sums: range) -> int:
-    """Estimate how many pairs of sum and sum of squares match the printed numbers."""
+    """Estimate how many pairs of sum and sum of squares match the published numbers."""
     # The number of sums of squares is similar for all sums.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
@@ -135,9 +149,9 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
     except _TooManyValues:
         wanted = []
     reason = (
-        f"about {number:,} pairs of a sum and a sum of squares give the printed mean and SD"
+        f"about {number:,} pairs of a sum and a sum of squares match the published mean and SD"
         if number
-        else f"{len(sums):,} sums give the printed mean"
+        else f"{len(sums):,} sums match the published mean"
     )
     return Targets(
         (),
@@ -145,8 +159,8 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
         grimmer=True,
         reason="",
         refused=(
-            f"{reason}, but at most {MOST_PAIRS:,} can be examined: the table has too few decimals "
-            f"for n = {column.n:,} on this scale"
+            f"{reason}, which is more than the limit of {MOST_PAIRS:,}: the published "
+            f"numbers have too few decimals for n = {column.n:,} on this scale"
         ),
         looked_at=tuple(wish for wish in wanted if wish is not None),
         pairs=number,
@@ -154,7 +168,9 @@ def _unlisted(column: Column, sums: range, number: int) -> Targets:
 
 
 def within_reach(moments: Moments, most: int) -> tuple[int, int]:
-    """Return the bounds on n values from 0 to `most` that have these moments.
+    """Return a lower and an upper bound on every value in a sample with the given moments.
+
+    The values of the sample lie between 0 and `most`.
 
     According to Samuelson (1968), the squared distance of any value from the mean is at most (n -
     1) / n of the sum of squared deviations.
@@ -169,7 +185,10 @@ def within_reach(moments: Moments, most: int) -> tuple[int, int]:
 
 
 def admissible_sums(column: Column) -> range:
-    """Return the sums, in steps above the minimum, that match the printed mean or sum."""
+    """Return the sums of ratings that match the published mean or sum.
+
+    Ratings are given as numbers of scale steps above the minimum of the scale.
+    """
     n, scale = Fraction(column.n), column.scale
     found = Interval(Fraction(0), n * scale.steps)
     for printed, factor in column.means():
@@ -179,10 +198,10 @@ def admissible_sums(column: Column) -> range:
 
 
 def admissible_squares(column: Column, total: int) -> range:
-    """Return the sums of squares, in steps, that match the printed SD, SE and confidence interval.
+    """Return the sums of squared ratings that match the published SD, SE and confidence interval.
 
-    The sum and the sum of squares have the same parity, so only every second sum of squares is
-    possible.
+    Ratings are given as numbers of scale steps above the minimum of the scale. The sum and the sum
+    of squares have the same parity, so only every second sum of squares is possible.
     """
     n, steps = column.n, column.scale.steps
     variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))
@@ -199,7 +218,7 @@ QUANTILE_ERROR = Fraction(1, 10**9)
 
 
 def variances(column: Column, mean: Fraction) -> Interval:
-    """Return the variances that match the printed SD, SE and confidence interval."""
+    """Return the variances that match the published SD, SE and confidence interval."""
     found = Interval(Fraction(0), (column.scale.maximum - column.scale.minimum) ** 2 * column.n)
     n = Fraction(column.n)
     if column.sd is not None:
@@ -230,11 +249,11 @@ def _steps(column: Column, values: Interval) -> Interval:
 
 
 class _TooManyValues(Exception):
-    """Raised if too many ratings match the printed extremes or median."""
+    """Raised if too many ratings match the published extreme values or median."""
 
 
 class _Extremes:
-    """The requirements that follow from printed extremes, medians and frequencies.
+    """The requirements that follow from published extreme values, medians and frequencies.
 
     Raises
     ------
@@ -264,8 +283,8 @@ class _Extremes:
         self.listed += values
         if self.listed > MOST_VALUES:
             raise _TooManyValues(
-                f"more than {MOST_VALUES:,} ratings match the printed extremes or median: too few "
-                f"decimals are printed for steps of {self.column.scale.step}"
+                f"more than {MOST_VALUES:,} ratings match the published extreme values or median: "
+                f"too few decimals are published for steps of {self.column.scale.step}"
             )
 
     def _listed(self, values: range) -> frozenset[int]:
@@ -294,7 +313,10 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the printed maximum deviation, and those that may have it."""
+        """Return the ratings within the published maximum deviation.
+
+        The second element contains the ratings at which the deviation matches the published number.
+        """
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()
