@@ -64,7 +64,8 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     Raises
     ------
     UserError
-        If there are fewer than three participants or two amplitudes, or estimates outside 0 to 100.
+        If there are fewer than three participants or fewer than two amplitudes, if a mean estimate
+        is not between 0 and 100, or if all participants have the same estimate at an amplitude.
     """
     cells = analysis.cells.dropna()
     name = analysis.dataset.name

@@ -267,7 +267,7 @@ def _setting(args: Namespace, plate: str, *, markers: tuple[str, ...]) -> Settin
 
 
 def _markers(args: Namespace) -> tuple[str, ...]:
-    """Return the marker outputs given on the command line, or else in the laboratory folder."""
+    """Return the marker outputs in the arguments or, by default, in the laboratory folder."""
     return tuple(args.markers) if args.markers else here().markers
 
 
@@ -345,7 +345,10 @@ def _interrupted(folder: Path | None) -> str:
     if found:
         return f"{start}. {'; '.join(how_to_resume(path) for path in found)}"
     searched = folder or f"{defaults.data} or {defaults.pilots}"
-    return f"{start}, but {searched} contains none; to begin a run: slipscale run --participant 01"
+    return (
+        f"{start}, but there is no interrupted run in {searched}; to begin a run: slipscale run "
+        "--participant 01"
+    )
 
 
 def _end(outcome: str, journal: Path) -> int:

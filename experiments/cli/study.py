@@ -20,7 +20,7 @@ WHICH = "a TOML file, or the name of a shipped study"
 
 
 def add_study(parser: ArgumentParser) -> Commands:
-    """Add the arguments of ``slipscale study``; return the subcommands, which can be extended."""
+    """Add the arguments of ``slipscale study``, and return the subparsers for more subcommands."""
     commands = parser.add_subparsers(
         dest="what",
         metavar="new | show | validate | freeze | texts | schema",

@@ -44,8 +44,8 @@ class LabFile(FrozenTable):
     force: str = setting("", "Finger-force sensor; default: the study's sensor.")
     sound_required: Annotated[bool, Field(strict=True)] = setting(
         False,
-        "Whether a study with masking noise requires a sound device, even if the study allows "
-        "sessions without one.",
+        "Whether every session with masking noise requires a sound device; if false, the study's "
+        "own setting applies.",
     )
     data: Text = setting("data", "Folder for participants' data.")
     pilots: Text = setting("pilots", "Folder for pilots, including rehearsals with a person.")
@@ -180,7 +180,9 @@ def rendered(given: dict[str, str]) -> str:
     import tomlkit  # noqa: PLC0415 - when a file is written
 
     document = tomlkit.document()
-    document.add(tomlkit.comment("Defaults of the slipscale commands started in this folder."))
+    document.add(
+        tomlkit.comment("Default options for slipscale commands that are started in this folder.")
+    )
     document.add(tomlkit.comment("Options on the command line override these defaults."))
     for key, field in LabFile.model_fields.items():
         value = given.get(key)

@@ -25,7 +25,7 @@ PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Visit:
-    """A participant's run, which may be planned only or already begun.
+    """A participant's run, which may not have begun yet.
 
     Parameters
     ----------
@@ -248,9 +248,10 @@ def _number(label: str) -> int:
 
 
 def _next_label(labels: list[str], gone: list[str], planned: int) -> str | None:
-    """Return the label for the next new participant: first replacements, then a new number.
+    """Return the label for the next new participant; None if no further participant is planned.
 
-    Numbers follow the existing format: P01, P02 are followed by P03.
+    Withdrawn participants are replaced first. Other labels continue the existing format: P01 and
+    P02 are followed by P03.
     """
     for label in gone:
         if (instead := replacement(label)) not in labels:

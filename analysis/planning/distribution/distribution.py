@@ -55,8 +55,8 @@ class Conclusion:
         See `slipscale.analysis.planning.distribution.numbers.Findings`.
     words : str
     share : Share
-        Proportion of studies in which the conclusion holds. Studies that could not be analysed
-        count as studies in which it does not hold.
+        Proportion of studies in which the conclusion holds. A study that could not be analysed
+        counts as a study in which the conclusion does not hold.
     """
 
     name: str

@@ -60,7 +60,10 @@ def _paper(axes: Axes, found: Distribution, statistic: str) -> None:
 
 @styled
 def curves_figure(found: Distribution) -> Figure:
-    """Plot the mean curve (Fig. 15) of some studies, with median and percentiles of all studies."""
+    """Plot mean normalised estimates against the level, as in Fig. 15 of the paper.
+
+    The figure shows the first `CURVES` studies, and the median and percentiles across all studies.
+    """
     figure, axes = canvas(size=(5.6, 4.0))
     amplitudes = np.array(found.amplitudes_um_pp)
     names = [cell_name(amplitude, "mean") for amplitude in amplitudes.tolist()]

@@ -139,12 +139,14 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
                 svg(figures["table3"], salt="table3"),
                 "Median and 5th and 95th percentiles across studies for each cell of Table III. "
                 "Diamonds are the published values.",
-                "Median and range of means, maximum deviations and standard deviations",
+                "Medians and percentiles of means, maximum deviations and standard deviations",
             ),
             _cells(found),
             html.figure(
                 svg(figures["fig15"], salt="fig15"),
-                f"Mean estimates against {found.quantity.level} in at most {CURVES} studies.",
+                f"Mean estimates as a function of {found.quantity.level}. Thin lines: up to "
+                f"{CURVES} single studies; thick line: median; band: 5th to 95th percentile of "
+                "all studies.",
                 f"Curves of mean estimates that rise with {found.quantity.level}, one per study",
             ),
         ]

@@ -35,8 +35,8 @@ class Row:
         levels.
     decisive : tuple of str
         Tests that must reach the target: the primary omnibus test, the tests of all neighbouring
-        pairs, and the tests of factors with a simulated effect. If there are no such tests, all
-        tests.
+        pairs, and the tests of factors with a simulated effect. If the design includes none of
+        these tests, the tuple contains all tests.
     false_alarms : Mapping
         Proportions as in ``power``, but from studies simulated without an effect.
     widths : Mapping
@@ -178,7 +178,10 @@ def varying(found: Sequence[Row]) -> list[str]:
 
 
 def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
-    """Return for each condition the sample size from which power always reaches the target.
+    """Return the smallest sufficient sample size for each condition.
+
+    A sample size is sufficient if the power reaches the target with this size and with all larger
+    sizes that were simulated.
 
     Returns
     -------
@@ -201,7 +204,9 @@ def fewest(found: Sequence[Row], target: float) -> dict[Condition, int | None]:
 def sentence(design: Design, row: Row) -> str:
     """Describe the power in one condition, for use in a grant application."""
     condition, weak = row.condition, row.weakest
-    people = "" if condition.effect == 1 else f" and {condition.effect:g} times the effect"
+    people = (
+        "" if condition.effect == 1 else f" and {condition.effect:g} times the population's effect"
+    )
     ratings = "rating" if condition.repetitions == 1 else "ratings"
     tests = PRIMARY_TESTS[design.choices.primary]
     if any(design.factor_tests.values()):

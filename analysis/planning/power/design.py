@@ -81,7 +81,7 @@ class Design:
 
     @property
     def factor_tests(self) -> dict[str, bool]:
-        """Whether the population has the tested effect, keyed by factor test.
+        """For each test of a factor, whether the simulated population has the tested effect.
 
         Each factor is tested twice: its effect on means, and its interaction with the amplitude.
         """
@@ -131,7 +131,7 @@ class Design:
         return replace(task, trials_after=task.trials_after + more)
 
     def steps_of(self, condition: Condition) -> StepTask | None:
-        """Return the descending difference task with the condition's number of catch steps.
+        """Return the descending difference task, with a condition's number of catch steps.
 
         The result is None if the study has no such task, or if catch steps were not requested.
         """

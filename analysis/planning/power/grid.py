@@ -39,8 +39,9 @@ class Condition:
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
-        Number of catch steps per series of the descending difference. If None, the number in the
-        study file is used, and the precision of catch steps is not estimated.
+        Number of catch steps (steps without a change) per series in the descending difference task.
+        If None, the number in the study file is used, and the precision of the false-alarm rate and
+        of d' at these steps is not estimated.
     """
 
     participants: int
@@ -77,7 +78,7 @@ class Condition:
         if not all(0 < each < 100 for each in mean):  # noqa: PLR2004
             raise UserError(
                 f"--effect {self.effect:g}: mean sensations would range from {min(mean):.3g} to "
-                f"{max(mean):.3g}; expected an effect with which they are between 0 and 100"
+                f"{max(mean):.3g}; expected an effect that keeps them between 0 and 100"
             )
         habits = population.habits.model_copy(
             update={"lapses": self.lapses, "dropout": self.dropout}
@@ -119,7 +120,7 @@ def option(axis: str) -> str:
 
 
 def orders_of(words: Sequence[str]) -> tuple[Rule, ...]:
-    """Convert comma-separated names to order rules.
+    """Convert comma-separated names to rules for the order of surfaces.
 
     Raises
     ------
@@ -208,5 +209,5 @@ def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
 
 
 def without_its_effect(condition: Condition) -> Condition:
-    """Return a copy of a condition with the effect removed, to estimate its false-alarm rate."""
+    """Return a copy of a condition with the effect removed, for estimating false-alarm rates."""
     return replace(condition, effect=0.0, exponent=0.0)

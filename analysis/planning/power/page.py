@@ -97,7 +97,8 @@ def _page(design: Design, found: Sequence[Row], target: float) -> str:
                 "Effect of the number of catch steps on the precision of the false-alarm "
                 "rate and on the smallest d' that can be claimed. Bands: 95 % Monte Carlo "
                 "intervals of the means.",
-                "Two panels of curves against the number of catch steps",
+                "Two panels with the precision of the false-alarm rate and the lower bound of d', "
+                "plotted against the number of catch steps",
             )
         )
     blocks.append(_table(found))

@@ -24,7 +24,10 @@ TRIED = (5, 45)
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Part:
-    """Shards to compute: part ``number`` (from 1) of ``of`` parts. By default, all shards."""
+    """Selection of the shards to compute; by default, all shards.
+
+    The shards are divided into ``of`` parts, and part ``number`` (counted from 1) is computed.
+    """
 
     number: int = 1
     of: int = 1
@@ -80,7 +83,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
 
 
 def _timed(shard: Shard, studies: int) -> float:
-    """Measure the time needed to compute a shard with this number of studies."""
+    """Return the time in seconds for simulating a number of studies with a shard's settings."""
     began = time.perf_counter()
     replace(shard, studies=studies, number=-1).compute()
     return time.perf_counter() - began
@@ -100,7 +103,7 @@ def run_grid(
     scheduler: str | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> dict[Condition, Outcome]:
-    """Compute shards, and add up the outcomes of each condition.
+    """Simulate shards (batches of studies), and add up the results of each condition.
 
     Parameters
     ----------

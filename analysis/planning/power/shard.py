@@ -1,7 +1,8 @@
 """Simulate a shard: at most 250 studies of one condition, with a seed for the shard.
 
-The seed is the SHA-256 of the user's seed, the shard and everything that is simulated, but not of
-the analysis choices. A shard therefore gives the same result on every machine and in every run.
+The seed is a hash of the user's seed, the shard's number and size, and all settings of the
+simulation. It does not depend on the settings of the analysis. A shard gives the same result on
+every machine and in every run.
 """
 
 from __future__ import annotations
@@ -100,7 +101,7 @@ class Shard:
 
     @property
     def random_seed(self) -> int:
-        """Random seed for people and answers: the same for all analyses of the same people."""
+        """Random seed for simulated people and their answers, whatever the analysis."""
         design = replace(self.design, choices=AnalysisChoices(), alpha=SEEDED_ALPHA)
         return int(replace(self, design=design, looks=Looks()).digest, 16)
 
@@ -191,7 +192,7 @@ def _pairs_told(design: Design, found: Tables, alpha: float) -> dict[str, NDArra
 
 
 def _looks_told(design: Design, found: Tables, looks: Looks) -> dict[str, NDArray[np.bool_]]:
-    """Return, for each interim analysis, which studies stop there.
+    """Return, for each interim analysis, a mask of the studies that stop at this analysis.
 
     A study stops when the omnibus test of its primary analysis is significant or, if the design
     does not include this test, when any pairwise test is significant.

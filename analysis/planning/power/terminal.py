@@ -103,9 +103,9 @@ def _of_factors(design: Design) -> list[str]:
         )
     if some := [name for name in absent if name in bounded]:
         lines.append(
-            f"{', '.join(some)}: no change in growth is simulated, but there is an interaction. "
-            "The top of the scale limits answers, so an effect changes large answers by a smaller "
-            "ratio."
+            f"{', '.join(some)}: no change in growth is simulated, but the top of the scale limits "
+            "large answers. An effect therefore changes large answers by a smaller ratio than "
+            "small answers, which is an interaction."
         )
     if mixed := design.mixed_tests:
         lines.append(
@@ -154,8 +154,8 @@ def summary(design: Design, found: Sequence[Row], target: float) -> list[str]:
         lines.append(f"{line}.")
     if found[0].steps:
         lines.append(
-            "Catch steps: half-width of the interval for the proportion of yes, and lower bound "
-            "of d', averaged across studies."
+            'Catch steps: half-width of the interval for the proportion of "yes" answers, and '
+            "lower bound of d', averaged across studies."
         )
     best = next((row for row in found if row.weakest.value >= target), found[-1])
     lines.append(f"For the application: {sentence(design, best)}")

@@ -35,7 +35,7 @@ TOLD = (Present, Ask, EndTrial)
 
 
 class Answered(NamedTuple):
-    """One simulated person's answers in main trials: choices, or an exponent fitted to ratios."""
+    """A simulated person's main-trial data: choices, or an exponent fitted to ratio judgements."""
 
     method: str
     answers: Answers | None = None

@@ -189,8 +189,9 @@ def enough(
 ) -> dict[str, int | None]:
     """Return the smallest sufficient number of participants for each factor with an effect.
 
-    With this and every larger simulated number, the most powerful comparison between levels of the
-    factor reaches the target. The value is None if there is no such number.
+    A number is sufficient if the most powerful comparison between levels of the factor reaches the
+    target with this number and with all larger numbers that were simulated. The value is None if no
+    number is sufficient.
     """
     simulated = {name for name, _, by in (*population.effects, *population.growths) if by != 1}
     sizes: dict[str, int | None] = {}
@@ -215,7 +216,7 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
         (
             "The report's model can have more power: with 6 people and 40 answers per condition, "
             "it found a large simulated difference in 51 % of 100 studies, but the t tests in only "
-            "18 %. Without a difference, each test was significant in 3 % of the studies "
+            "18 %. In studies simulated without a difference, each test was significant in 3 % "
             "(benchmarks.threshold_tests)."
         ),
     ]

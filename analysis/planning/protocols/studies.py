@@ -39,7 +39,7 @@ TIMED = 24
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolStudy:
-    """Study with one task whose number of trials can be set.
+    """A study and one of its tasks; the number of trials of this task can be set.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ class ProtocolStudy:
     text : str
         Text of the study file with the chosen number of trials.
     place : int
-        Index of the compared task, counted from 0.
+        Index of the task in the study, counted from 0.
     task, title : str
-        Label of the compared task, and title of its protocol.
+        Label of the task, and title of its protocol.
     quantity : str
         The estimated quantity.
     marks : tuple of str or None
@@ -165,7 +165,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
         least = once - (study.number - 1) * each
         raise UserError(
             f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
-            f"{study.amount} = 1; expected at least this number of minutes"
+            f"{study.amount} = 1; expected at least this duration"
         )
     return study.with_number(number)
 

@@ -130,7 +130,7 @@ def tables(
 
 
 def _of_complete(values: Array, test: Callable[[Array], Array]) -> Array:
-    """Return p-values of a test on each study's complete participants; 1 if there are too few."""
+    """Return each study's p-value from participants with complete data; 1 if there are too few."""
     p = np.ones(len(values))
     whole: NDArray[np.bool_] = np.array(np.isfinite(values).all(axis=2), dtype=np.bool_)
     number = whole.sum(axis=1)

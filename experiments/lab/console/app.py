@@ -121,7 +121,7 @@ class Console:
         return response
 
     def _view(self, request: Request) -> View:
-        """Return the input to a page, with texts in the reader's language."""
+        """Return the data for rendering a page, with texts in the reader's language."""
         chosen = request.query_params.get("lang", request.cookies.get("lang", ""))
         t = Words(preferred(request.headers.get("accept-language", ""), chosen))
         return View(found=self.state.now(), jobs=self.jobs, t=t, query=request.query_params)
@@ -152,7 +152,7 @@ class Console:
         return await self._answer(request, edited)
 
     async def later(self, request: Request) -> Response:
-        """Return the results for a study's text that take longer: minutes, cost and orders."""
+        """Return the results that take longer to compute: duration, cost and orders."""
         sent = await request.body()
 
         def followed(view: View) -> dict[str, Any]:
@@ -269,7 +269,7 @@ class Console:
         return next((folder for folder in folders if folder.name == number), None)
 
     async def download(self, _: Request) -> Response:
-        """Return the data set as a zip file, without locks and mailboxes."""
+        """Return the data set as a zip file, without temporary files."""
         if self.access.read_only:
             raise HTTPException(NOT_THERE)
         found = await run_in_threadpool(self.state.now)
@@ -374,7 +374,7 @@ def _zip(folder: Path, name: str) -> Response:
 
 
 def zipped(dataset: Path) -> bytes:
-    """Return the files of a data set, except locks, mailboxes and drafts, as a zip file."""
+    """Return a data set as a zip file, without lock files, session messages and hidden files."""
     content = BytesIO()
     with zipfile.ZipFile(content, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in _files(dataset):

@@ -101,7 +101,7 @@ class Job:
             self.process.stdin.close()
 
     def release_when_left(self) -> None:
-        """Wait for the job to end; release it after `HOLD_S` seconds without an open page."""
+        """Wait until the job ends; release it if no page has been open for `HOLD_S` seconds."""
         while self.running and time.monotonic() - self.held_s <= HOLD_S:
             time.sleep(LOOK_S)
         if self.running:
@@ -122,7 +122,7 @@ class Job:
         return _text(self.output)
 
     def complained(self) -> str:
-        """Return the last error message with all its lines, or the last line if there is none."""
+        """Return the last error message or, if there is none, the last line of the error output."""
         lines = [line for line in self._lines() if not line.startswith(STEP)]
         _, *errors = ERROR.split("\n".join(lines))
         return (errors or lines or [""])[-1]

@@ -1,7 +1,7 @@
 """Notices about irregularities in the laboratory folder, which every page shows.
 
-A notice reports something that is not visible in the table of participants. Notices never prevent a
-session.
+A notice reports something that is not visible in the table of participants. A notice never prevents
+a session from starting.
 """
 
 from __future__ import annotations
@@ -109,7 +109,7 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
 
 
 def _edited(visits: list[tuple[str, Visit]], file: str, name: str, text: str) -> str:
-    """Return a notice if the study was edited after a run, whose journal has the earlier text."""
+    """Return a notice if the study file differs from the version in a participant's journal."""
     other = [label for label, visit in visits if _has_another_text(visit.path, name, text)]
     if not other:
         return ""

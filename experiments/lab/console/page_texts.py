@@ -82,7 +82,7 @@ def _translated(sentence: str, language: str) -> str:
 
 
 def _each_translated(sentence: str, joints: Mapping[str, str], language: str) -> str:
-    """Split a text at the first separator that gives a known part, and translate all parts."""
+    """Split a text at the first separator that yields a translatable part; translate all parts."""
     for joint, typeset in joints.items():
         parts = sentence.split(joint) if joint in sentence else []
         translated = [_translated(each, language) for each in parts]

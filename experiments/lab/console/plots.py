@@ -86,7 +86,7 @@ class Drawing:
 def drawing(surface: Surface, largest: float, label: str) -> Drawing:
     """Draw the plate's vibration for a plain surface, or the level profile of a texture.
 
-    Levels are drawn relative to ``largest``.
+    Heights are relative to the level ``largest``.
     """
     heights = [surface.shown(x / 120) / largest for x in range(121)]
     points = " ".join(f"{x},{24 - 21 * height:.1f}" for x, height in enumerate(heights))

@@ -18,7 +18,7 @@ from slipscale.experiments.lab.console.private_folder import private_folder
 
 
 class Presence:
-    """A console, and any other consoles that are open on the same folder.
+    """Lock file of a console, for detecting other consoles that are open on the same folder.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ class Presence:
         self._held: IO[bytes] | None = None
 
     def announce(self) -> None:
-        """Announce this console to the other consoles until it is closed."""
+        """Announce this console to the others, until `close` is called."""
         with suppress(OSError, portalocker.LockException):  # the other consoles ignore it
             self._held = self._own.open("wb")
             portalocker.lock(self._held, portalocker.LOCK_EX | portalocker.LOCK_NB)

@@ -52,7 +52,7 @@ REPORT_POLICY = (
 
 
 class Entrance:
-    """The token that admits the next browser, and the secret stored in admitted browsers.
+    """One-time token for opening the console, and the secret in the cookies of admitted browsers.
 
     Attributes
     ----------
@@ -66,7 +66,7 @@ class Entrance:
         self.renewed: Callable[[], None] = lambda: None
 
     def opens(self, given: str) -> bool:
-        """Return whether a token is valid. A valid token is replaced, because it works once."""
+        """Return whether a token is valid. A valid token works only once, and is then replaced."""
         opened = secrets.compare_digest(given.encode(), self.token.encode())
         if opened:
             self.token = secrets.token_urlsafe(24)
@@ -210,8 +210,8 @@ def belongs_to_another(client: tuple[str, int] | None) -> bool:
     Parameters
     ----------
     client : tuple
-        Host and port of the client. A test client, whose host is a name instead of an IP address,
-        is treated like None.
+        Host and port of the client. The function returns False if ``client`` is None or the host is
+        not an IP address, as in tests.
     """
     if client is None or not CONNECTIONS.exists():
         return False

@@ -79,7 +79,7 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
 
 
 def _renew(access: Access, door: Path) -> None:
-    """Print the address for the next browser, and write it to the file used to open a browser."""
+    """Print the console's new address, and update the file that redirects browsers to it."""
     write_private(door, TO_THE_PAGES.format(access.address))
     print(f"opened; for another browser: {access.address}", flush=True)
 
@@ -175,7 +175,7 @@ def _certificate(host: str, place: Path) -> tuple[Path, Path]:
 
 
 def _open(address: str) -> None:
-    """If a browser is available, use it to open the file that leads to the console.
+    """If a browser is available, use it to open the file that redirects to the console.
 
     The console's own address contains the token and is not passed as an argument, because other
     users can read a program's arguments.

@@ -50,7 +50,7 @@ class Live:
         Estimated remaining time, based on the session's pace or, before the end of its first trial,
         on earlier runs.
     silent_s : int
-        Time since the session's last activity; 0 if it was recent.
+        Time in seconds since the session last showed activity; 0 if shorter than `SILENT_S`.
     """
 
     label: str
@@ -205,7 +205,7 @@ def _anew(found: Snapshot) -> Live | None:
 
 
 def _elsewhere(found: Snapshot) -> Iterator[Live]:
-    """Yield sessions of this study that lost their journals and write to the fallback folder."""
+    """Yield this study's running sessions that now write their journals to the fallback folder."""
     boxes = (Path.home() / FALLBACK).glob("*/sourcedata/*/*_journal.jsonl.live")
     for path in (box.with_suffix("") for box in boxes):
         if not is_being_written(path):
@@ -310,7 +310,7 @@ def table3(dataset: Path) -> list[list[str]]:
 
 
 def findings(text: str) -> list[dict[str, object]] | None:
-    """Return the findings in a checklist's output; None if the output cannot be read."""
+    """Return the list of findings in a job's JSON output; None if the output is not a list."""
     try:
         found = json.loads(text)
     except ValueError:

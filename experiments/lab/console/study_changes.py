@@ -1,7 +1,7 @@
 """Apply changes from the editor's form to the text of a study file, and keep its comments.
 
-A change returns a new text and writes no file. If the form cannot make a change, for example
-because the text is not TOML, the user must edit the file itself.
+The functions return the new text, and do not write files. If the form cannot make a change, for
+example because the text is not TOML, the user must edit the file itself.
 """
 
 from __future__ import annotations
@@ -163,7 +163,7 @@ def _append(table: Any, key: Any, protocol: str) -> None:
 
 
 def _enter(table: Any, key: str) -> None:
-    """Add an entry with the structure of the table's last entry and with the key as its text."""
+    """Add an entry whose text is its key, in the same languages as the table's last entry."""
     if not key.strip() or key in table:
         raise ValueError(key)
     last = list(table.values())[-1] if table else ""

@@ -34,11 +34,11 @@ class Part:
     place : tuple
         Position in the study file: keys, and indices of array items, from 0.
     name : str
-        Label of the element: the last key of ``place`` without its unit.
+        Label of the element: its key without the unit or, in an array, its number (from 1).
     why : str
         The element's description in the schema.
     faults : tuple of str
-        Errors at exactly this position.
+        Error messages for this element, without errors in nested elements.
     """
 
     place: Place
@@ -76,14 +76,14 @@ class Field(Part):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table(Part):
-    """A table of the study file: its fields, tables, lists of tables and tables that can be added.
+    """A table of the study file, with its fields, nested tables and lists of tables.
 
     Parameters
     ----------
     absent : tuple of Part
-        Tables missing from the file.
+        Nested tables that the file does not contain and that can be added.
     entries : bool
-        Whether the study defines the keys, as in the options of a question.
+        Whether the study file, not the schema, defines the keys, as for the options of a question.
     """
 
     fields: tuple[Field, ...] = ()
@@ -156,7 +156,7 @@ class StudyForm:
         return self._names.quantity_in(place[0])
 
     def _name(self, place: Place) -> str:
-        """Return the last key without its unit or, for an array item, its number (from 1)."""
+        """Return the label of an element: its key without the unit or, in an array, its number."""
         key = place[-1]
         if isinstance(key, int):
             return str(key + 1)
@@ -210,7 +210,7 @@ class StudyForm:
     def _inner(
         self, place: Place, found: Schema, described: Schema, value: Mapping[str, Any]
     ) -> Table:
-        """Return the form of a nested table, with keys from the schema or from the study."""
+        """Return the form of a nested table, whose keys the schema or the study file defines."""
         if "properties" in found:
             return self._table(place, {**found, "description": described.get("description")}, value)
         return Table(

@@ -410,7 +410,7 @@ def test_the_effect_and_the_interaction_of_each_factor_have_a_power():
     assert "hand" not in found[0].decisive
     told = " ".join(summary(made, found, 0.8))
     assert "for hand, hand x amplitude, so these values are false" in told
-    assert "direction x amplitude: no change in growth is simulated, but there is an" in told
+    assert "direction x amplitude: no change in growth is simulated, but the top" in told
     assert "the same effect of direction, hand. Power is lower if people differ" in told
     assert found[0].condition.people(made.population).effects == (("direction", "right", 0.5),)
     none = Condition(participants=6, effect=0).people(made.population)

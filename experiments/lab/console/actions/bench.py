@@ -45,7 +45,8 @@ class Calibrate(Form):
 class Reading(Form):
     """An instrument reading in µm p-p, or a request to repeat the previous point.
 
-    ``number`` is the number of earlier readings, which prevents a reading from being stored twice.
+    ``number`` is the number of readings before this one. A request with any other number is
+    rejected, so that no reading is stored twice.
     """
 
     reading: Annotated[str, Field(pattern=f"^({DECIMAL}|{BACK})$")]
@@ -53,7 +54,7 @@ class Reading(Form):
 
 
 class Surface(Form):
-    """Present a surface at a level, in the plate's quantity, until the page releases the plate."""
+    """Present a surface at a level, in the plate's quantity, until the plate is switched off."""
 
     level: Annotated[float, Field(ge=0, allow_inf_nan=False)]
 
@@ -132,12 +133,12 @@ def _adopt(desk: Desk, _: Nothing) -> str:
     job = desk.jobs.last("calibrate")
     made, lab = made_calibration(job.said()) if job else "", read_lab(Path())
     if not made or lab is None:
-        raise UserError("no calibration was made since this console was started")
+        raise UserError("no calibration has been made since this console was started")
     spec = without_calibration(lab.plate)
     spec += f"{',' if ':' in spec else ':'}calibration={made}"
     write_settings(Path(), lab.model_copy(update={"plate": spec}))
     desk.now()
-    return f"saved: the folder's plate uses {made}"
+    return f"saved: the laboratory folder's plate now uses {made}"
 
 
 def _emulator(desk: Desk, _: Nothing) -> str:

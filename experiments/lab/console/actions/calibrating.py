@@ -16,10 +16,10 @@ BEGINS = (0, 2 * COARSE_POINTS, OF_FREQUENCY)  # readings before each sweep
 
 
 class Measured(NamedTuple):
-    """Readings so far as (Hz, V, µm peak to peak) tuples, and the point to be measured now.
+    """State of a calibration: the readings so far, and the point to be measured next.
 
-    ``asked`` is that point as (Hz, V), or None if no reading is expected. ``typed`` is true if a
-    person types the readings.
+    ``points`` contains (Hz, V, µm peak to peak) tuples. ``asked`` is the point to be measured next
+    as (Hz, V), or None if no reading is expected. ``typed`` is true if a person types the readings.
     """
 
     points: tuple[tuple[float, float, float], ...]

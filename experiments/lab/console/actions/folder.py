@@ -33,7 +33,7 @@ GRID = (
 
 
 class Settings(Form):
-    """New settings for the laboratory folder, and a digest of the file shown on the page."""
+    """New settings for the laboratory folder, and a digest of the settings that the page showed."""
 
     settings: LabFile
     before: Digest
@@ -88,7 +88,7 @@ class Pilot(Form):
 
 
 class Study(Form):
-    """A study's new text, and a digest of the text that was shown before the edit."""
+    """New content of a study file, and a digest of the content that the page showed."""
 
     text: Annotated[str, Field(max_length=LARGEST_STUDY)]
     before: Digest
@@ -102,7 +102,7 @@ class Copy(Form):
 
 
 def power_folder(study_text: str) -> Path:
-    """Return the folder for power results; each version of a study's text has its own folder."""
+    """Return the folder for power results; each version of a study has its own folder."""
     return PLANNING / f"power-{text_hash(study_text)[:12]}"
 
 

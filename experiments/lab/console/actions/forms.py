@@ -1,4 +1,4 @@
-"""Common code for the forms that actions declare."""
+"""Validate the data that console pages send with a request, and provide helpers for actions."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from slipscale.hardware.address import is_mock
 
 
 class Begin(Form):
-    """Begin a session; ``participant`` is the label shown as next on the page."""
+    """Begin a session with the participant whom the console page showed as next."""
 
     participant: Label
     pilot: bool = False
@@ -82,7 +82,10 @@ def _resume(desk: Desk, request: Resume) -> str:
             about = f"participant {request.participant}"
             desk.jobs.start("session", about, "resume", str(visit.path))
             return f"{about}: resuming the session"
-    raise UserError(f"participant {request.participant} has no such interrupted run")
+    raise UserError(
+        f"the requested run of participant {request.participant} is not interrupted; check the "
+        "table again"
+    )
 
 
 def _ask(desk: Desk, request: Ask) -> str:

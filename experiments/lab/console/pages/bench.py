@@ -80,7 +80,7 @@ def bench(view: View) -> dict[str, object]:
 
 
 def _plate(spec: str) -> dict[str, object]:
-    """Describe a plate without connecting it, or return the error in its SPEC."""
+    """Describe a plate without connecting to it, or return the error in its specification."""
     try:
         plate = open_plate(spec, clock=VirtualClock())
     except (UserError, RigError) as error:
@@ -135,7 +135,7 @@ def _said(job: Job | None) -> list[str]:
 
 
 def _failed(job: Job | None) -> str:
-    """Return why a bench job failed; empty if it did not, or if its page released the plate."""
+    """Return the error of a bench job; empty if it has not failed, or if it was released."""
     return "" if job is None or job.released or job.status == 1 else failure(job)
 
 

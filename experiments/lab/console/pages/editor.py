@@ -56,12 +56,12 @@ def editor(view: View, text: str, template: str) -> dict[str, Any]:
 
 
 def _source(view: View, template: str) -> str:
-    """Return the study file's name, which is used in messages and to find its texts files."""
+    """Return the study file's name, for messages and for finding its language files."""
     return template if template in shipped_studies() else view.found.defaults.study
 
 
 def follow_up(view: View, text: str, template: str) -> dict[str, object]:
-    """Return the results that take longer: simulated duration, cost, orders and their balance."""
+    """Return the results that take longer to compute: duration, cost, orders and their balance."""
     source = _source(view, template)
     try:
         study, whole = parse_whole(text, source)
@@ -93,7 +93,7 @@ def simulated_minutes(whole: str, source: str) -> Timeline | None:
 
 
 def _drawings(content: Mapping[str, object]) -> dict[str, list[Drawing]]:
-    """Return the drawings of all valid surfaces, by position in the file."""
+    """Return drawings of all valid surfaces in the study file, keyed by their position."""
     names = file_names(dict(content))
     in_code = names.to_code(dict(content))
     made: dict[str, list[tuple[Surface, str]]] = {"levels": []}

@@ -87,7 +87,11 @@ def _progress(steps: list[str]) -> tuple[int, int]:
 
 
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
-    """Return a slider set to the URL's value, else to the study's, else to the largest value."""
+    """Return the slider for an option, at the position in the URL or at a default position.
+
+    The default is the study's number of participants, and 1 for other options. If this value was
+    not simulated, the slider shows the largest value.
+    """
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     given = view.query.get(axis, "")
     if given.isdecimal() and int(given) < len(values):

@@ -26,7 +26,7 @@ class Line(NamedTuple):
 
 
 def study(view: View) -> dict[str, object]:
-    """Return the values for the study page, which does not show the contents of texts files."""
+    """Return the values for the study page, which does not show the contents of language files."""
     found = view.found
     template = view.query.get("from", "")
     template = template if template in shipped_studies() else ""

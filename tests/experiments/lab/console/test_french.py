@@ -123,7 +123,10 @@ def test_a_french_page_answers_in_french(visitor, recorded):
     assert "glissance" in visitor.see("/study")
     assert visitor.ask("resume", participant="09", session="", run="01") == (
         409,
-        "le participant 09 n’a pas ce passage interrompu",
+        (
+            "le passage demandé du participant 09 n’est pas interrompu\N{NBSP}; regardez à nouveau "
+            "le tableau"
+        ),
     )
 
 
