@@ -10,9 +10,10 @@ from __future__ import annotations
 from slipscale.analysis.preregistration.manifest import Manifest
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.tasks.kind import Analysis
+from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.experiments.dataset.schema import filled
 from slipscale.experiments.protocol_parts.registry import load_protocol
-from slipscale.experiments.steps.trial import factor_level
+from slipscale.experiments.steps.trial import factor_level as in_key
 from slipscale.experiments.study.model import Study
 
 NOT_STATED = "Not stated; to state this, use slipscale study freeze {option}."
@@ -68,7 +69,12 @@ def _manipulated(study: Study) -> str:
     found = [f"{q.in_full_title} of the {of}: {levels} {q.unit_in_full}"] if levels else []
     if study.textures:
         found.append(f"textures: {', '.join(each.label for each in study.texture_surfaces)}")
-    found += [f"{each.name}: {', '.join(map(factor_level, each.levels))}" for each in study.factors]
+    for task, own in study.levels_of_tasks.items():
+        if not set(own) <= set(study.levels):
+            found.append(f"in task {task}: {min(own):g} to {max(own):g} {q.unit_in_full}")
+    for factor in study.factors:
+        shown = ", ".join(factor_level(factor.name, in_key(level)) for level in factor.levels)
+        found.append(f"{factor_name(factor.name)}: {shown}")
     return "; ".join(found) + "."
 
 
@@ -78,7 +84,8 @@ def _measured(study: Study) -> str:
         protocol = load_protocol(options.protocol).for_task(options)
         main = filled(protocol.response[protocol.answer].description, study.quantity)
         column = study.quantity.named(protocol.answer)
-        found.append(f"{protocol.task}: {main.rstrip('.')} (column {column})")
+        title = protocol.titled(study.quantity)
+        found.append(f"{title}: {main.rstrip('.')} (task {protocol.task}, column {column})")
     return "; ".join(found) + "."
 
 

@@ -6,8 +6,8 @@ from __future__ import annotations
 UNITS = {
     "_mm_s": "mm/s",
     "_m_s": "m/s",
-    "_um_pp": "µm",
-    "_v_peak": "V",
+    "_um_pp": "µm p-p",
+    "_v_peak": "V peak",
     "_khz": "kHz",
     "_hz": "Hz",
     "_ms": "ms",

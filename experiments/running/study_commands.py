@@ -164,8 +164,12 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
     ]
     for protocol, options in plan.tasks():
         lines += ["", f"{protocol.titled(q)} ({protocol.task})"]
-        lines += [f"  {q.named(key)} = {value}" for key, value in options if key != "protocol"]
-    lines += ["", *balance(name, study, text)]
+        given = options.model_dump(mode="json", exclude_none=True, exclude={"protocol"})
+        lines += [
+            f"  {q.named(key)} = {tomlkit.item(value).as_string()}" for key, value in given.items()
+        ]
+    if balanced := balance(name, study, text):
+        lines += ["", *balanced]
     which = f"session {plan.session}, " if plan.session else ""
     place = f"position {plan.row + 1} in the counterbalancing, visit {plan.visit + 1}"
     lines += [

@@ -6,6 +6,7 @@ skipped if that key is invalid; for example, levels are not checked if the plate
 
 from __future__ import annotations
 
+from itertools import chain
 from typing import Annotated, Literal
 
 from pydantic import AfterValidator, BeforeValidator, Field, SerializeAsAny
@@ -281,15 +282,22 @@ class Study(FrozenTable):
         return {name: QuantityTable.stating(self.quantity).model_dump()}
 
     @property
+    def levels_of_tasks(self) -> dict[str, tuple[float, ...]]:
+        """Possible levels of each task that chooses its own levels, keyed by the task's label."""
+        context = self._levels.context(self.levels)
+        protocols = ((load_protocol(task.protocol).for_task(task), task) for task in self.tasks)
+        return {
+            protocol.task: tuple(protocol.possible_levels(task, context))
+            for protocol, task in protocols
+            if protocol.possible_levels
+        }
+
+    @property
     def range_level(self) -> tuple[float, float]:
         """The lowest and highest levels that simulated people can feel."""
         if not (self.vary or self.simulated):
             return 0.0, self.plate.level
-        possible, context = [*self.levels], self._levels.context(self.levels)
-        for task in self.tasks:
-            protocol = load_protocol(task.protocol)
-            if protocol.possible_levels:
-                possible += protocol.possible_levels(task, context)
+        possible = [*self.levels, *chain.from_iterable(self.levels_of_tasks.values())]
         # The plate at rest is excluded, because the logarithm of 0 is not defined.
         return min(each for each in possible if each or self.vary), max(possible)
 

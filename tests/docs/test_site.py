@@ -182,7 +182,11 @@ def test_a_study_s_page_has_its_source_effect_assumed_values_analysis_and_file()
     assert "of which only the abstract was read" in page
     effect = gallery.PUBLISHED["monnoyer2016"]
     assert f"| {' | '.join(effect[each] for each in gallery.EFFECT)} |" in page
-    assert "Final amplitude of the stimulus: 0.9, 1.15, 1.4 µm peak to peak; from_um_pp" in page
+    adaptive = gallery.page("bau2010", *read_study("bau2010"))
+    assert "in task detectionthreshold: 0 to 120 V peak; frequency: 80 Hz, 180 Hz" in adaptive
+    assert '\n  rule = "staircase"\n' in adaptive
+    assert " = None" not in adaptive
+    assert "the stimulus: 0.9, 1.15, 1.4 µm peak to peak; initial level: 0.1 µm p-p, 2.2" in page
     assert '| `force = "load_cells:/dev/ttyUSB0"` | your sensor |' in page
     assert "The exponent is the mean of participants' regression slopes" in page
     assert "Each factor was tested together with final amplitude" in page

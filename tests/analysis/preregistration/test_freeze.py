@@ -116,7 +116,7 @@ def test_the_page_answers_what_registries_ask(frozen):
         "Existing data",
         "None.",
         "Vibration amplitude of the plate: 0, 1.2, 2.3 µm peak to peak.",
-        "(column estimate)",
+        "(task magnitudeestimation, column estimate)",
         "As in 2007.",
         "Rule for zeros: exclude",
         "Friedman",
