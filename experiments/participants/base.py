@@ -67,7 +67,7 @@ class Participant(Protocol):
         Parameters
         ----------
         step : Instruct, Explore, Ask, Rest or Feedback
-            The step to carry out. It never contains an amplitude.
+            The step to carry out, which never contains an amplitude.
         watch : callable
             Function to call on every frame. Its exceptions must be propagated.
 

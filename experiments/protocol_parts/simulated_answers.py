@@ -70,7 +70,7 @@ class SimulatedPerson(Protocol):
         """Sensation strengths (0 to 100) in this trial, plus noise."""
 
     def usual(self, level: float) -> float:
-        """Return the usual sensation strength (0 to 100) at a level, as learned by the person."""
+        """Return the strength of sensation (0 to 100) that the person expects at a level."""
 
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges largest.
@@ -104,7 +104,7 @@ class SimulatedPerson(Protocol):
         """Return whether the person perceives a difference between the last two surfaces."""
 
     def verbal_report(self) -> str:
-        """Return this person's description of the sensation that has disappeared."""
+        """Return the person's verbal report of what disappeared when the level decreased."""
 
     def stream(self, *purpose: str | int) -> Stream:
         """Return this person's random number stream for a given purpose in this trial."""

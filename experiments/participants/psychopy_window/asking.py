@@ -92,7 +92,7 @@ class Asking(Unmoved):
         return (replace(scene.hint(self._texts["window.back"]), y=BACK_Y),)
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Process a character. Return the outcome if it completes the answer in time."""
+        """Process a character. Return the outcome if the character completes the answer in time."""
         if self.expire(elapsed_s):
             return None
         verdict = self._entry.press(character)

@@ -1,10 +1,10 @@
 """Detect a broken connection to the X server, and end the session cleanly.
 
 When the connection breaks, Xlib calls ``exit(1)`` during any call and in any thread, without
-running ``finally`` blocks. This module installs a handler that only records the loss. The next
-frame then raises `WindowLost`, which ends the session like any other rig fault. X must not be
-called after the loss, so the window stays open, and the process ends before libraries can close the
-window.
+running ``finally`` blocks. This module installs a handler that only records that the
+connection is broken. The next frame then raises `WindowLost`, which ends the session like any other
+rig fault. X must not be called after the connection has broken, so the window stays open, and the
+process ends before libraries can close the window.
 """
 
 from __future__ import annotations

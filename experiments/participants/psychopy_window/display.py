@@ -96,7 +96,7 @@ def screens() -> list[str]:
 
 
 def check_screen(number: int) -> None:
-    """Raise `UserError` if the screen does not exist. PsychoPy would silently use another one."""
+    """Raise `UserError` if a screen does not exist; PsychoPy would silently use another screen."""
     available = screens()
     if not 0 <= number < len(available):
         known = ", ".join(f"{n} ({size})" for n, size in enumerate(available))

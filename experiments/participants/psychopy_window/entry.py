@@ -1,7 +1,7 @@
 """Answer fields, which collect characters and check whether they form a valid answer.
 
-No entry is clipped, guessed or dropped silently. For an invalid entry, a field returns the key of
-the text that explains the error, and the caller records the entry.
+No entry is clipped, guessed or dropped silently. If an entry is invalid, the answer field returns
+the key of a text that explains the error, and the calling screen stores the invalid entry.
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ class Entry(Protocol):
     content: str
 
     def turn(self, notches: int) -> None:
-        """Move the selection in a list. Fields without a list ignore this call."""
+        """Move the selection in a list of options. Other types of answer field ignore this call."""
 
     def press(self, character: str) -> Verdict:
         """Process one character. The Enter key sends ``ENTER``."""
@@ -178,7 +178,7 @@ class TypedEntry:
         self.content = self.content[:-1]
 
     def turn(self, notches: int) -> None:
-        """Do nothing, because there is no list."""
+        """Do nothing, because a line of text has no selection to move."""
 
     def _judge(self) -> Accepted | Refused:
         if isinstance(self._question, NumberQuestion):
@@ -219,7 +219,7 @@ class KeyEntry:
         """Do nothing, because single-key answers are not edited."""
 
     def turn(self, notches: int) -> None:
-        """Do nothing, because this field has no list."""
+        """Do nothing, because this field has no selection to move."""
 
 
 class ListEntry:

@@ -63,7 +63,7 @@ def claim(heard: int, stamps_s: Iterable[float], last_poll_s: float, poll_s: flo
     -------
     list of float
         One timestamp per press. If there are too few timestamps, the list is empty, because the
-        window's time is better than a wrong timestamp.
+        times recorded by the window are preferable to wrong timestamps.
 
     Examples
     --------

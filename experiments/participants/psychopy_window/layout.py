@@ -53,7 +53,7 @@ class Laid:
 
 
 def faults(scene: Scene) -> Iterator[str]:
-    """Yield a message for each text of a scene that is not readable."""
+    """Yield a message for each reason why a text in a scene is not readable."""
     texts = [item for item in scene if isinstance(item, Text) and item.content.strip()]
     strange = {text: reason for text in texts if (reason := not_drawn(text.content))}
     for text, reason in strange.items():
@@ -61,9 +61,9 @@ def faults(scene: Scene) -> Iterator[str]:
     laid = [lay(text) for text in texts if text not in strange]
     for each in laid:
         if not each.fits:
-            yield f"{_named(each.content)}: is too long for its place on the screen"
+            yield f"{_named(each.content)} is too long for its place on the screen"
         elif max(each.right, -each.left) > HALF_WIDTH or max(each.top, -each.bottom) > HALF_HEIGHT:
-            yield f"{_named(each.content)}: extends beyond the screen"
+            yield f"{_named(each.content)} extends beyond the screen"
     for one, other in combinations(laid, 2):
         across = min(one.right, other.right) - max(one.left, other.left)
         down = min(one.top, other.top) - max(one.bottom, other.bottom)
@@ -109,7 +109,7 @@ def _luminance(colour: tuple[int, int, int]) -> float:
 
 
 def lay(text: Text) -> Laid:
-    """Lay out a text as the window does: wrap at spaces, and shrink the text if it is too high."""
+    """Lay out a text as the window does: wrap at spaces, and shrink the text if it is too tall."""
     size = text.size
     lines = _lines(text, size)
     limit = float("inf") if text.height is None else text.height

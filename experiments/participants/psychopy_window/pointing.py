@@ -29,8 +29,8 @@ class Pointing(Waiting):
     """Screen for a pointing movement from a start to a target.
 
     The movement begins when the start is selected, and ends with the next selection. A click or
-    touch selects its own position. If a sensor measures the finger, the screen shows the finger's
-    position, and the key to continue selects this position.
+    touch selects the position at which it occurs. If a sensor measures the finger's position, the
+    screen shows this position, and the continue key selects it.
     """
 
     pointed = True
@@ -63,7 +63,7 @@ class Pointing(Waiting):
         self._cursor_mm = x_mm, y_mm
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Select the cursor's position if the pressed key is the key to continue."""
+        """Select the cursor's position if the pressed key is the continue key."""
         if self._cursor_mm is None or super().press(character, elapsed_s) is None:
             return None
         return self._select(*self._cursor_mm, elapsed_s)

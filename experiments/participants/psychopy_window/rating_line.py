@@ -116,7 +116,7 @@ class Marking:
         return ScreenResult(value=self._put)
 
     def _mark(self) -> Scene:
-        """Return the mark, or nothing if it has not been set and its start is hidden."""
+        """Return the mark, or nothing if the mark is not set and its start position is hidden."""
         question = self._question
         if self._put is None and not question.start_shown:
             return ()

@@ -1,9 +1,10 @@
 """Screen contents as plain data (text, key caps and bars), readable at a distance of 1 m.
 
 Lengths are fractions of the screen height, the origin is at the centre, and y points up. The
-smallest text that participants must read has a size of 0.036. The x-height of this text is 5.8 mm
-on a 24 inch monitor. At a distance of 1 m, this is a visual angle of 20 minutes of arc, four times
-the smallest letter size that people with normal vision can read.
+font size of the smallest text that participants must read is 0.036 of the screen height. The
+x-height of this text is 5.8 mm on a 24 inch monitor. At a distance of 1 m, this is a visual
+angle of 20 minutes of arc, four times the smallest letter size that people with normal vision can
+read.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class Text:
     anchor: Literal["top", "center", "bottom"] = "center"
     align: Literal["left", "center"] = "center"
     width: float = WIDTH
-    height: float | None = None  # maximum height; a higher text is shrunk to fit
+    height: float | None = None  # maximum height; a taller text is shrunk to fit
     caret: bool = False
 
 
@@ -126,7 +127,7 @@ def bar(fraction: float, *, y: float, width: float = 0.8, height: float = 0.018)
 
 
 def key_cap(label: str, *, x: float, y: float, size: float = 0.14) -> Scene:
-    """Return a drawing of a keyboard key. The labels `UP` and `DOWN` draw arrow keys."""
+    """Return a drawing of a keyboard key. The labels `UP` and `DOWN` are drawn as arrows."""
     rim = 0.01 * size / 0.14
     arrow = Arrow(x=x, y=y, size=0.45 * size, up=label == UP)
     letter = Text(content=label.upper(), x=x, y=y, size=0.45 * size, bold=True, width=size)
@@ -195,7 +196,7 @@ def button(label: str, presses: str, *, x: float, y: float, width: float, height
 
 
 def hint(content: str) -> Text:
-    """Return the line of text at the bottom of a screen that names the key to continue."""
+    """Return the line of text at the bottom of a screen that names the continue key."""
     return Text(content=content, y=HINT_Y, size=HINT, colour="quiet")
 
 

@@ -1,4 +1,4 @@
-"""Elements shared by screens: the result, the key to continue, and the countdown."""
+"""Elements shared by screens: the result, the continue key and the countdown."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ class ScreenResult:
 
 
 def go_on_key(texts: Texts) -> str:
-    """Return the lower-case character of the key to continue."""
+    """Return the lower-case character of the continue key."""
     key = texts["window.go_on_key"]
     return NAMED_KEYS.get(key, key).casefold()
 
 
 def naming_key(texts: Texts, text: str) -> str:
-    """Return a text after inserting the name of the key to continue."""
+    """Return a text with the name of the continue key inserted."""
     key = texts["window.go_on_key"]
     name = texts[f"window.key_{key}"] if key in NAMED_KEYS else key.upper()
     return texts[text].format(key=name)

@@ -1,7 +1,8 @@
 """Map each step to its screen, independently of any window or clock.
 
-A screen receives keys and the time since it appeared. It returns its contents and, when it ends,
-its outcome. The time is always passed as an argument, so tests of screens do not have to wait.
+A screen receives key presses and the time since the screen appeared. The screen returns the
+contents to draw and, when the screen ends, a `ScreenResult`. The time is always passed as an
+argument, so tests of screens do not have to wait.
 """
 
 from __future__ import annotations
@@ -42,8 +43,8 @@ class Screen(Protocol):
     """Common interface for screens.
 
     If ``single_key`` is True, a single key press ends the screen. Keys that are still held from the
-    previous screen must therefore be released first. If ``pointed`` is True, the screen needs the
-    mouse.
+    previous screen must therefore be released first. If ``pointed`` is True, the screen is
+    operated with the mouse, and the pointer is visible.
     """
 
     single_key: bool

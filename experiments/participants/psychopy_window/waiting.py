@@ -43,7 +43,7 @@ class Unmoved:
 
 
 class Waiting(Unmoved):
-    """Base class for screens that wait for the key to continue, usually the space bar."""
+    """Base class for screens that wait for the continue key, usually the space bar."""
 
     single_key = True
     typed = ""
@@ -57,7 +57,7 @@ class Waiting(Unmoved):
         self._maximum_s = maximum_s
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End the screen on the key to continue, but not before the minimum time has passed."""
+        """End the screen if the continue key is pressed after the minimum time has passed."""
         if character.casefold() == self._go_on and elapsed_s >= self._minimum_s:
             return ScreenResult()
         return None
@@ -75,7 +75,7 @@ class Waiting(Unmoved):
         return None
 
     def wait_s(self, elapsed_s: float) -> int:
-        """Return the time in s, rounded up, until the key to continue becomes active."""
+        """Return the time in s, rounded up, until the continue key becomes active."""
         return max(math.ceil(self._minimum_s - elapsed_s), 0)
 
 
@@ -85,7 +85,7 @@ def by_touch(texts: Texts) -> bool:
 
 
 def going_on(texts: Texts, text: str) -> Scene:
-    """Return the line or the touch key at the bottom of a screen that shows how to continue."""
+    """Return a hint on how to continue, or a touch key to continue, for the bottom of a screen."""
     if not by_touch(texts):
         return (scene.hint(naming_key(texts, text)),)
     label = texts["window.go_on"]
@@ -103,7 +103,10 @@ class Reading(Waiting):
         )
 
     def scene(self, elapsed_s: float) -> Scene:  # noqa: ARG002  the text is constant
-        """Return the title, text and hint. A single paragraph is centred vertically."""
+        """Return the title, the text and a hint on how to continue.
+
+        A text of a single paragraph is centred vertically.
+        """
         step, text = self._step, self._step.text.strip()
         title = Text(content=step.title, y=0.36, size=scene.TITLE, bold=True)
         if "\n" in text:
@@ -155,7 +158,7 @@ class Resting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the text, the progress and, at first, the remaining minimum time of the break."""
+        """Return the text, the progress, and a hint on how to continue or how long to wait."""
         step = self._step
         progress = self._texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)
@@ -237,7 +240,7 @@ class Adjusting(Waiting):
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End the screen if the key continues or requests the reference."""
+        """End the screen if the key is the continue key or requests the reference."""
         again = self._texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return ScreenResult(value=FEEL_AGAIN)

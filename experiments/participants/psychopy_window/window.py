@@ -234,7 +234,7 @@ class PsychoPyWindow:
             self._show(() if patient else scene.message(self._texts["window.release_keys"]))
 
     def _ask_to_stop(self, watch: Watch) -> float:
-        """Ask whether to stop. If the answer is no, return the duration of the question in s.
+        """Ask whether to stop. If the participant answers no, return the time taken in s.
 
         Raises
         ------

@@ -1,9 +1,10 @@
-"""Run a protocol with a simulated person for planning, without session, plate or journal.
+"""Run a protocol with a simulated person, for planning, without a session, plate or journal.
 
 The questions and answers are the same as in a session on the mock plate, but a run is many times
-faster. Two details differ from a session. Textures are felt as their mean amplitude instead of at
-several points of the stroke. In an adjustment, each notch takes only the person's time, without the
-settling time of the plate.
+faster. A run differs from a session in two details. The person feels the mean amplitude of a
+texture; in a session, the person feels the amplitudes at several points of the stroke. In an
+adjustment, each notch takes only the time that the person needs; in a session, the plate also needs
+time to settle.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
-    """A step, its answer, and the time taken by the person. The plate takes no time."""
+    """A step, its answer and the time taken by the person; the plate responds immediately."""
 
     step: Step
     answer: Answer
@@ -86,7 +87,7 @@ def bare_run(plan: RunPlan, population: Population | None = None) -> Iterator[Ba
 
 
 def drops_out(plan: RunPlan, population: Population | None = None) -> bool:
-    """Return whether the planned participant gives up during any run."""
+    """Return whether the simulated participant gives up during any of their runs."""
     return respondent_of(plan, population).drops_out
 
 

@@ -49,7 +49,10 @@ class SimulatedFinger:
         self._guide: Guide | None = None
 
     def strokes(self, begun_s: float, chance: Stream, guide: Guide | None = None) -> None:
-        """Start stroking at one end of the stroke. A guide sets the typical speed and force."""
+        """Start stroking at one end of the stroke.
+
+        If ``guide`` prescribes a speed or force, the finger's speed or force is close to it.
+        """
         self._begun_s = begun_s
         self._guide = guide
         speed_mm_s, force_n = self._own_speed, self._own_force
@@ -67,7 +70,7 @@ class SimulatedFinger:
     def at(self, time_s: float) -> Touch | None:
         """Return the position and the force of a finger that moves sinusoidally.
 
-        If the guide requires strokes in one direction, the finger moves at a constant speed and is
+        If the study requires strokes in one direction, the finger moves at a constant speed and is
         lifted for `LIFTED_S` before the next stroke. If a stage moves the plate, the finger stays
         in place.
         """

@@ -1,8 +1,9 @@
-"""Growth of sensation with the level, with one assumption per quantity.
+"""Assumed growth of sensation with the stimulus level, for each physical quantity.
 
 Biet 2007 reports sensations for four amplitudes of one plate (`population`). For other quantities,
 we assume that the lowest and highest levels of a study feel like those in Biet 2007, and that
-people differ as much as in Biet 2007. Between these levels, sensation follows the table `GROWTH`.
+people differ as much as the participants of Biet 2007. Between these levels, sensation follows the
+table `GROWTH`.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ D_AT_75_PERCENT = 0.6745
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Growth of sensation with the level.
+    """Growth of sensation with the stimulus level.
 
     Parameters
     ----------
@@ -91,7 +92,7 @@ def _effects(factors: Sequence[Factor]) -> dict[str, object]:
 
 
 def people_for(study: Study, population: Population | None = None) -> Population:
-    """Return the population for a pilot, with curves for the study's quantity.
+    """Return the simulated population for a pilot, with sensation curves in the study's quantity.
 
     Raises
     ------

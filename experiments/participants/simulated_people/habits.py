@@ -1,6 +1,6 @@
 """Response habits of simulated people, each with one parameter and off by default.
 
-Each description names the analysis that can detect the habit.
+The description of each response habit names an analysis that can detect the habit.
 """
 
 from __future__ import annotations
@@ -32,88 +32,92 @@ class Habits(BaseModel):
     rounding: Share = setting(
         0.0,
         "Proportion of estimates that are rounded to a twentieth of the scale. According to "
-        "Honda 2022, Scientific Reports 12, multiples of 5 and 10 are most frequent. The habit is "
+        "Honda 2022, Scientific Reports 12, multiples of 5 and 10 are most frequent. Rounding is "
         "visible in the proportion of round estimates.",
         realistic=0.7,
     )
     carry_over: Annotated[float, Field(ge=-2, le=2)] = setting(
         0.0,
         "Change in the log estimate per µm (peak to peak) of the previous surface: values above "
-        "0 mean assimilation. The habit was found by Jesteadt, Luce and Green 1977, Journal of "
-        "Experimental Psychology: Human Perception and Performance 3, 92-104; its size is our "
-        "assumption. The habit is visible as log_slope_per_um_pp_before in `order`.",
+        "0 mean assimilation. Carry-over was reported by Jesteadt, Luce and Green 1977, Journal of "
+        "Experimental Psychology: Human Perception and Performance 3, 92-104; the realistic value "
+        "is our assumption. Carry-over is visible as log_slope_per_um_pp_before in the analysis "
+        "result `order`.",
         realistic=0.03,
         unit="1/µm",
     )
     lapses: Share = setting(
         0.0,
         "Proportion of questions that are answered at random. Wichmann and Hill 2001, "
-        "Perception & Psychophysics 63, 1293-1313, report 0 to 5 %. The habit is visible as "
+        "Perception & Psychophysics 63, 1293-1313, report 0 to 5 %. Lapses are visible as "
         "false alarms in catch steps.",
         realistic=0.02,
     )
     regression: Share = setting(
         0.0,
-        "Fraction by which log estimates shrink towards the middle of the sensations so far. "
-        "Source: Poulton 1979, Psychological Bulletin 86, 777-803. The habit is visible as a "
-        "smaller exponent.",
+        "Fraction by which log estimates shrink towards the mean log sensation of all trials so "
+        "far. Source: Poulton 1979, Psychological Bulletin 86, 777-803. Regression is visible as "
+        "a smaller exponent.",
         realistic=0.1,
     )
     range_effect: Share = setting(
         0.0,
         "Degree to which people use their whole scale regardless of the range of levels; at 1, "
         "log estimates have the same spread for every range. According to Teghtsoonian 1971, "
-        "Perception & Psychophysics 10, 147-155, exponents decrease with the range. The habit is "
-        "visible as a larger exponent for a smaller range.",
+        "Perception & Psychophysics 10, 147-155, exponents decrease with the range. The range "
+        "effect is visible as a larger exponent for a smaller range.",
         realistic=0.1,
     )
     learning: Share = setting(
         0.0,
         "Exponent of the power law by which trial-to-trial noise decreases with the trial number. "
-        "Our assumption. The habit is visible in the residuals of the first and second halves.",
+        "Our assumption. Learning is visible as larger residuals in the first half of the trials "
+        "than in the second half.",
         realistic=0.1,
     )
     fatigue: Annotated[float, Field(ge=0, le=0.1)] = setting(
         0.0,
-        "Decrease of the log estimate per trial. Our assumption. The habit is visible as "
-        "log_slope_per_trial in `order`.",
+        "Decrease of the log estimate per trial. Our assumption. Fatigue is visible as a negative "
+        "log_slope_per_trial in the analysis result `order`.",
         realistic=0.002,
         unit="1/trial",
     )
     settling: Share = setting(
         0.0,
         "Fraction of the sensation that is missing at first touch and builds up during contact "
-        "with a time constant of 20 s. After a rest, the fraction is missing again. The time "
-        "constant is from Dzidek 2017, PLoS ONE 12, e0188000; the size is our assumption. The "
-        "habit is visible as a positive log_slope_per_trial in `order`.",
+        "with a time constant of 20 s. After a rest, the sensation builds up again from the "
+        "beginning. The time constant is from Dzidek 2017, PLoS ONE 12, e0188000; the realistic "
+        "fraction is our assumption. Settling is visible as a positive log_slope_per_trial in the "
+        "analysis result `order`.",
         realistic=0.1,
     )
     interval_bias: Annotated[float, Field(ge=-3, le=3)] = setting(
         0.0,
-        "Bias towards the last interval of a comparison, in units of the noise of a difference. "
-        "The bias was found by García-Pérez and Alcalá-Quintana 2011, Frontiers in Psychology 2, "
-        "96; its size is our assumption. The bias is visible in the proportion of answers that "
-        "choose the last interval.",
+        "Bias towards the last interval of a comparison, in units of the noise in judging a "
+        "difference. Interval bias was reported by García-Pérez and Alcalá-Quintana 2011, "
+        "Frontiers in Psychology 2, 96; the realistic value is our assumption. Interval bias is "
+        "visible in the proportion of answers that choose the last interval.",
         realistic=0.2,
         unit="d'",
     )
     anchoring: Share = setting(
         0.0,
-        "Fraction of the distance between its start and the sensation that a mark does not cover. "
-        "The habit was found by Tversky and Kahneman 1974, Science 185, 1124-1131; its size is "
-        "our assumption. The habit is visible as start_effect in `ratings`.",
+        "Fraction of the distance between the start position of a mark and the intended rating by "
+        "which the mark falls short. Anchoring was described by Tversky and Kahneman 1974, Science "
+        "185, 1124-1131; the realistic value is our assumption. Anchoring is visible as "
+        "start_effect in the analysis result `ratings`.",
         realistic=0.05,
     )
     misread: Share = setting(
         0.0,
         "Proportion of people who rate how sticky a surface is instead of how slippery. Our "
-        "assumption. The habit is visible in the quality flag non_monotone.",
+        "assumption. Misreading is visible in the quality flag non_monotone.",
         realistic=0.02,
     )
     dropout: Share = setting(
         0.0,
         "Proportion of people who stop before the end; every trial is equally likely to be the "
-        "last. Our assumption. The habit is visible in incomplete runs.",
+        "last. Our assumption. Dropout is visible as incomplete runs.",
         realistic=0.03,
     )
 
@@ -190,14 +194,14 @@ class Frame:
 
 
 def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> Numbers:
-    """Return sensations (0-100) after applying the habits, except lapses and rounding.
+    """Return sensations (0-100) after applying the response habits in `DISTORTING`.
 
     Parameters
     ----------
     percent : float or array
-        Sensations without habits.
+        Sensations without response habits.
     past : History
-        The history of the same people, including the current trial.
+        Summary of the sensations of these people so far, including the current trial.
     """
     log = np.log(np.maximum(percent, LEAST_PERCENT))
     if habits.regression or habits.range_effect:
@@ -213,7 +217,7 @@ def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> N
 
 
 def distorts(habits: Habits) -> bool:
-    """Return whether any of the habits changes sensations (see `reported`)."""
+    """Return whether any of the response habits changes sensations (see `reported`)."""
     return any(getattr(habits, name) for name in DISTORTING)
 
 

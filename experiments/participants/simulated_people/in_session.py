@@ -92,7 +92,7 @@ class SimulatedParticipant:
             return
 
     def _see(self, step: Step) -> None:
-        """Store a step's varied stimuli, because the plate's amplitude does not identify them."""
+        """Store a step's stimuli, because amplitude alone does not identify `Varied` stimuli."""
         if isinstance(step, Present):
             for part in (*(step.lead_in or ())[:1], step):
                 self._shown[_place(part)] = part.surface
@@ -103,7 +103,7 @@ class SimulatedParticipant:
         return shown.level if isinstance(shown, Varied) else None
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
-        """Read, explore, answer or rest, as described in `experiments.participants.base`."""
+        """Simulate the person's part of a step: reading, exploring, answering or resting."""
         watch()
         self._stop_if_enough()
         onset_s = self._clock.now()
@@ -126,7 +126,7 @@ class SimulatedParticipant:
         )
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Adjust the surface until the answering function accepts it or requests the reference."""
+        """Adjust the surface until the person accepts the surface or requests the reference."""
         watch()
         self._stop_if_enough()
 
@@ -154,7 +154,7 @@ class SimulatedParticipant:
             raise StopRequested(GAVE_UP)
 
     def _explore(self, step: Explore, watch: Watch) -> Reply:
-        """Stroke the surface for a random duration, and store the level felt on average."""
+        """Stroke the surface for a random duration, and store the mean level felt."""
         person = self.respondent
         duration_s = person.exploration_s(step)
         moments = person.stream("touch")
@@ -176,7 +176,7 @@ class SimulatedParticipant:
         return Reply(response_time_s=duration_s)
 
     def _pass_until(self, time_s: float, watch: Watch) -> None:
-        """Advance the clock; if the finger is measured, call ``watch`` once per frame."""
+        """Advance the clock; if sensors record the finger, call ``watch`` once per frame."""
         while self._frame_s and self._clock.now() + self._frame_s < time_s:
             self._clock.sleep(self._frame_s)
             watch()
@@ -202,15 +202,15 @@ def turned_until_content(
     *,
     again: int = 0,
 ) -> Reply:
-    """Adjust the surface notch by notch until the answering function accepts it.
+    """Adjust the surface notch by notch until the person accepts the surface.
 
     Parameters
     ----------
     feel : callable
         Returns the level that the person currently feels, in the study's quantity.
     again : int
-        Number of times that the reference was repeated. If above 0, this call continues an
-        adjustment.
+        Number of times that the reference was repeated. A value above 0 means that this call
+        continues an earlier adjustment.
     """
     onset_s = clock.now()
     limit_s = math.inf if step.time_limit_s is None else step.time_limit_s

@@ -1,7 +1,7 @@
 """Memory of a simulated person: the current trial and the finished steps.
 
-A step is remembered only after its answer has been written to disk. The memory of a resumed pilot
-is therefore the same as in an uninterrupted pilot.
+A step is remembered only after its answer has been written to disk. A person therefore remembers
+the same steps in a resumed pilot as in an uninterrupted pilot.
 """
 
 from __future__ import annotations

@@ -81,7 +81,7 @@ class Behaviour:
         return self.person.impressions
 
     def usual(self, level: float) -> float:
-        """Return the expected strength at a level, which the person has learned."""
+        """Return the strength of sensation (0 to 100) that the person expects at a level."""
         return self.person.usual(level)
 
     def pick(self, strengths: Sequence[float]) -> int:
@@ -117,7 +117,7 @@ class Behaviour:
         return self.person.notices()
 
     def verbal_report(self) -> str:
-        """Return the person's verbal report about a sensation that has disappeared."""
+        """Return the person's verbal report of what disappeared when the level decreased."""
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
@@ -151,12 +151,12 @@ class InstalledBehaviour(NamedTuple):
 
 
 def behaviour_names() -> list[str]:
-    """Return the names of all installed behaviours, sorted."""
+    """Return the sorted names of all behaviours of simulated people from installed packages."""
     return list(installed(PARTICIPANTS))
 
 
 def load_behaviour(name: str) -> InstalledBehaviour:
-    """Return the installed behaviour with a given name.
+    """Return a behaviour of simulated people by name, from the package that provides it.
 
     Raises
     ------

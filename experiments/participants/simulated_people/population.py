@@ -7,11 +7,11 @@ is
 
     sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
 
-The intercept and the exponent are constant for each person; the noise differs in each trial. People
-with a high intercept rate all surfaces as more slippery. People with a high exponent show a steeper
-growth of sensation. The angle increases with log(1 + A / 0.5 µm) from the lowest to the highest
-amplitude, so each person's curve is smooth. The distribution of sensations at an amplitude does not
-depend on the number of amplitudes in a study.
+The intercept and the exponent are constant for each person; the noise differs in each trial. To
+people with a high intercept, all surfaces feel more slippery. People with a high exponent show a
+steeper growth of sensation. The function angle(A) increases with log(1 + A / 0.5 µm) from the
+lowest to the highest amplitude, so each person's sensation is a smooth function of amplitude. The
+distribution of sensations at an amplitude does not depend on the number of amplitudes in a study.
 
 `POPULATIONS` contains the shipped populations. A laboratory can define its own population in a TOML
 file with the same keys.
@@ -112,9 +112,9 @@ class Population(BaseModel):
     scale_tops: tuple[AboveZero, ...] = Field(
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
-        description="Scale tops from which participants choose. Our assumption: with a free "
-        "modulus, scale tops are round numbers that span several powers of ten, and the "
-        "smallest step is a hundredth of the top.",
+        description="Numbers from which participants choose the top of their scale. Our "
+        "assumption: with a free modulus, the tops of participants' scales are round numbers that "
+        "span several powers of ten, and the smallest step of a scale is a hundredth of its top.",
     )
     line_shift_sd: NotNegative = setting(
         0.3,
@@ -123,13 +123,13 @@ class Population(BaseModel):
     )
     line_stretch_sigma: NotNegative = setting(
         0.2,
-        "Standard deviation, between people, of the logarithm of the factor that multiplies "
-        "logits on a rating line. Our assumption.",
+        "Standard deviation, between people, of the logarithm of a person's stretch of the "
+        "rating line, a factor that multiplies the logit of each sensation. Our assumption.",
     )
     criterion: NotNegative = setting(
         1.6,
-        "Smallest change that a person reports as a difference, in units of the noise of a "
-        "difference. Our assumption, chosen so that nearly everyone feels the paper's steps "
+        "Smallest change that a person reports as a difference, in units of the noise in judging "
+        "a difference. Our assumption, chosen so that nearly everyone feels the paper's steps "
         '("all of the subjects feel clearly the difference").',
     )
     criterion_sd: NotNegative = setting(
@@ -138,13 +138,14 @@ class Population(BaseModel):
     noise: AboveZero = setting(
         2.2,
         (
-            "Noise of a difference for the median person: the change in sensation that gives "
-            "d' = 1. Our assumption."
+            "Noise in judging a difference, for the median person: the change in sensation that "
+            "gives d' = 1. Our assumption."
         ),
     )
     threshold_sigma: NotNegative = setting(
         0.25,
-        "Standard deviation, between people, of the log noise of a difference. Our assumption.",
+        "Standard deviation, between people, of the logarithm of the noise in judging a "
+        "difference. Our assumption.",
     )
     exploration_s: AboveZero = setting(3.0, "Median duration of an exploration. Our assumption.")
     exploration_sigma: NotNegative = setting(
@@ -170,7 +171,9 @@ class Population(BaseModel):
         "Standard deviation of the log reading speed between people. Brysbaert 2019: most "
         "adults read 175 to 300 words per minute.",
     )
-    screen_s: NotNegative = setting(1.0, "Time per screen in addition to reading. Our assumption.")
+    screen_s: NotNegative = setting(
+        1.0, "Time per screen in addition to the reading time. Our assumption."
+    )
     habits: Habits = setting(Habits(), "Response habits, which are all off by default.")
     effects: tuple[tuple[str, str, AboveZero], ...] = setting(
         (),
@@ -256,10 +259,11 @@ class Population(BaseModel):
         return percent * product(self.effects)
 
     def angle(self, level: float) -> float:
-        """Return the angle in radians that mixes intercept and exponent at a level.
+        """Return angle(A) in radians, which weights a person's intercept and exponent at a level.
 
-        At the lowest and highest level, the squared sine of the angle is the proportion of the
-        person's variance that is due to the exponent.
+        The module's description contains the formula. At the lowest and highest level, the squared
+        sine of this angle is the proportion of the variance between people that is due to the
+        exponent.
         """
         turn = TURN_UM_PP * (self.levels[-1] / AMPLITUDE_UM_PP[-1] if self.unit else 1.0)
         low, high = (math.log1p(a / turn) for a in self._ends)
@@ -290,7 +294,7 @@ class Curves:
         self._known: dict[float, tuple[float, float, float, float, float]] = {}
 
     def mean(self, level: float) -> float:
-        """Return the mean sensation (0-100) at a level, which is constant outside the range."""
+        """Return the mean sensation (0-100) at a level; levels outside the range are clipped."""
         return self._at(level)[0]
 
     def turns(self, level: float) -> tuple[float, float]:
@@ -388,7 +392,7 @@ def read_population(name: str) -> Population:
 
 
 def _of_package(name: str) -> Population:
-    """Return the population defined by a behaviour from an installed package."""
+    """Return the population of simulated people that an installed package defines."""
     behaviour = load_behaviour(name)
     try:
         own = dict(behaviour.kind.population)

@@ -73,7 +73,8 @@ class Respondent:
     visit : int
         Index of the participant's run. Each run of a person uses different random numbers.
     planned : int
-        Number of planned trials in the run. A dropout's last trial is drawn from these trials.
+        Number of planned trials in the run. A dropout's last trial is selected at random
+        from these trials.
     language : str
         Language of the verbal reports. English is used if the language is not available.
     population : Population, optional
@@ -204,7 +205,7 @@ class Respondent:
 
     @property
     def impressions(self) -> tuple[float, ...]:
-        """Strengths of the sensations, with noise. The SD of a difference is `_threshold`."""
+        """Strengths of the sensations in this trial (0 to 100), with noise."""
         each = self._threshold / math.sqrt(2)
         turned = (self.turned,) if self.turned else ()
         again = ("felt again", self.felt_again) if self.felt_again else ()
@@ -215,11 +216,11 @@ class Respondent:
         )
 
     def usual(self, level: float) -> float:
-        """Return the expected strength (0 to 100) at a level, which the person has learned."""
+        """Return the strength of sensation (0 to 100) that the person expects at a level."""
         return float(self._curves.mean(level))
 
     def pick(self, strengths: Sequence[float]) -> int:
-        """Return the index of the largest strength, with lapses and a last-interval bias."""
+        """Return the index of the largest strength, simulating lapses and an interval bias."""
         if self.lapses():
             return self.stream(self.memory.question, "lapse", "value").below(len(strengths))
         liking = self._people.habits.interval_bias * self._threshold
@@ -227,7 +228,7 @@ class Respondent:
         return max(range(len(liked)), key=liked.__getitem__)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference between impressions exceeds the criterion, with lapses."""
+        """Return whether a difference exceeds the criterion, or a random answer after a lapse."""
         if self.lapses():
             return self._any_yes()
         return strength / self._threshold > self._criterion
@@ -256,8 +257,9 @@ class Respondent:
     def reaches(self, ratio: float) -> bool:
         """Return whether the last surface is at least ``ratio`` times as strong as the standard.
 
-        Of the habits, only regression, learning and misread have an effect. Regression compresses
-        the range of the adjusted variable, so the person produces a ratio closer to 1.
+        Of the response habits, only regression, learning and misreading affect the answer.
+        Regression compresses the range of the adjusted variable, so the person produces a ratio
+        closer to 1.
         """
         meant: float = ratio ** (1 - self._people.habits.regression)
         return self._felt_percent() >= meant * self._of_standard()
@@ -276,7 +278,7 @@ class Respondent:
         return abs(before - after) / self._threshold + noise > self._criterion
 
     def verbal_report(self) -> str:
-        """Return a verbal report of the sensation that has disappeared."""
+        """Return the person's verbal report of what disappeared when the level decreased."""
         return self.stream(self.memory.question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
@@ -301,7 +303,7 @@ class Respondent:
         raise TypeError(f"no simulated answer to {type(question).__name__}")
 
     def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
-        """Return a step's duration from the laboratory's own class, or the usual duration."""
+        """Return a step's duration: from the package's behaviour class, if any, or ``usual_s``."""
         person, behaviour = self._person, self._behaviour
         if behaviour is None or not isinstance(person, Behaviour):
             return usual_s
@@ -314,7 +316,7 @@ class Respondent:
         return float(time_s)
 
     def _reported(self) -> float:
-        """Return the sensation of the last surface (0 to 100) after applying the habits."""
+        """Return the sensation of the last surface (0 to 100), including response habits."""
         habits = self._people.habits
         past = self.memory.past if self._distorts or habits.learning else History()
         percent = self._felt_percent()

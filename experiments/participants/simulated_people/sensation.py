@@ -11,7 +11,7 @@ LEAST_SHARE = 0.001  # ratings never quite reach the ends of a line
 
 
 class Sensation:
-    """Sensation curve, noise and rating-line use of one person.
+    """Sensation curve, noise and use of the rating line for one person.
 
     Parameters
     ----------
@@ -38,8 +38,8 @@ class Sensation:
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
         """Return the sensation (0 to 100) at an amplitude in µm peak to peak.
 
-        ``noise`` is a normal deviate drawn for the trial. Its standard deviation is the attribute
-        `noise`.
+        ``noise`` is a normal deviate, randomly generated for the trial with the standard deviation
+        `noise` (an attribute).
         """
         intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise
