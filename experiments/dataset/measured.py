@@ -102,7 +102,7 @@ MEASURED: Mapping[str, Column] = {
     ),
 }
 
-UNREADABLE = 0.1  # fraction of the readings in an exploration that are implausible
+UNREADABLE = 0.1  # largest accepted fraction of unreadable readings in an exploration
 
 
 def measured_columns(names: Iterable[str]) -> dict[str, Column]:

@@ -13,7 +13,7 @@ READS = 100  # SerialLine.read waits at most 10 ms: one second in total
 
 
 class OurPlate(PlateDriver):
-    """Connect our plate to Slipscale's driver interface."""
+    """Driver for a plate with a serial port and without a sensor."""
 
     name = "ourplate"
 
@@ -81,7 +81,7 @@ class OurPlate(PlateDriver):
 
 
 def open_plate(address, *, clock, seed):  # noqa: ARG001 - only a simulated plate uses the seed
-    """Return the driver; `address` is the text after "ourplate:", which is a port here."""
+    """Return the driver; `address` contains the port and options given after "ourplate:"."""
     # A third argument of `opened` names the backend's own options.
     port, _options, plate = addresses.opened(address, OurPlate.name)
     return OurPlate(port, clock=clock, plate=plate)

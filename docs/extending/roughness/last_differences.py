@@ -36,7 +36,7 @@ def analysis(own):
     """Return the result of the analysis, or the reason why it cannot be computed."""
     tasks = list(differences(own))
     if not tasks:
-        return NotComputed("no trials of a shrinking difference")
+        return NotComputed("no trials of a shrinking-difference task")
     tables, numbers, sentences = [], {}, []
     for task, rows in tasks:
         last = rows.groupby("participant_id", observed=True)["difference_um_pp"].apply(
@@ -55,7 +55,7 @@ def analysis(own):
         table_caption=f"Mean of each participant's last {LAST} differences, µm peak to peak.",
         figure=drawn(tasks),
         figure_caption="Differences that were presented, trial by trial.",
-        figure_alt="A line for each participant and task, which falls and rises with the answers",
+        figure_alt="Differences between the intervals, with one line per participant and task",
     )
 
 
