@@ -13,7 +13,7 @@ class ConfidenceInterval:
     Parameters
     ----------
     low, high : float
-        Lower and upper bound. Unpacking the interval yields both.
+        Lower and upper bound. Unpacking the interval yields the lower and then the upper bound.
     confidence : float
         Confidence level of the interval, such as 0.95.
     """

@@ -1,8 +1,8 @@
 """Represent a result that could not be computed, and the reason for this.
 
-`NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. Code that
-also needs the reason uses `fold` or ``isinstance``. Use `computed` for results that can themselves
-be falsy, such as a number or an empty tuple.
+`NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. To use the
+reason as well, call `fold` or check the type with ``isinstance``. Use `computed` for results that
+can themselves be falsy, such as a number or an empty tuple.
 """
 
 from __future__ import annotations
@@ -48,5 +48,5 @@ def missing(results: Iterable[object]) -> list[NotComputed]:
 
 
 def fold(result: T | NotComputed, read: Callable[[T], S], otherwise: Callable[[str], S]) -> S:
-    """Apply ``read`` to a computed result, or ``otherwise`` to the reason why it is missing."""
+    """Return ``read(result)``, or ``otherwise(reason)`` if the result was not computed."""
     return otherwise(result.reason) if isinstance(result, NotComputed) else read(result)

@@ -63,8 +63,9 @@ def exponents(logs: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        Columns ``exponent intercept points``, with the index of ``logs``. Exponents and intercepts
-        are NaN with fewer than two points.
+        One row per participant, with the index of ``logs`` and the columns ``exponent``,
+        ``intercept`` and ``points`` (number of points in the fit). Exponents and intercepts are NaN
+        with fewer than two points.
     """
     usable = logs.loc[:, logs.columns.to_numpy(float) > 0]
     lines = fit_lines(np.log(usable.columns.to_numpy(float)), usable.to_numpy(float))

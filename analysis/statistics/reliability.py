@@ -88,7 +88,7 @@ def reliability(data: Prepared) -> Reliability | NotComputed:
     are computed from mean squares (Searle, Casella and McCulloch 1992, Variance Components, ch. 4).
     Otherwise, variance components are estimated from all estimates by restricted maximum
     likelihood. Intervals use a jackknife of Fisher's z across participants, because a participant's
-    amplitudes are not independent targets.
+    estimates at different amplitudes are not independent.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)

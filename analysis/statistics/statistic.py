@@ -50,7 +50,7 @@ class Inputs:
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function, which takes half a minute.
     session_tables : callable
-        Function that returns the session measures of all kinds of tasks.
+        Function that returns one `SessionTable` for each measure of each kind of task.
     found : Inference
         The results of the statistics declared before this one.
     """
@@ -97,8 +97,8 @@ class Sentence(Generic[T_co]):
         Function that takes the result, the confidence level and the quantity of the stimuli, and
         returns the sentence, or None if there is nothing to report.
     primary : {"ranks", "logarithms"}, optional
-        Primary analysis to which the sentence belongs. If omitted, the sentence is always
-        secondary.
+        Primary analysis to which the sentence belongs. If omitted, the sentence describes a
+        secondary result in every analysis.
     """
 
     write: Callable[[T_co, float, Quantity], str | None]
@@ -118,16 +118,16 @@ class Statistic(Generic[T_co]):
     compute : callable
         Function that returns the result, or the reason why there is none.
     test : bool
-        Whether a study may omit the statistic.
+        Whether the statistic is optional, so that a study file may omit it from ``tests``.
     title : str
         Title in the list of tests that could not be computed. If the title is empty, the statistic
         is not listed.
     parts : callable, optional
-        Function that returns the parts of a result that can be missing separately. The keys are
+        Function that returns the parts of a result, each of which can be missing. The keys are
         titles, which can contain placeholders such as ``{q.levels}``.
     families : tuple of Family
-        Families of tests that the report evaluates by p-values. Estimates with intervals do not
-        need a family.
+        Families of tests with p-values, listed in the report. Estimates with confidence intervals
+        need no family.
     sentences : tuple of Sentence
         Sentences for the results section, in order.
     methods : str
@@ -135,8 +135,8 @@ class Statistic(Generic[T_co]):
         references as ``[[key]]``.
     conclusions, headlines : Mapping
         Conclusions of simulated pilots, and numbers to plot from them. The keys are regular
-        expressions for names below ``key``. The values are descriptions, in which ``{0}`` is the
-        first group of the expression.
+        expressions that match names of results, without the prefix ``key``. The values are
+        descriptions, in which ``{0}`` is the first group of the expression.
     """
 
     key: str

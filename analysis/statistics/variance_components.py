@@ -24,7 +24,9 @@ STARTS = ((1.0, 0.5), (0.05, 0.05))
 def reml_components(
     means: Array, counts: Array, squares: Array, starts: Sequence[Sequence[float]] = STARTS
 ) -> Array:
-    """Return the components of participant, participant x level and repetition, each at least 0.
+    """Return the variance components of participant, participant x level and repetition.
+
+    The result is an array of three variances in this order, each at least 0.
 
     Parameters
     ----------

@@ -1,8 +1,9 @@
 """Compute the exact distributions of order statistics and ratings over all data sets.
 
-As in sampling, values are removed from the state tables in order of their distance. For each state,
-a second table contains the number of ways to complete the solution. At each distance, the product
-of the two tables gives the number of solutions with 0, 1, 2, ... values at this distance or beyond.
+As in `unranking`, values are removed from the state tables in ascending order of their distance
+from the centre, a reference value on the scale. For each state, a second table contains the number
+of ways to complete the solution. At each distance, the product of the two tables gives the number
+of solutions with 0, 1, 2, ... values at this distance or beyond.
 """
 
 from __future__ import annotations
@@ -103,7 +104,7 @@ WHOLE = (-1, None)
 
 
 def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
-    """Count the solutions of one goal by their free values, modulo `modulus`."""
+    """Return the numbers of solutions described at `Tally` for one goal, modulo `modulus`."""
     below, above = task.tables(measure, modulus)
     outlines = (task.below, task.above)
     whole = joints(goal, outlines, (below.planes, above.planes), measure)
@@ -132,7 +133,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
 
 
 def _products(own: StateTable, worth: StateTable) -> list[int]:
-    """Return the number of solutions with k values on this side of the centre, for each k."""
+    """For each k, return the number of solutions with k values at the distances left in `own`."""
     modulus = own.modulus or WORD
     found = []
     for counts, weights in zip(own.planes, worth.planes, strict=True):
@@ -142,7 +143,7 @@ def _products(own: StateTable, worth: StateTable) -> list[int]:
 
 
 def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array) -> None:
-    """Add the counts of a goal, including its given values, to the totals."""
+    """Add the solutions of one goal, including the fixed values, to `at_most` and `absent`."""
     split, n = task.split, goal.n
     given = goal.part.given
     covered = {value for value, m in tally if m is not None}

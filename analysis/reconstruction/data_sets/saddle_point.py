@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 # Number of sums for which the estimate is computed; their mean represents all sums.
 SUMS_LOOKED_AT = 15
 STEPS = 200
-# Smallest proportion of multisets with the printed extremes for which an estimate is returned.
+# Smallest proportion of multisets with the published extreme values for which an estimate is
+# returned.
 LEAST_SHARE = 0.02
 CONVERGED = 1e-10
 # Maximum number of scale values. More would need gigabytes.
@@ -33,9 +34,9 @@ MOST_VALUES = 1_000_000
 def log10_multisets(targets: Targets) -> float | None:
     """Estimate the decimal logarithm of the number of multisets, or return None.
 
-    Returns None if the method does not converge, if a median is printed, if few multisets contain a
-    printed extreme, if a printed percentage leaves several possible frequencies of a rating, or if
-    the scale has too many values.
+    Returns None if the method does not converge, if a median is published, if few multisets contain
+    a published extreme value, if a published percentage leaves several possible frequencies of a
+    rating, or if the scale has too many values.
     """
     by_sum: dict[int, list[Wanted]] = {}
     for wish in targets.wanted or targets.looked_at:
@@ -60,7 +61,7 @@ def log10_multisets(targets: Targets) -> float | None:
 
 
 def _log_with_extremes(wish: Wanted) -> float | None:
-    """Return the logarithm of the number of multisets that contain the required extremes.
+    """Return the logarithm of the number of multisets that contain the required values.
 
     The principle of inclusion and exclusion subtracts multisets without a required value from all
     multisets within the bounds.
@@ -84,10 +85,11 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
 
 def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
-    """Return the moments of free values, the fixed values, and the sets of required values.
+    """Return the requirements on the values without a fixed frequency.
 
-    At least one value of each set must be present. Returns None if a printed percentage leaves
-    several possible frequencies of a rating.
+    The three elements are the moments of these values, the values with a fixed frequency, and sets
+    of required values. At least one value from each set must be present. Returns None if a
+    published percentage leaves several possible frequencies of a rating.
     """
     moments, holes, occurring = wish.moments, set(), set()
     forced = []
@@ -107,7 +109,10 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
 
 def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
-    """Return the log of the number of multisets of the values `of` that have these moments."""
+    """Return the logarithm of the number of multisets with the given moments.
+
+    The multisets contain only values from the list `of`.
+    """
     n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5

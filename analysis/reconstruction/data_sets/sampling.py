@@ -54,7 +54,9 @@ class Sampler:
 
     @property
     def listed(self) -> Array:
-        """All multisets of ratings, as sorted rows of steps above the scale minimum.
+        """All multisets of ratings, one sorted row per multiset.
+
+        Ratings are given as numbers of scale steps above the minimum of the scale.
 
         Raises
         ------
@@ -80,8 +82,8 @@ class Sampler:
         Returns
         -------
         ndarray of int32, shape (number, n)
-            Ratings in steps above the scale minimum. Rows are sorted if `measure` is "multisets",
-            and in participant order if it is "ordered".
+            Ratings as numbers of scale steps above the minimum of the scale. Rows are sorted if
+            `measure` is "multisets", and in participant order if it is "ordered".
         """
         ranks = uniform(self.total, number, generator)
         few = number * LISTING_PAYS < FEW
@@ -102,7 +104,7 @@ class Sampler:
             number -= block
 
     def _walk(self, ranks: Array) -> Array:
-        """Return the solutions with these ranks, which can be in any order."""
+        """Return the solutions with the given ranks, which need not be sorted."""
         order = np.argsort(ranks)
         ranks = ranks[order]
         out = np.empty((len(ranks), self.solutions.column.n), dtype=np.int32)

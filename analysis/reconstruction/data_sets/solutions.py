@@ -55,7 +55,7 @@ class Solutions:
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """Counting problems, which are parts of the solutions grouped by state table."""
+        """The problems into which the count is divided, each with one pair of state tables."""
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
@@ -70,17 +70,14 @@ class Solutions:
 
     @cached_property
     def _unfiltered(self) -> int:
-        """Number of data sets, ignoring printed quartiles and the order of participants."""
+        """Number of data sets, ignoring published quartiles and the order of participants."""
         if self._of_few_values is not None:
             return self._of_few_values
         return count(self.problems, "multisets", self.memory_gib, self.minutes)
 
     @cached_property
     def _of_few_values(self) -> int | None:
-        """Number of data sets if the scale is short and there are no other constraints, else None.
-
-        The result equals the sum over all counting problems, which need not be listed.
-        """
+        """Number of data sets by the formula for scales with few values, or None if not usable."""
         values = range(self.column.scale.steps + 1)
         sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
         if sums is None:
@@ -100,20 +97,21 @@ class Solutions:
                 return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
             return (
-                "quartiles must be checked in each data set, but at most "
-                f"{LISTED:,} data sets can be listed, and the other statistics allow "
-                f"{self._unfiltered:,}"
+                f"quartiles must be checked in each data set, but {self._unfiltered:,} data sets "
+                f"match the other statistics, and no more than {LISTED:,} can be listed"
             )
         return ""
 
     @property
     def listed_apart(self) -> bool:
-        """Whether data sets must be listed because quartiles are printed."""
+        """Whether all data sets must be listed to check them against published quartiles."""
         return bool(self.column.lower_quartile or self.column.upper_quartile)
 
     @cached_property
     def listed(self) -> Array:
-        """All multisets of ratings, as sorted rows of steps above the scale minimum.
+        """All multisets of ratings, one sorted row per multiset.
+
+        Ratings are given as numbers of scale steps above the minimum of the scale.
 
         Raises
         ------
@@ -140,12 +138,20 @@ class Solutions:
 
     @cached_property
     def witness(self) -> tuple[int, ...]:
-        """One data set, in steps above the minimum, or () if all are counted or none was found."""
+        """An example of a consistent data set, found without counting all data sets.
+
+        Empty if the data sets can be counted or if the search found no data set. Ratings are given
+        as numbers of scale steps above the minimum of the scale.
+        """
         return witness(self.column, self.targets) if self.refused else ()
 
     @cached_property
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
-        """Pairs of sum and sum of squares, in steps, and whether all of them are known to occur."""
+        """Possible pairs of sum and sum of squares, and whether each pair is known to occur.
+
+        A pair occurs if at least one data set has this sum and this sum of squares. Ratings are
+        given as numbers of scale steps above the minimum of the scale.
+        """
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False
         if self.listed_apart:
@@ -172,8 +178,8 @@ class Solutions:
         if self.targets.reason or self.consistent:
             return self.targets.reason
         return (
-            "mean and SD pass GRIM and GRIMMER, but no ratings on the scale have both together "
-            "with the printed extremes, median, quartiles or frequencies"
+            "mean and SD pass GRIM and GRIMMER, but no set of ratings on the scale matches all "
+            "published numbers together"
         )
 
     def under(self, sd_convention: str, rounding: str) -> Solutions:

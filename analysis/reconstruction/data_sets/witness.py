@@ -1,8 +1,8 @@
 """Find one data set consistent with a column that has too many data sets to count.
 
 The search changes pairs of ratings, as in SPRITE (Heathers et al., 2018). A data set is returned
-only if its statistics, computed from their definitions, match the printed numbers. A data set that
-is returned therefore proves that such data sets exist.
+only if its statistics, computed from their definitions, match the published numbers. A data set
+that is returned therefore proves that the published numbers are possible.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ ASTRAY = 0.01
 
 
 def witness(column: Column, targets: Targets) -> tuple[int, ...]:
-    """Search for ratings, in steps above the minimum, that match all printed numbers of a column.
+    """Search for ratings that match all published numbers of a column.
 
-    Returns an empty tuple if no ratings are found, which does not prove that none exist.
+    Ratings are given as numbers of scale steps above the minimum of the scale. Returns an empty
+    tuple if no ratings are found, which does not prove that none exist.
     """
     wanted = targets.wanted or targets.looked_at
     middle = len(wanted) // 2
@@ -47,7 +48,7 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
 
 
 def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tuple[int, ...]:
-    """Search for ratings with these moments that match all printed numbers.
+    """Search for ratings with the given moments that match all published numbers of a column.
 
     Returns an empty tuple if no ratings are found. This search is shorter than in `witness`,
     because it is repeated for many moments.
@@ -67,7 +68,10 @@ def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
 
 
 def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
-    """Return whether these ratings, in steps above the minimum, match all printed numbers."""
+    """Return whether ratings match all published numbers of a column.
+
+    Ratings are given as numbers of scale steps above the minimum of the scale.
+    """
     x = sorted(column.scale.value(v) for v in steps)
     n, rule = column.n, column.rounding
     if len(x) != n or min(steps) < 0 or max(steps) > column.scale.steps:
@@ -113,7 +117,11 @@ def _prints_interval(column: Column, mean: Fraction, variance: Fraction) -> bool
 
 
 def _free_values(part: Part, moves: int) -> list[int]:
-    """Search for free values that have the moments of a part, at least approximately."""
+    """Search for free values with the number, sum and sum of squares that a part requires.
+
+    If the search fails, the sum or the sum of squares of the returned values is not the required
+    one.
+    """
     n, total, squares = part.moments.n, part.moments.total, part.moments.squares
     low, high = part.split.low, part.split.high
     if n == 0:
@@ -146,7 +154,7 @@ def _free_values(part: Part, moves: int) -> list[int]:
 
 
 def _reach_total(x: list[int], total: int, part: Part, random: Random, moves: int) -> None:
-    """Change values by single steps until their sum reaches the total, at least approximately."""
+    """Change values by one step at a time, until their sum is `total` or after `moves` attempts."""
     missing = total - sum(x)
     for _ in range(moves):
         if not missing:

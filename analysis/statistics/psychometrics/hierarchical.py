@@ -67,7 +67,8 @@ class Trials:
     design : array, shape (rows, coefficients)
         Design matrix of the thresholds, whose rows are equal for the same person and condition.
     u : array, shape (rows,)
-        Coordinates of the levels. On a logarithmic axis, 0 becomes `psychometric_fit.FAR_BELOW`.
+        Positions of the levels on the curve's axis. On a logarithmic axis, a level of 0 becomes
+        `psychometric_fit.FAR_BELOW`.
     yes, n : array, shape (rows,)
         Number of correct (or "yes") answers, and number of all answers.
     catch_right, catch_wrong : int
@@ -90,7 +91,8 @@ class HierarchicalFit:
     Parameters
     ----------
     model : Model
-        Curve, share, guess rate and largest lapse rate of the model.
+        Psychometric function: curve, value of the curve at the threshold, guess rate and largest
+        lapse rate.
     trials : Trials
     start : array, optional
         Starting point of the search, if an approximate maximum is known.
@@ -211,7 +213,7 @@ class HierarchicalFit:
         return Prediction(np.log(p), np.log1p(-p), gradient)
 
     def coordinates(self, coefficient: Array) -> Array:
-        """Return the level coordinates that correspond to values of a threshold coefficient."""
+        """Convert thresholds from the fit's internal units to positions on the curve's axis."""
         return self._centre + self._scale * np.asarray(coefficient, float)
 
     def interval(self, place: int, df: int, confidence: float) -> Interval:
@@ -241,25 +243,25 @@ class HierarchicalFit:
 
     @property
     def jumps(self) -> bool:
-        """Whether the steepest allowed slope is about as likely as the best slope."""
+        """Whether the steepest allowed slope fits about as well as the best slope."""
         steepest = self._fitted.bounds[self.slope][1]
         return self.fallen({self.slope: steepest}) < FLAT
 
     def deviations(self) -> Array:
-        """Return each person's deviation from the population threshold, in level coordinates.
+        """Return each person's deviation from the population threshold, on the curve's axis.
 
-        Deviations are conditional means, given the person's answers and the fitted model.
-        Deviations are shrunk towards 0, more strongly for people with fewer answers.
+        The estimate of a deviation is its conditional mean, given the person's answers and the
+        fitted model. Estimates are shrunk towards 0, more strongly for people with fewer answers.
         """
         _, shares = self._fitted.posteriors(self.best.theta)
         return np.asarray(self.sd * (shares @ self._fitted.outer.nodes[0]))
 
     @property
     def sd(self) -> float:
-        """Standard deviation of people's thresholds, in level coordinates."""
+        """Standard deviation of people's thresholds, on the curve's axis."""
         return self._scale * float(self.best.theta[self.spread])
 
     @property
     def scale(self) -> float:
-        """Size of the fit's internal unit, in level coordinates."""
+        """Internal unit of the fit: the SD of the levels on the curve's axis (1 if the SD is 0)."""
         return self._scale

@@ -1,8 +1,9 @@
 """Maximise a likelihood that is integrated over differences between people.
 
-A participant's answers are grouped into kinds (such as a level or a step size), and kinds are
-grouped into cells (such as a condition). Some random effects are common to all answers of a
-participant, and one more random effect is common to the kinds in a cell:
+A participant's answers are grouped by kind of trial (such as a level or a step size), and the kinds
+of trials are grouped into cells (such as a condition). Some random effects, b, are shared by all
+answers of a participant. A further random effect, e, is shared by a participant's answers in the
+same cell:
 
     L(participant) = ∑_b w_b ∏_cells ∑_e w_e ∏_kinds p(b, e)^yes (1 - p(b, e))^no
 
@@ -10,9 +11,11 @@ All random effects have a standard normal distribution, and the integrals are su
 grids. The integration error is negligible if the grid's step is smaller than the width of a
 participant's likelihood. Gauss-Hermite quadrature with few points would miss a narrow peak.
 
-Confidence intervals use the profile likelihood. At their ends, the log likelihood is (n / 2) log(1
-+ t² / df) below its maximum. For a normal sample, these limits reproduce the t interval exactly, so
-intervals from few people are no narrower than the intervals of a t test.
+Confidence intervals use the profile likelihood. At the ends of an interval, the log likelihood is
+(n / 2) log(1 + t² / df) below its maximum. Here, n is the number of participants, and t is a
+quantile of Student's t distribution with df degrees of freedom. For a normal sample, these limits
+reproduce the t interval exactly, so intervals from few people are no narrower than the intervals of
+a t test.
 """
 
 from __future__ import annotations
@@ -56,21 +59,30 @@ class Prediction(NamedTuple):
 
 
 class Predict(Protocol):
-    """A function that predicts answers from the parameters and the nodes of random effects."""
+    """A function that predicts answers from parameters and from values of the random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return the prediction for ``outer`` (effects, nodes, 1) and ``inner`` (nodes,)."""
+        """Return the predicted probabilities at the nodes of the grids of random effects.
+
+        Parameters
+        ----------
+        theta : array, shape (parameters,)
+        outer : array, shape (effects, nodes, 1)
+            Values of the random effects of a participant.
+        inner : array, shape (nodes,)
+            Values of the random effect of a cell.
+        """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Counted:
-    """Numbers of yes and no answers per person and kind.
+    """Numbers of yes and no answers per person and kind of trial.
 
     Parameters
     ----------
     yes, no : array, shape (people, kinds)
     cells : int array, shape (kinds,)
-        Index of the cell that contains each kind, counted from 0.
+        For each kind of trial, the index of its cell (such as a condition), counted from 0.
     times : array, shape (people,)
         Number of people with the counts in each row.
     """
@@ -103,7 +115,7 @@ class Interval(NamedTuple):
 
 
 class Grid(NamedTuple):
-    """The nodes of standard normal variables, shape (effects, nodes), and their log weights."""
+    """Quadrature nodes of standard normal variables, shape (effects, nodes), with log weights."""
 
     nodes: Array
     log_weights: Array
@@ -171,7 +183,7 @@ class IntegratedModel:
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
 
     def posteriors(self, theta: Array) -> tuple[Array, Array]:
-        """Return the log likelihood of each row, and the posterior probabilities of outer nodes."""
+        """Return the log likelihood per row and the posterior probabilities of `outer` nodes."""
         predicted = self._predicted(theta)
         logs, shares, _ = self._integrated(predicted)
         return logs, shares
@@ -180,7 +192,11 @@ class IntegratedModel:
         return self.predict(theta, self.outer.nodes[:, :, None], self.inner.nodes[0])
 
     def _integrated(self, predicted: Prediction) -> tuple[Array, Array, list[Array]]:
-        """Return log likelihoods, and probabilities of outer nodes and of inner nodes per cell."""
+        """Return the log likelihoods and the posterior probabilities of the grid nodes.
+
+        The last element contains one array per cell: the probabilities of the `inner` nodes, given
+        each of the `outer` nodes.
+        """
         total = self.outer.log_weights
         within = []
         for kinds in self._cells:
@@ -241,7 +257,7 @@ class IntegratedModel:
         Parameters
         ----------
         best : Maximum
-            Maximum that `fit` returns without fixed parameters.
+            Maximum of the likelihood if no parameter is fixed, as returned by `fit`.
         fall : float
             Drop in log likelihood at the ends of the interval, as computed by `students_fall`.
         """
@@ -264,18 +280,18 @@ class IntegratedModel:
     ) -> tuple[float, Maximum, bool]:
         """Search outwards for the point where the profile log likelihood has fallen by ``fall``.
 
-        The square root of the drop is nearly linear in the parameter, so a few Newton steps are
-        enough.
+        The square root of the drop in log likelihood is nearly linear in the parameter, so a few
+        Newton steps are enough.
 
         Returns
         -------
         end : float
-            End of the interval. Infinite if the log likelihood falls by less than ``fall`` up to
-            the edge of the search.
+            End of the interval. Infinite if the profile log likelihood at ``edge``, the parameter's
+            bound, is less than ``fall`` below its maximum.
         likeliest : Maximum
             Best fit found during the search.
         flat : bool
-            Whether the profile likelihood is flat up to the edge of the search.
+            Whether the profile likelihood is flat between its maximum and ``edge``.
         """
         root, inside, outside = (2 * fall) ** 0.5, float(best.theta[place]), edge
         reached, likeliest, start = False, best, best

@@ -45,8 +45,8 @@ class Marginals:
     Parameters
     ----------
     threshold, log_slope : array, shape (3,)
-        Median, lower end and upper end. The threshold is a coordinate of the curve, and the slope
-        is a natural logarithm.
+        Median, lower end and upper end. The threshold is a position on the curve's axis, and the
+        slope is given by its natural logarithm.
     lapse, guess : float
         Posterior means.
     """
@@ -117,6 +117,6 @@ def _where(values: Array, weights: Array, points: int) -> Array:
 
 
 def _quantiles(values: Array, weights: Array, confidence: float) -> Array:
-    """Return the median and the interval ends, spreading each weight evenly around its value."""
+    """Return the median and the interval ends of a weighted grid, by linear interpolation."""
     below = np.cumsum(weights) - weights / 2
     return np.interp([0.5, (1 - confidence) / 2, (1 + confidence) / 2], below, values)

@@ -18,7 +18,8 @@ from slipscale.experiments.protocol_parts.adaptive.curves import Curve
 Array = npt.NDArray[np.float64]
 Guess = Literal["fixed", "free", "equal to lapse"]
 
-#: Columns of a parameter array. The threshold is a coordinate, the slope a natural logarithm.
+#: Columns of a parameter array. The threshold is a position on the curve's axis, and the slope is
+#: given by its natural logarithm.
 THRESHOLD, LOG_SLOPE, LAPSE, GUESS = range(4)
 #: Probabilities are kept this far from 0 and 1, so that logarithms are finite.
 EDGE = 1e-9
@@ -44,7 +45,7 @@ class Counts:
     Parameters
     ----------
     u : array, shape (sets, levels)
-        Coordinates of the levels, as computed by `coordinates`.
+        Positions of the levels on the curve's axis, as computed by `coordinates`.
     correct, trials : array, shape (sets, levels)
         Number of correct answers and number of all answers. Levels without answers are ignored.
     """
@@ -102,7 +103,7 @@ class Model:
 
     @property
     def offset(self) -> float:
-        """Argument of the curve at the threshold."""
+        """Argument at which `curve.distribution` has the value `share`, as at the threshold."""
         return float(self.curve.inverse(np.array(self.share)))
 
     @property
@@ -166,16 +167,19 @@ class Fits:
 
 
 def coordinates(curve: Curve, levels_um_pp: Array) -> Array:
-    """Return finite coordinates of the levels. On a logarithmic axis, 0 becomes `FAR_BELOW`."""
+    """Return the positions of levels on the curve's axis.
+
+    All positions are finite. On a logarithmic axis, a level of 0 becomes `FAR_BELOW`.
+    """
     return np.maximum(curve.coordinate(levels_um_pp), FAR_BELOW)
 
 
 def search_bounds(model: Model, u: Array) -> Bounds:
     """Return the search range of each parameter.
 
-    The threshold may lie outside the levels by up to the range of the levels. The shallowest curve
-    rises over twenty times the range of the levels. The steepest curve rises over one tenth of the
-    smallest distance between two levels.
+    The threshold may lie outside the range of the levels, by up to the width of this range. The
+    shallowest curve rises from 5 % to 95 % over twenty times the width of the range. The steepest
+    curve rises from 5 % to 95 % over one tenth of the smallest distance between two levels.
     """
     seen = np.where(u > FAR_BELOW, u, np.nan)
     bottom, top = np.nanmin(seen, axis=1), np.nanmax(seen, axis=1)
@@ -234,12 +238,14 @@ def profile(
     parameter : int
         `THRESHOLD` or `LOG_SLOPE`.
     drop : float
-        Drop in log likelihood. For a confidence interval, the drop is half a chi-square quantile.
+        Drop in log likelihood between the maximum and an end of the interval. For a confidence
+        interval, this drop is half a chi-square quantile.
 
     Returns
     -------
     tuple of arrays, each of shape (sets,)
-        Lower and upper ends, which are infinite if the drop is not reached within the bounds.
+        Lower and upper ends of the interval. An end is infinite if the log likelihood does not fall
+        by ``drop`` within the bounds of the parameter.
     """
     # Each set occurs twice: once for the lower end, once for the upper end.
     sets = np.tile(np.arange(len(fits.theta)), 2)

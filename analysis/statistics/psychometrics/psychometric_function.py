@@ -81,7 +81,7 @@ class Answers:
 
     @classmethod
     def of_trials(cls, levels_um_pp: Sequence[float], correct: Sequence[bool]) -> Answers:
-        """Count the answers to single trials, such as the trials of an adaptive track."""
+        """Summarise single trials, such as the trials of an adaptive track, as counts per level."""
         levels, place = np.unique(np.asarray(levels_um_pp, float), return_inverse=True)
         return cls(
             levels_um_pp=levels,
@@ -113,12 +113,13 @@ class PsychometricFunction:
     estimator : {"maximum likelihood", "posterior"}
         Estimation method.
     curve, method : str
-        Key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`, and key of `METHODS`.
+        Name of the curve (a key of `slipscale.experiments.protocol_parts.adaptive.curves.CURVES`),
+        and name of the method of the experiment (a key of `METHODS`).
     share : float
         Value of the curve at the threshold, without guesses and lapses.
     threshold_um_pp : Estimate
-        Threshold in µm peak to peak. Ends of the interval that the data do not determine are
-        infinite. For a logarithmic curve, such a lower end is 0.
+        Threshold in µm peak to peak. If the data do not determine an end of the interval, this end
+        is infinite; for a logarithmic curve, an undetermined lower end is 0.
     slope : Estimate or NotComputed
         Slope of the curve's argument per µm. For a logarithmic curve, the slope is dimensionless.
     lapse, guess : float

@@ -52,7 +52,7 @@ def fit_threshold(
         Value of the curve at the threshold, without guesses and lapses. A share of 0.5 is halfway
         between the asymptotes (75 % correct with two intervals and no lapses).
     largest_lapse : float
-        Upper bound of the lapse rate. If 0, lapses are excluded.
+        Upper bound of the lapse rate. If 0, the model contains no lapses.
 
     Raises
     ------
@@ -129,7 +129,10 @@ def threshold_values(
 
 
 def side_by_side(sets: Sequence[Counts]) -> Counts:
-    """Combine data sets, padding the shorter ones with unanswered copies of their last level."""
+    """Combine data sets into one array with a row per data set.
+
+    Data sets with fewer levels are padded with copies of their last level, which have no trials.
+    """
     longest = max(each.u.shape[1] for each in sets)
 
     def padded(values: Array, *, repeat: bool) -> Array:
@@ -238,7 +241,7 @@ def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estima
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:
-    """Return per data set whether the steepest allowed slope is about as likely as the best."""
+    """Return whether the steepest allowed slope fits about as well as the best, per data set."""
     steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
     steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
     held = likelihood.fit(model, counts, steepest)

@@ -113,8 +113,8 @@ def signed_rank_p(differences: Array) -> Array:
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
     """Return exact two-sided p-values for sums of positive ranks, given the numbers of ranks.
 
-    Ties can give a sum that is not a whole number. As in SciPy, the sum is then rounded to the less
-    extreme neighbour.
+    Ties can give a sum that is not a whole number. As in SciPy, the sum is then rounded to the
+    neighbouring whole number with the larger p-value.
     """
     all_ranks = changed * (changed + 1) // 2
     # The distribution is symmetrical, so the upper tail is computed as a lower tail.
@@ -127,8 +127,8 @@ def _rank_sums() -> Array:
     """Return the distribution of the sum of positive ranks: P(sum <= s) at [n, s].
 
     Under the null hypothesis, each rank is positive with probability 1/2. The distribution for n
-    ranks is therefore the average of the distribution for n - 1 ranks and this distribution shifted
-    by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
+    ranks is therefore the average of the distribution for n - 1 ranks and the same distribution
+    shifted by n (Wilcoxon, 1945, Biometrics Bulletin 1, 80-83).
     """
     most = EXACT_AT_MOST * (EXACT_AT_MOST + 1) // 2
     share = np.zeros((EXACT_AT_MOST + 1, most + 1))

@@ -95,9 +95,9 @@ class PairComparison:
     from_um_pp, to_um_pp : float
         The smaller and the larger amplitude in µm peak to peak.
     n, n_logs : int
-        Number of participants with an estimate at both amplitudes, and number of those who also
-        have both logarithms. A participant without a value at one amplitude is still included in
-        the other pairs.
+        Number of participants with an estimate at both amplitudes, and number of participants with
+        a mean logarithm at both amplitudes. A participant without a value at one amplitude is still
+        included in the other pairs.
     logs, ranks
         Results of the t test (``n_logs`` participants) and of the Wilcoxon test (``n``
         participants).
@@ -150,9 +150,9 @@ class PairComparison:
 def pairwise(data: Prepared) -> tuple[PairComparison, ...] | NotComputed:
     """Compare all pairs of amplitudes by paired t and Wilcoxon tests, with Holm's correction.
 
-    Each pair includes all participants with values at both amplitudes. A participant without a
-    logarithm at an amplitude, because of estimates of zero, is excluded from the t tests at this
-    amplitude, but not from the rank tests.
+    Each pair includes all participants with values at both amplitudes. Participants without a
+    logarithm at an amplitude, because all their estimates at this amplitude are zero, are excluded
+    from its t tests but not from its rank tests.
     """
     cells = data.cells
     if cells.shape[1] < 2:  # noqa: PLR2004
