@@ -43,7 +43,7 @@ class PlateDriver(GuardedOutput):
     Parameters
     ----------
     clock : Clock
-        Clock for the times of readbacks and of vibration.
+        Clock for the time stamps of readbacks and for the duration of vibration.
     limits : PlateLimits
         Limits enforced by the driver.
     calibration : Calibration
@@ -57,7 +57,7 @@ class PlateDriver(GuardedOutput):
         Notes for the operator, such as a warning about an old calibration; available after
         `connect`.
     modulator : Modulator or None
-        Modulation limits of the plate and its line; None if the backend cannot modulate.
+        Modulation limits of the plate and its serial line; None if the backend cannot modulate.
     why_not_modulated : str
         Reason why the backend cannot modulate.
     amplifier_gain : float
@@ -75,7 +75,8 @@ class PlateDriver(GuardedOutput):
         Level of a second actuator during the next presentations
         (`slipscale.hardware.backends.pair`).
     simulated : bool
-        Whether the plate is simulated. If it is, another plate's calibration only causes a note.
+        Whether the plate is simulated. A simulated plate may use a calibration of another plate;
+        the operator then sees a note.
     """
 
     name: ClassVar[str]
@@ -191,8 +192,9 @@ class PlateDriver(GuardedOutput):
     def present(self, surface: Surface) -> Presentation:
         """Present a surface: ramp to its amplitude, and return when the plate has settled.
 
-        An amplitude of 0 switches the output off. For a texture, the plate settles at the mean
-        amplitude, which is returned, and then plays the texture until the next command.
+        An amplitude of 0 switches the output off. A texture is played until the next command, after
+        the plate has settled at the mean amplitude of the texture; the returned presentation
+        describes this mean amplitude.
 
         Raises
         ------
@@ -261,7 +263,7 @@ class PlateDriver(GuardedOutput):
         OverLimit
             If the amplitude is outside the limits. The plate is not changed.
         PlateRefused
-            If the plate is off; present a surface first.
+            If the plate is off; call `present` first.
         PlateFault
             If the hardware fails in any other way. The plate is silenced.
         """
@@ -302,7 +304,7 @@ class PlateDriver(GuardedOutput):
             self._change(change)
 
     def check(self) -> None:
-        """Raise a pending `PlateFault`, or `Late` if the plate has begun to repeat a change."""
+        """Raise a pending `PlateFault`, or `Late` if no command followed a change in time."""
         super().check()
         if self.output is Output.MAY_BE_ON:
             with self._silent_on_fault():
@@ -349,7 +351,7 @@ class PlateDriver(GuardedOutput):
             return self._read_back()
 
     def vibration_level(self) -> float:
-        """Return the current amplitude in µm p-p. The default implementation reads it back."""
+        """Return the current amplitude in µm p-p. By default, the plate's readback is returned."""
         return self.read_back().level or 0.0
 
     @property
@@ -422,7 +424,7 @@ class PlateDriver(GuardedOutput):
         raise NotImplementedError
 
     def _change(self, change: Loop) -> None:
-        """Play a change immediately. By default, changes are played like textures."""
+        """Play a change of amplitude immediately; by default, in the same way as a texture."""
         self._play(change)
 
     def _follow(self, level: float) -> None:

@@ -21,7 +21,7 @@ class PlateFault(RigError):
         self.message = message
 
     def blinded(self) -> PlateFault:
-        """Return the fault without amplitudes, for operators who must not know them."""
+        """Return the fault with a message that contains no amplitudes, for a blinded operator."""
         return self
 
 
@@ -67,7 +67,7 @@ class GarbledReply(PlateFault):
     """Raised if an answer cannot be read."""
 
     code = "garbled"
-    remedy = "Check the cable and its distance from the amplifier."
+    remedy = "Check the cable, and keep it away from the amplifier."
 
 
 class ProtocolViolation(PlateFault):
@@ -126,13 +126,13 @@ class NotReached(PlateFault):
 
     code = "not_reached"
     remedy = (
-        "Check that the amplifier is on, and ask the participant to press less. If this does not "
-        "help, lower the study's largest amplitude or recalibrate: the drive may have reached its "
-        "highest voltage."
+        "Check that the amplifier is on, and ask the participant to press less hard. If this does "
+        "not help, lower the study's largest amplitude or recalibrate: the drive may have reached "
+        "its highest voltage."
     )
 
     def blinded(self) -> PlateFault:
-        """Return the fault without amplitudes."""
+        """Return the fault with a message that contains no amplitudes."""
         return NotReached(
             "the plate measures a different amplitude than commanded (see the journal for the "
             "values)"
@@ -153,7 +153,7 @@ class OffCalibration(PlateFault):
     )
 
     def blinded(self) -> PlateFault:
-        """Return the fault without the amplitude and the voltages."""
+        """Return the fault with a message that contains neither amplitudes nor voltages."""
         return OffCalibration(
             "the drive voltage differs from the calibration (see the journal for both values)"
         )

@@ -36,7 +36,7 @@ class PlateLimits:
     duty_window_s : float
         Duration of the window over which the duty cycle is computed.
     on_time_s : float
-        Longest vibration after a command, as a safeguard against a session that hangs.
+        Longest time that the plate vibrates without a new command, in case the session hangs.
     tolerance : float
         Allowed deviation of a *measured* level from the commanded level, as a fraction.
     deviation_level : float
@@ -44,7 +44,8 @@ class PlateLimits:
         applies.
     voltage_band : float
         Allowed factor between the reported drive voltage and the calibration's prediction, in
-        either direction. A finger that reduces Q from 60 to 50 requires a factor of 1.2.
+        either direction. For example, a finger that reduces Q from 60 to 50 raises the
+        required voltage by a factor of 1.2.
     """
 
     quantity: Quantity = PLATE_AMPLITUDE
@@ -92,7 +93,7 @@ class PlateLimits:
         return max(self.tolerance * commanded_level, self.deviation_level)
 
     def held_to(self, *, tolerance: float | None, deviation_level: float | None) -> PlateLimits:
-        """Return the limits with the given tolerances where these are narrower."""
+        """Return the limits with the given tolerances, except any that are wider than before."""
         return replace(
             self,
             tolerance=min(self.tolerance, tolerance or self.tolerance),
@@ -141,7 +142,7 @@ def _check(what: str, value: float, lowest: float, highest: float, unit: str) ->
 
 
 class OnTime:
-    """Record of the times of vibration, used to limit the duty cycle and unattended vibration.
+    """Record of when the plate vibrated, to limit the duty cycle and unattended vibration.
 
     >>> on_time = OnTime(window_s=100)
     >>> on_time.command(10, vibrates=True)
@@ -168,7 +169,7 @@ class OnTime:
         self._commanded_s = now_s
 
     def unattended_s(self, now_s: float) -> float:
-        """Return how long the plate has vibrated since the last command, or 0 if it is silent."""
+        """Return how long the plate has vibrated since the last command; 0 if it is off."""
         return 0.0 if self._since is None else now_s - self._commanded_s
 
     def duty(self, now_s: float) -> float:

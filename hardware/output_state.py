@@ -36,7 +36,7 @@ class GuardedOutput(ABC):
     Parameters
     ----------
     clock : Clock
-        Clock for the times of vibration.
+        Clock for the duration of vibration.
     limits : PlateLimits
         Limits, including those on the duration of vibration.
 
@@ -115,7 +115,7 @@ class GuardedOutput(ABC):
 
     @contextmanager
     def _commanding(self, *, vibrates: bool) -> Iterator[None]:
-        """Update the state of the output before and after the command in the block."""
+        """Update the output state before and after the command sent in the ``with`` block."""
         if not self._opened or self.output is Output.UNREACHABLE:
             raise ConnectionLost(
                 f"plate '{self.name}': it is not connected, or did not confirm that it is off; "

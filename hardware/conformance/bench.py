@@ -1,7 +1,7 @@
 """Send bytes to a driver board, and check the answers against the protocol.
 
-The line and the clock are passed in, so tests can run the same checks in virtual time on emulated
-boards.
+The serial line and the clock are arguments, so tests can run the same checks in virtual time on
+emulated boards.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Bench:
     Parameters
     ----------
     line : Line
-        An open line.
+        Open connection to the board.
     clock : Clock
         Clock for time-outs.
     long : bool
@@ -189,10 +189,10 @@ class Bench:
         return round(0.4 * self.limits.level, 4)
 
     def lists(self) -> wire.ListLimits:
-        """Return the limits for lists. Raises NotApplicable if the board does not support lists."""
+        """Return the limits for amplitude lists. Raises NotApplicable if there are none."""
         reply = self.run("LIST:LIM?")
         if reply.code == wire.UNDEFINED_HEADER:
-            raise NotApplicable("the board does not support lists")
+            raise NotApplicable("the board does not support amplitude lists")
         try:
             return wire.parse_list_limits(reply.value)
         except ValueError as error:

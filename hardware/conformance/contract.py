@@ -177,14 +177,14 @@ def _follows(rig: Rig) -> None:
 
 def _expect_output(plate: PlateDriver, due: Output, after: str) -> None:
     if plate.output is not due:
-        differs(f"an output that is {due} after {after}", str(plate.output))
+        differs(f"the output to be {due} after {after}", str(plate.output))
 
 
 def _expect_off(readback: Readback, after: str) -> None:
     if readback.voltage_v_peak:
         differs(f"0 V after {after}", f"{readback.voltage_v_peak:g} V")
     if readback.kind == "applied" and readback.level:
-        differs(f"an applied amplitude of 0 after {after}", f"{readback.level:g}")
+        differs(f"an amplitude of 0 in the readback after {after}", f"{readback.level:g}")
 
 
 RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
@@ -193,12 +193,12 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
     ("the readback can reveal a wrong amplitude", _readback_proves),
     ("a level of 0 switches the output off", _zero_is_off),
     ("a command outside the limits does not change the plate", _limits_leave_it),
-    ("silence can be called at any time, and more than once", _silence_repeats),
+    ("silence() can be called at any time, and more than once", _silence_repeats),
     ("after an exception raised by the caller, the plate is off", _exception_ends_off),
     ("a plate that is not connected raises a PlateFault", _closed_is_told),
     ("a closed plate can be connected again", _reconnects),
     ("check() is cheap", _check_is_cheap),
-    ("follow reaches the amplitude", _follows),
+    ("follow() reaches the amplitude", _follows),
 )
 
 

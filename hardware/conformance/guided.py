@@ -41,7 +41,11 @@ class Assistant(Protocol):
 
 
 class Terminal:
-    """Assistant who answers questions at the terminal while the board is kept alive."""
+    """Person who answers questions at the terminal.
+
+    While a question waits for an answer, the board's status is queried, so that the watchdog does
+    not switch the plate off.
+    """
 
     def __init__(self, bench: Bench) -> None:
         self._bench = bench
@@ -150,12 +154,12 @@ def _expect_seen(due: float, seen: float, what: str, noise: float) -> None:
 
 
 STEPS: tuple[tuple[str, Callable[[Bench, Assistant], None]], ...] = (
-    ("a vibrometer measures the commanded amplitude", _amplitude),
-    ("an oscilloscope measures the reported voltage", _volts),
+    ("a vibrometer confirms the commanded amplitude", _amplitude),
+    ("an oscilloscope confirms the reported voltage", _volts),
     ("a vibrometer measures no vibration when the board is off", _silence),
-    ("HOLD is correct with a loaded plate", _loaded),
+    ("a loaded plate in state HOLD has the commanded amplitude", _loaded),
     ("a loaded plate at the largest amplitude reports HOLD or SAT", _saturates),
-    ("a vibrometer measures a list's smallest and largest amplitudes", _texture),
+    ("a vibrometer confirms the extreme amplitudes of an amplitude list", _texture),
 )
 
 

@@ -20,7 +20,8 @@ def _plain_identity(bench: Bench) -> None:
     lines = bench.answers_to(b"*IDN?\n", at_most=1) + bench.answers_to(b"")
     if lines != [framed.encode("ascii") + b"\r"]:
         differs(
-            "the framed identity once, followed by CR LF, in answer to plain *IDN?", repr(lines)
+            "one answer to unframed *IDN?: the identity as in the framed answer, and CR LF",
+            repr(lines),
         )
 
 
@@ -130,7 +131,10 @@ def _repetition_after_other_lines(bench: Bench) -> None:
             bench.expect_silence(b"\n", "a line of 200 bytes")
         again = bench.answers_to(frame, at_most=1)
         if again != first:
-            differs(f"the answer {first} again after {between[:SHORT]!r}", repr(again))
+            differs(
+                f"the same answer {first} when the frame is repeated after {between[:SHORT]!r}",
+                repr(again),
+            )
 
 
 def _same_sequence_other_body(bench: Bench) -> None:
@@ -138,9 +142,11 @@ def _same_sequence_other_body(bench: Bench) -> None:
     frame = bench.frame("SYST:ERR?")
     bench.reply_to(frame)
     sequence = int(frame[1:].split()[0])
-    reply = bench.reply_to(bench.frame("OUTP ON", sequence), "another body with the same SEQ")
+    reply = bench.reply_to(
+        bench.frame("OUTP ON", sequence), "a frame with the same SEQ and another body"
+    )
     if reply.code != wire.OUT_OF_RANGE:
-        differs("execution of another body with the same SEQ", f"code {reply.code}")
+        differs("execution of the frame with the same SEQ and another body", f"code {reply.code}")
 
 
 def _stop_is_not_answered(bench: Bench) -> None:
@@ -186,22 +192,24 @@ def _expect_same(bench: Bench, frame: bytes, between: bytes) -> None:
     for _ in range(2):
         again = bench.answers_to(frame, at_most=1)
         if again != first:
-            differs(f"the answer {first} again", repr(again))
+            differs(f"the same answer {first} when the frame is repeated", repr(again))
 
 
 def _expect_left(bench: Bench, error: str) -> None:
     left = bench.ask("SYST:ERR?")
     if left != error:
-        differs(f"a single execution of the repeated command, leaving {error}", left)
+        differs(
+            f"{error} as the next error, because a repeated command is executed only once", left
+        )
 
 
 SHORT = 20
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("plain *IDN? is answered with the identity and CR LF", _plain_identity),
+    ("unframed *IDN? is answered with the identity and CR LF", _plain_identity),
     ("a correct frame gets one answer", _one_answer),
     ("answers do not exceed the maximum line length", _answers_fit_their_line),
-    ("a wrong checksum gets no answer", _wrong_checksum),
+    ("a frame with a wrong checksum gets no answer", _wrong_checksum),
     ("noise before a frame is ignored", _noise_before),
     ("a frame with trailing bytes gets no answer", _tail),
     ("carriage returns before the line feed are ignored", _line_ends),
@@ -211,13 +219,13 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("BOOT stays the same while the board runs", _boot),
     ("a repeated frame gets the same answer and is not executed again", _repetition),
     (
-        "a repeated frame is recognised after invalid frames and plain *IDN?",
+        "a repeated frame is recognised after invalid frames and unframed *IDN?",
         _repetition_after_other_lines,
     ),
-    ("the same SEQ with another body is a new command", _same_sequence_other_body),
-    ("! is not answered", _stop_is_not_answered),
-    ("! silences the plate", _stop_silences),
-    ("a frame that contains ! is not executed", _stop_inside_a_frame),
-    ("a frame directly after ! is executed", _frame_after_stop),
-    ("a repeated frame does not undo an earlier !", _repetition_after_stop),
+    ("a frame with the same SEQ and another body is a new command", _same_sequence_other_body),
+    ("the stop byte ! is not answered", _stop_is_not_answered),
+    ("the stop byte ! silences the plate", _stop_silences),
+    ("a frame that contains the stop byte ! is not executed", _stop_inside_a_frame),
+    ("a frame directly after the stop byte ! is executed", _frame_after_stop),
+    ("a repeated frame does not undo an earlier stop byte !", _repetition_after_stop),
 )

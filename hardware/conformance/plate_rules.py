@@ -1,4 +1,4 @@
-"""Check the rules for settling, stopping, watchdog, open loop and lists. The plate vibrates."""
+"""Check settling, stopping, watchdog, open loop and amplitude lists. The plate vibrates."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def _zero_ends_off(bench: Bench) -> None:
     bench.settle(bench.some_level)
     status = bench.settle(0)
     if status.target_level or status.voltage_v:
-        differs("TARGET and VOLTAGE to be 0 when the plate is off", wire.format_status(status))
+        differs("TARGET 0 and VOLTAGE 0 when the plate is off", wire.format_status(status))
     bench.ask("AMPL 0")
     bench.expect_state("OFF")
 
@@ -171,7 +171,10 @@ def _list_plays(bench: Bench) -> None:
     bench.ask(play)
     status = bench.expect_state("LIST")
     if abs(status.target_level - bench.some_level) > 1e-4:  # noqa: PLR2004 - its last decimal
-        differs(f"the list's mean, {bench.some_level:g}, as TARGET", f"{status.target_level:g}")
+        differs(
+            f"TARGET {bench.some_level:g}, the mean of the amplitude list",
+            f"{status.target_level:g}",
+        )
     bench.expect_code("LIST:AMPL 1,0.1", wire.SETTINGS_CONFLICT)
     bench.expect_code(play, wire.SETTINGS_CONFLICT)
     bench.wait(LIST_PERIODS_S)
@@ -193,7 +196,7 @@ def _stop_ends_a_list(bench: Bench) -> None:
 
 
 def _list_command(bench: Bench) -> str:
-    """Write a list with amplitudes around the test amplitude; return the command to play it."""
+    """Write a list of amplitudes around the test amplitude; return the command to play it."""
     lists = bench.lists()
     bench.ask("*RST")
     bench.ask(f"LIST:AMPL 1,{1.2 * bench.some_level:.4f},{0.8 * bench.some_level:.4f}")
@@ -201,7 +204,7 @@ def _list_command(bench: Bench) -> str:
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("AMPL settles within 2 s, and HOLD is correct", _settles),
+    ("AMPL settles within 2 s, and the plate then holds the amplitude", _settles),
     ("a new amplitude begins with a ramp", _begins_with_a_ramp),
     ("a refused command does not change the plate", _refused_changes_nothing),
     ("AMPL 0 switches the output off", _zero_ends_off),
@@ -210,10 +213,13 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("repeated frames reset the watchdog", _watchdog_and_repetitions),
     ("the next command for the plate clears WDOG", _watchdog_clears),
     ("DRIV applies the commanded frequency and voltage", _open_loop),
-    ("lists can store 64 amplitudes", _list_limits),
-    ("a list can only be filled in order and within limits", _list_is_filled),
-    ("a list is played only if it is complete and the plate has settled", _list_waits_for_hold),
-    ("lists with times outside the limits are rejected", _list_times),
-    ("a list is played, and its mean is reported", _list_plays),
-    ("! ends a list", _stop_ends_a_list),
+    ("an amplitude list can store 64 amplitudes", _list_limits),
+    ("an amplitude list can only be filled in order and within limits", _list_is_filled),
+    (
+        "an amplitude list is played only if it is complete and the plate has settled",
+        _list_waits_for_hold,
+    ),
+    ("amplitude lists with times outside the limits are rejected", _list_times),
+    ("an amplitude list is played, and its mean is reported", _list_plays),
+    ("the stop byte ! ends an amplitude list", _stop_ends_a_list),
 )

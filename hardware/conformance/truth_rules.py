@@ -54,7 +54,10 @@ def expect_held(bench: Bench, level: float) -> None:
     """Check that the mean of many readings in HOLD agrees with a level, within the tolerance."""
     held_level = mean_level(bench)
     if abs(held_level - level) > max(BAND * level, BAND_OF_LARGEST * bench.limits.level):
-        differs(f"a mean of {level:g} {bench.unit} in HOLD, within 2.5 %", f"{held_level:.3f}")
+        differs(
+            f"a mean amplitude of {level:g} {bench.unit} in state HOLD, within 2.5 %",
+            f"{held_level:.3f}",
+        )
 
 
 def _hold_is_true(bench: Bench) -> None:
@@ -135,7 +138,7 @@ def _open_loop_is_true(bench: Bench) -> None:
         AGREES * bench.some_level, SILENT_OF_LARGEST * bench.limits.level
     ):
         differs(
-            f"{bench.some_level:g} {bench.unit} with the frequency and voltage reported in HOLD",
+            f"{bench.some_level:g} {bench.unit} at the frequency and voltage reported in HOLD",
             f"{same_level:.3f}",
         )
     _drive(bench, held.frequency_hz, held.voltage_v / 2)
@@ -152,7 +155,7 @@ def _open_loop_is_true(bench: Bench) -> None:
 
 
 def _list_reaches_its_largest(bench: Bench) -> None:
-    """Check that a short list and a list too long for one command reach their largest amplitude."""
+    """Check that the largest amplitude of a list is reached, also if several commands write it."""
     for shares in ([1.6, *[0.4] * 2, 1.6], [*[0.6] * 12, *[1.8] * 6]):
         held = bench.settle(bench.some_level)
         play(bench, shares)
@@ -160,11 +163,11 @@ def _list_reaches_its_largest(bench: Bench) -> None:
         due_v = held.voltage_v * max(shares)
         got_v = bench.expect_state("LIST").voltage_v
         if abs(got_v - due_v) > AGREES * due_v:
-            differs(f"{due_v:.3f} V at the list's largest amplitude", f"{got_v:.3f} V")
+            differs(f"{due_v:.3f} V at the largest amplitude of the list", f"{got_v:.3f} V")
 
 
 def _list_keeps_time(bench: Bench) -> None:
-    """Interrupt a list at several points, and check that it had reached each point's amplitude."""
+    """Interrupt a list at several times, and compare the voltage with the point played then."""
     for share, probe_s in zip(LIST_SHARES, PROBES_S, strict=True):
         held = bench.settle(bench.some_level)
         due_level = share * bench.some_level
@@ -208,7 +211,10 @@ def _open_loop(bench: Bench) -> None:
 def play(
     bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
 ) -> None:
-    """Play a list after settling at its mean; ``shares`` are fractions of the test amplitude."""
+    """Settle at the mean of a list of amplitudes, and play the list.
+
+    The amplitudes are given by ``shares``, as fractions of the test amplitude.
+    """
     lists = bench.lists()
     mean_level = bench.some_level * sum(shares) / len(shares)
     points = [f"{share * bench.some_level:.4f}" for share in shares]
@@ -225,14 +231,14 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("the mean amplitude in HOLD is within 2.5 % of TARGET", _hold_is_true),
     ("amplitude changes are ramps, not steps", _ramps),
     ("OFF is silent", _off_is_silent),
-    ("! leaves the plate silent", _stop_is_silent),
-    ("! ends open loop", _stop_ends_open_loop),
+    ("the stop byte ! leaves the plate silent", _stop_is_silent),
+    ("the stop byte ! ends open loop", _stop_ends_open_loop),
     ("WDOG is silent", _watchdog_is_silent),
     ("the watchdog also acts in open loop", _watchdog_in_open_loop),
-    ("the watchdog also acts during a list", _watchdog_in_a_list),
+    ("the watchdog also acts during an amplitude list", _watchdog_in_a_list),
     ("the watchdog also acts during a ramp", _watchdog_on_a_ramp),
     ("DRIV applies the voltage that it reports", _open_loop_is_true),
-    ("a list reaches its largest amplitude", _list_reaches_its_largest),
-    ("a list is played in order and on time", _list_keeps_time),
+    ("an amplitude list reaches its largest amplitude", _list_reaches_its_largest),
+    ("an amplitude list is played in order and on time", _list_keeps_time),
     ("the plate is switched off after the maximum on-time", _on_time),
 )

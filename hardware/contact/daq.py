@@ -100,7 +100,7 @@ class DaqForces(ContactSource):
         self.take()
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call. The last sample has the current time."""
+        """Return the samples since the last call. The current time is assigned to the last one."""
         if self._task is None:
             raise SensorFault("daq: not connected")
         try:

@@ -118,7 +118,7 @@ class FollowedTransient:
     ----------
     transient : Transient
     modulator : Modulator
-        Modulation limits of the plate and its line.
+        Modulation limits of the plate and its serial line.
     """
 
     def __init__(self, transient: Transient, modulator: Modulator) -> None:
@@ -145,7 +145,7 @@ class FollowedTransient:
                 self._touched_s = each.time_s
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the change when it is triggered, and afterwards the amplitude to hold."""
+        """Return the change to play or the amplitude to command, or None if nothing is due."""
         self._holds = self._reached(now_s)
         if self._played_s is not None:
             if now_s - self._played_s < self._transient.active_s:

@@ -34,7 +34,7 @@ class WindowPointer(ContactSource):
     Parameters
     ----------
     surroundings : Surroundings
-        Session properties, in which the finger is a window's pointer.
+        Properties of the session; the ``finger`` must be a window's pointer.
     mm_per_pixel : float
     angle_deg : float
         Direction of the stroke on the screen.

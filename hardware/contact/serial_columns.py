@@ -218,7 +218,7 @@ class SerialColumns(ContactSource):
                     self._heard_s = max(now_s, self._heard_s)
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
-        """Return the quantities in a line. If the line is invalid, count it and return None."""
+        """Convert a line of text to quantities. If it is invalid, count it and return None."""
         text = line.decode("ascii", "replace").strip()
         try:
             numbers = numbers_of(text)

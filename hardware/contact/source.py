@@ -64,7 +64,7 @@ class Finger(Protocol):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Surroundings:
-    """Session properties that a source may require.
+    """Properties of a session that a source of position or force may require.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ class Surroundings:
     participant : str
         Label of the simulated participant.
     finger : Finger or None
-        Finger to measure, if the source reads a window's pointer or a simulated participant.
+        Window's pointer or simulated finger, for sources that read it instead of a device.
     vibration_level : callable or None
         Function that returns the current amplitude in µm peak to peak; used by simulated forces.
     """

@@ -161,7 +161,7 @@ class Stage(ContactSource):
 
     @abstractmethod
     def _halt(self) -> None:
-        """Begin to stop; do nothing if the stage is at rest or not connected."""
+        """Start to decelerate; do nothing if the stage is at rest or not connected."""
 
     @abstractmethod
     def _rests(self) -> bool:
@@ -183,8 +183,9 @@ class Stage(ContactSource):
 class EmulatedStage(Stage):
     """Emulated stage with limited acceleration and end stops.
 
-    For simulated forces, the stage is also the finger (`slipscale.hardware.contact.source.Finger`),
-    with the stage's position and the simulated participant's normal force.
+    For simulated forces, the stage also provides the finger
+    (`slipscale.hardware.contact.source.Finger`): its position is that of the stage, and its normal
+    force is that of the simulated participant.
     """
 
     name = EMULATED

@@ -77,7 +77,7 @@ def load(library: Path) -> ctypes.CDLL:
     Raises
     ------
     UserError
-        If the file is not a library with the firmware.
+        If the file is not a library that contains the firmware.
     """
     try:
         code = ctypes.CDLL(str(library.resolve()))

@@ -32,7 +32,8 @@ class GeneratorServer:
     lines : list of str
         Received lines.
     drop_at : int or None
-        Number of the line before which the connection is dropped: once, or ``for_good``.
+        Number of the received line at which the connection is dropped without an answer. If
+        ``for_good`` is True, later connections are also dropped.
     """
 
     def __init__(self, make: str, *, command_s: float = 0.0) -> None:

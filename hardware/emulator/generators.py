@@ -1,7 +1,8 @@
 """Simulate function generators of several makes (`slipscale plate emulate --generator MAKE`).
 
 So that tests are independent, this module shares no code with
-`slipscale.hardware.backends.generator_dialects`. Each make behaves as described in its manual.
+`slipscale.hardware.backends.generator_dialects`. The generators of each make behave as described
+in the manufacturer's manual.
 
 =========  ==================================================================================
 make       source of limits and behaviour

@@ -1,6 +1,7 @@
 """Emulate a driver board on a pseudo-terminal, for `slipscale plate emulate`.
 
-The port is a symbolic link, which stays the same when the board is unplugged and plugged in.
+The path of the port is a symbolic link and stays the same when the board is unplugged and plugged
+in again.
 """
 
 from __future__ import annotations
@@ -74,7 +75,7 @@ class EmulatedBoard(Protocol):
 
 
 class Emulator:
-    """Emulated board on a pseudo-terminal, with faults to inject.
+    """Emulated board on a pseudo-terminal, with fault injection.
 
     Parameters
     ----------
@@ -88,13 +89,13 @@ class Emulator:
         Time after which an unplugged, busy, unresponsive or overheated board recovers; 0 means
         never.
     dtr : bool
-        Whether the line signals that the host closed the port. If it does, the board silences the
-        plate and restarts when the port is closed, like a board with automatic reset. Otherwise,
-        only the watchdog acts.
+        Whether the board notices that the host closed the port. If True, the board then silences
+        the plate and restarts, like a board with automatic reset. If False, only the watchdog
+        silences the plate.
     watchdog_ms : float
         The board silences itself if it receives nothing for this time.
     log : TextIO
-        File for the plate's amplitude, with one line per millisecond.
+        File to which the plate's state and amplitude are written, one line per millisecond.
     firmware : callable
         Function that creates a board with the compiled firmware, see
         `slipscale.hardware.emulator.compiled`; by default, the board is emulated in Python.
@@ -151,7 +152,8 @@ class Emulator:
         """Return the state of the board and the plate, as printed to standard output.
 
         ``amplitude_um_pp`` is the true simulated amplitude. ``presented_levels`` contains the
-        commanded amplitudes and ``played`` the played lists; repeated commands are listed once.
+        commanded amplitudes, and ``played`` contains the amplitude lists that were played. A
+        command that the host repeated is included once.
         """
         now_s = self._now()
         self.board.tick(now_s)
@@ -198,7 +200,7 @@ class Emulator:
             self._plug()
 
     def close(self) -> None:
-        """Unplug the board, and remove the link."""
+        """Unplug the board, and delete the temporary folder of its port."""
         self.unplug()
         self._folder.cleanup()
 
@@ -315,7 +317,7 @@ class Emulator:
             self._played.append(list(self._list))
 
     def _now(self) -> float:
-        """Log the plate's amplitude up to the current time, and return the current time."""
+        """Return the current time, after writing the log up to this time."""
         now_s = self._clock.now()
         while self._log and self._logged_ms + 1 <= now_s * 1000:
             self._logged_ms += 1

@@ -1,7 +1,7 @@
-"""Define the faults that replace an emulated board's answer.
+"""Define the faults of an emulated board.
 
-The replacement is a list of pieces: bytes to send, seconds to wait, or actions on the board. The
-emulator executes the list.
+A fault in an answer replaces the answer with a list of steps: bytes to send, seconds to wait, or
+actions on the board. The emulator executes the steps in order.
 """
 
 from __future__ import annotations

@@ -116,7 +116,7 @@ def test_it_keeps_the_drivers_contract_and_proves_nothing_without_a_readback(scr
         told = {each.rule: each.outcome for each in examine_backend(Rig(plate, plate.clock))}
         assert told == {name: "conforms" for name, _ in RULES} | {
             "the readback can reveal a wrong amplitude": proves,
-            "follow reaches the amplitude": "not applicable",
+            "follow() reaches the amplitude": "not applicable",
         }
 
 
