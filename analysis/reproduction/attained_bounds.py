@@ -1,9 +1,10 @@
 """Bounds on test statistics over all data sets consistent with Table III.
 
-The search over all pairs of data sets takes minutes. Its results, one table of ratings per bound,
-are therefore recorded. Bounds are computed from the recorded tables, after checking that the tables
-are consistent with Table III. Only the search proves that no data set exceeds a bound. To repeat
-it, run ``python -m slipscale.analysis.reproduction.attained_bounds``.
+The search over all pairs of data sets takes minutes. Therefore, the tables of ratings that attain
+the bounds are recorded. Bounds are computed from the recorded tables, after checking that the
+tables are consistent with Table III. Only the search over all pairs proves that no data set lies
+outside the bounds. To repeat this search, run ``python -m
+slipscale.analysis.reproduction.attained_bounds``.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
-"""Compare all published numbers with our results.
+"""Compare all numbers in the paper with the values that Slipscale computes.
 
 A source is a module that defines ``ITEMS`` and ``FIGURES``. ``ITEMS`` maps each item's name to a
 function that returns an `Outcome`. ``FIGURES`` maps each figure's name to a function that returns a
-Matplotlib figure. The recorded values are stored in a JSON file next to the module. For each item,
-``agrees`` is True if our value rounds to the published value, and ``drifted`` is True if our value
-differs from the recorded value. ``reason`` explains why our value differs from the paper.
+Matplotlib figure. The recorded values are stored in one JSON file per source, in the folder
+``recorded``. For each item, ``agrees`` is True if the computed value rounds to the published value,
+and ``drifted`` is True if the computed value differs from the recorded value. ``reason`` explains
+why the computed value differs from the paper.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.plate", "plate.json"),
     ("slipscale.analysis.reproduction.constants", "constants.json"),
 )
-#: Relative change above which our value has drifted. Smaller changes may be due to rounding, which
+#: Relative change above which a value has drifted. Smaller changes may be due to rounding, which
 #: differs between processors and library versions.
 DRIFT = 1e-6
 #: Floating-point numbers represent all whole numbers below this limit exactly.
@@ -38,30 +39,31 @@ EXACT = 2**53
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Published value and our value of one item.
+    """The published value of an item and the value that Slipscale computes.
 
     Parameters
     ----------
     published : str or None
-        Number as printed, or None if the paper does not give a number.
+        Number as published, or None if the paper does not give a number.
     ours : float
         Number that Slipscale computes.
     unit : str
         Unit of both numbers.
     reason : str
-        How our value was obtained, or why it differs from the published value.
+        How the computed value was obtained, or why it differs from the published value.
     rule : callable, optional
         Function (published, ours) -> bool that decides whether the values agree, for statements
-        such as "more than 10". By default, our value must round to the published number.
+        such as "more than 10". By default, the computed value must round to the published number.
     must_agree : bool
         Whether a disagreement is an error in Slipscale.
     by_construction : bool
-        Whether our value was derived from the published value or set to it. Agreement is then not
-        evidence.
+        Whether the computed value was derived from the published value or set to it. In this case,
+        agreement is not evidence that the value is correct.
     exact : int, optional
-        Our value as an exact integer, if the float ``ours`` may be rounded.
+        The computed value as an exact integer, if the float ``ours`` may be rounded.
     text : str, optional
-        Our value as text, if it must not be rounded to the nearest number, as for bounds.
+        The computed value as text, for values such as bounds, which must not be rounded to the
+        nearest number.
     """
 
     published: str | None
@@ -76,14 +78,14 @@ class Outcome:
 
     @property
     def shown(self) -> str:
-        """Our value, formatted for printing."""
+        """The computed value, formatted for printing."""
         if self.text is not None:
             return self.text
         return f"{self.ours:.5g}" if self.exact is None else f"{self.exact:,}"
 
     @property
     def agrees(self) -> bool | None:
-        """Whether our value agrees with the paper; None if the paper gives no value."""
+        """Whether the computed value agrees with the paper; None if the paper gives no value."""
         return None if self.published is None else self.rule(self.published, self.ours)
 
 
@@ -96,7 +98,7 @@ def item(
     rule: Callable[[str, float], bool] = agrees,
     by_construction: bool = False,
 ) -> Callable[[], Outcome]:
-    """Create an item, which is a function that computes our value and returns an `Outcome`."""
+    """Create an item, which is a function that computes a value and returns an `Outcome`."""
     return lambda: Outcome(
         published=published,
         ours=compute(),
@@ -117,7 +119,7 @@ class Comparison:
 
     @property
     def drifted(self) -> bool:
-        """Whether our value differs from the recorded value."""
+        """Whether the computed value differs from the recorded value."""
         if self.recorded is None:
             return True
         return not math.isclose(self.outcome.ours, self.recorded, rel_tol=DRIFT, abs_tol=1e-12)
@@ -156,7 +158,7 @@ def sources() -> list[ModuleType]:
 
 
 def recorded_values() -> dict[str, float]:
-    """Return our recorded values, keyed by item."""
+    """Return the recorded values of all items, keyed by item name."""
     values: dict[str, float] = {}
     for _, name in SOURCES:
         values |= json.loads(
@@ -168,7 +170,7 @@ def recorded_values() -> dict[str, float]:
 
 
 def record(items: Mapping[str, Callable[[], Outcome]], name: str) -> None:
-    """Compute the values of a source and store them in a JSON file."""
+    """Compute the values of all given items and store them in a JSON file."""
     found = {item: compute().ours for item, compute in items.items()}
     values = {item: int(v) if abs(v) < EXACT and v == int(v) else v for item, v in found.items()}
     Path(__file__).with_name("recorded").joinpath(name).write_text(

@@ -1,6 +1,6 @@
 """Recompute numbers in the paper's text and Table II from other numbers in the paper.
 
-To record our values in ``constants.json``, run ``python -m
+To record the computed values in ``constants.json``, run ``python -m
 slipscale.analysis.reproduction.constants``. Do this only after an intended change to a formula or
 constant, and explain in the commit message why the numbers changed.
 """
@@ -80,14 +80,14 @@ def plate_half_wave() -> Outcome:
         unit="mm",
         reason=(
             "the plate's length of 83 mm, divided by 8. This is not the distance between nodal "
-            "lines, because the ends are free; in the middle of our finite-element mode, the "
+            "lines, because the ends are free; in the middle of the finite-element mode, the "
             "distance is 11.4 mm"
         ),
     )
 
 
 def harmonic_cross() -> Outcome:
-    """Compute the frequency of a half-wave section with the length of the cross in Fig. 9."""
+    """Compute the frequency of a half-wavelength section at the length marked in Fig. 9."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
     from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
@@ -96,16 +96,20 @@ def harmonic_cross() -> Outcome:
         ours=half_wave_frequency_hz(Layout.half_wave(83 / 8)) / 1e3,
         unit="kHz",
         reason=(
-            "the cross is the harmonic peak of the whole plate, plotted at 10.37 mm; our value "
-            "is for a half-wave section of this length, and the cross is not on the section's "
-            "curve. A section of 11.36 mm, the distance between the plate's nodal lines, "
-            "resonates at 33.86 kHz; we conjecture that the difference is due to the free ends"
+            "the cross in Fig. 9 is the harmonic peak of the whole plate, plotted at 10.37 mm; "
+            "the computed value is for a half-wavelength section of this length, and the cross "
+            "is not on the curve of such sections. A section of 11.36 mm, the distance between "
+            "the plate's nodal lines, resonates at 33.86 kHz; we conjecture that the difference "
+            "is due to the free ends"
         ),
     )
 
 
 def first_test_share() -> Outcome:
-    """Compute a lower bound on the proportion of people who feel the effect, given 12 of 12."""
+    """Compute a lower confidence limit for the proportion of people who feel the effect.
+
+    In the first test of the paper, all twelve participants felt the effect.
+    """
     from scipy.stats import binomtest  # noqa: PLC0415 - see ITEMS
 
     interval = binomtest(PARTICIPANTS, PARTICIPANTS).proportion_ci(method="exact")
@@ -114,8 +118,9 @@ def first_test_share() -> Outcome:
         ours=float(interval.low),
         unit="share",
         reason=(
-            "lower limit of the 95 % interval for 12 of 12 (Clopper and Pearson); the paper "
-            "reports no catch trials, so the rate of false alarms is unknown"
+            "lower limit of the 95 % confidence interval (Clopper and Pearson), given that all "
+            "12 participants felt the effect; the paper reports no catch trials, so the rate of "
+            "false alarms is unknown"
         ),
     )
 

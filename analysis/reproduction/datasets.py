@@ -3,8 +3,8 @@
 The paper does not contain these counts and conclusions. They follow from Table III if ratings are
 whole numbers from 0 to 100, regardless of which participant gave which rating. The paper does not
 state which standard deviation (SD) it uses, so the lowest and highest values cover both
-conventions. The reason given for an item contains the values for each convention, and the table
-that attains the bound (see `attained_bounds`).
+conventions. For each bound on a statistic, the explanation in the output states the value under
+each convention and the table of ratings that attains the bound (see `attained_bounds`).
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ ENDS = ("lowest", "highest")
 
 
 WHOLE_RATINGS = (
-    "whole ratings from 0 to 100 are assumed: mean and maximum deviation together give "
-    "extreme ratings of 40.00, 30.00, 40.00 and 100.00, and four means of non-integer "
-    "ratings would all fit n = 12 with a probability of only 2e-4"
+    "ratings are assumed to be integers from 0 to 100: the published means and maximum "
+    "deviations give extreme ratings of 40.00, 30.00, 40.00 and 100.00, and if ratings were not "
+    "integers, the probability that all four means match twelve integer ratings would be only 2e-4"
 )
 
 
@@ -74,9 +74,9 @@ def tables(convention: str) -> Outcome:
         ours=float(exact),
         unit="tables",
         reason=(
-            f"{exact:,} tables with the {convention} standard deviation: the product of the "
-            "columns' counts with participants distinguished, because ratings in different "
-            "columns can be paired in any way"
+            f"{exact:,} tables with the {convention} standard deviation. This is the product of "
+            "the counts of the four columns with participants distinguished, because ratings in "
+            "different columns can be paired in any way"
         ),
     )
 
@@ -110,7 +110,7 @@ def bound(name: str, end: str) -> Outcome:
 
 
 def _bounded() -> dict[str, tuple[str, str]]:
-    """Map each item that is a bound to its conclusion and "lowest" or "highest"."""
+    """Map the item name of each bound to its conclusion and to "lowest" or "highest"."""
     pairs = [
         f"{test}.{one:g} um.{other:g} um"
         for one, other in combinations(AMPLITUDES_UM_PP, 2)

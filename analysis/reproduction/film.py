@@ -1,8 +1,8 @@
-"""Compare our squeeze-film results with the paper: squeeze number, pressure, friction, perception.
+"""Compare squeeze-film results with the paper: squeeze number, pressure, friction, perception.
 
-To record our values in ``film.json``, run ``python -m slipscale.analysis.reproduction.film``. Do
-this only after an intended change to a model, and explain in the commit message why the numbers
-changed.
+To record the computed values in ``film.json``, run ``python -m
+slipscale.analysis.reproduction.film``. Do this only after an intended change to a model, and
+explain in the commit message why the numbers changed.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ POSITIONS = 100_000
 
 
 def more_than(published: str, ours: float) -> bool:
-    """Return whether our value exceeds the published lower bound."""
+    """Return whether the computed value exceeds the published lower bound."""
     return ours > float(published)
 
 
@@ -90,7 +90,7 @@ def _above_the_finger(closed_form: bool) -> float:
 
 
 def some(_published: str, ours: float) -> bool:
-    """Return whether our value is above zero, for effects that the paper reports without a size."""
+    """Return whether an effect that the paper reports without a size is above zero."""
     return ours > 0
 
 
@@ -135,7 +135,8 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_above_the_finger, closed_form=True),
         "some",
         "of contact",
-        "closed form: 'some zones of the fingerprint' press harder than the finger's 0.5 N",
+        "with the closed form, the film pressure exceeds the pressure of the finger (force 0.5 N) "
+        "in 'some zones of the fingerprint'",
         rule=some,
     ),
     "fig4.zones.reynolds": item(
@@ -158,7 +159,8 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_friction, 4.0, 1.6),
         "0",
         "µ'/µ",
-        "zero friction requires more than 4 µm; our value at 5 µm is below zero (levitation)",
+        "zero friction requires more than 4 µm; the computed value at 5 µm is below zero "
+        "(levitation)",
         rule=more_than,
     ),
     **{f"reynolds.{pp}um": partial(reynolds, pp) for pp in (0.5, 1.2, 2.3)},

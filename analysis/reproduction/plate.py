@@ -1,8 +1,8 @@
 """Compare results for the paper's plate: beam model, finite-element model, measurements.
 
-To record our values in ``plate.json``, run ``python -m slipscale.analysis.reproduction.plate``. Do
-this only after an intended change to a model, and explain in the commit message why the numbers
-changed.
+To record the computed values in ``plate.json``, run ``python -m
+slipscale.analysis.reproduction.plate``. Do this only after an intended change to a model, and
+explain in the commit message why the numbers changed.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _GAPS = (
     "ideal glue, gaps of 1 mm, shorted electrodes, default mesh (a finer one gives 33.94 kHz). "
     "The paper drives the electrodes with two signals in antiphase (Section III-C-3), so the "
-    "peak is the short-circuit resonance. None of our models reproduces both frequency and "
+    "peak is the short-circuit resonance. No model of Slipscale reproduces both frequency and "
     "amplitude: this model gives 34.06 kHz and 3.23 µm p-p at the edge antinode; floating "
     "electrodes, which the paper does not use, give 34.72 kHz and 2.09 µm p-p. It is unknown why "
     "the published peak is 2 % higher"
@@ -56,14 +56,15 @@ def _mode80_khz() -> float:
 
 
 def fig9_fe(half_wave_mm: float) -> Outcome:
-    """Compute the frequency of a half-wave section with finite elements."""
+    """Compute the frequency of a half-wavelength section with finite elements."""
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415 - see ITEMS
     from slipscale.hardware.plate.paper_study import half_wave_frequency_hz  # noqa: PLC0415
 
     reason = "the paper gives this value only as a point in Fig. 9"
     if half_wave_mm == 11:  # noqa: PLR2004 - the one size where two modes mix
         reason += (
-            "; the mode couples with the width's stretching at 36.7 kHz (its partner: 36.9 kHz)"
+            "; the bending mode mixes with the width-stretching mode near 36.7 kHz, and the "
+            "other mixed mode is at 36.9 kHz"
         )
     ours = half_wave_frequency_hz(Layout.half_wave(half_wave_mm)) / 1e3
     return Outcome(published=None, ours=ours, unit="kHz", reason=reason)
@@ -76,7 +77,7 @@ def _peak() -> Harmonic:
 
 
 _TWIN = (
-    "measured in the paper; our value comes from the simulated twin, which is set to the "
+    "measured in the paper; the computed value comes from the simulated twin, which is set to the "
     "published value. The finite-element model gives 34.06 kHz and 3.23 µm p-p. A glue softer "
     "than ideal may cause the difference, as the paper also conjectures (Section IV-A); "
     "this was not measured"
@@ -111,7 +112,7 @@ def draw_fig8() -> Figure:
 
 
 def draw_fig9() -> Figure:
-    """Plot Fig. 9 with its cross, together with a Timoshenko beam and the measured plate."""
+    """Plot Fig. 9 with the harmonic peak, a Timoshenko beam and the measured plate."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415
@@ -179,15 +180,15 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _printed().half_wave_for_frequency_mm(25_000),
         "14.75",
         "mm",
-        "equation (38) divided by 2π, with Table II throughout; 14.73 requires Appendix "
-        "B's c11 = 12.09e10 Pa in (40) together with Table II's neutral line, which is "
-        "not consistent: the difference is reported, and no constant is tuned",
+        "equation (38) divided by 2π, with all constants from Table II. A value of 14.73 mm "
+        "requires c11 = 12.09e10 Pa from Appendix B in equation (40), but the neutral line "
+        "from Table II, which is inconsistent. No constant was adjusted to obtain agreement",
     ),
     "fig9.timoshenko.25kHz": item(
         _timoshenko_half_wave_mm,
         None,
         "mm",
-        "our model assumes plane strain and includes shear and rotary inertia, which "
+        "the Timoshenko model assumes plane strain and includes shear and rotary inertia, which "
         "explains most of the difference from the finite-element value",
     ),
     # Section III-C: the finite-element half wave
@@ -195,9 +196,9 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         _fe_half_wave_mm,
         "13.6",
         "mm",
-        "three-dimensional, coupled, with shorted electrodes and w = 0 on the end faces; "
-        "the paper does not print its supports and permittivity, and rounds a reading "
-        "from Fig. 9",
+        "three-dimensional model with piezoelectric coupling, shorted electrodes and no "
+        "vertical displacement of the end faces; the paper does not state the supports and "
+        "the permittivity of its model, and its value is a rounded reading from Fig. 9",
     ),
     **{f"fig9.fe.{mm}mm": partial(fig9_fe, float(mm)) for mm in (9, 10, 11, 12, 14, 16, 20)},
     # Section III-C: the (8;0) mode
@@ -205,9 +206,9 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         _mode80_khz,
         "35.6",
         "kHz",
-        "free edges, continuous ceramic, shorted electrodes, default mesh (with a finer "
-        "mesh: 35.70 kHz); without coupling: 35.6 kHz; with the gaps of 1 mm: 34.05 kHz, "
-        "so the paper's model has no gaps here",
+        "model with free edges, continuous ceramic, shorted electrodes and default mesh. The "
+        "frequency is 35.70 kHz with a finer mesh, 35.6 kHz without piezoelectric coupling, "
+        "and 34.05 kHz with gaps of 1 mm, so the paper's model of this mode has no gaps",
     ),
     # Section III-C: the harmonic peak at 15 V
     "fig12.frequency": item(lambda: _peak().peak_hz / 1e3, "34.77", "kHz", _GAPS),
@@ -215,10 +216,11 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _peak().peak_um_pp,
         "3.2",
         "µm p-p",
-        "agrees only peak to peak and only at the edge antinode x = 0, y = 24.5 mm (2.19 in the "
-        "middle), with Q = 60 for the whole plate; the paper states neither the point nor "
-        "whether the value is peak to peak. The frequency of the same model does not agree "
-        "(fig12.frequency), and none of our models reproduces both",
+        "the amplitude agrees only as a peak-to-peak value at the edge antinode (x = 0, "
+        "y = 24.5 mm), with Q = 60 for the whole plate; in the middle, it is 2.19 µm p-p. The "
+        "paper states neither the point nor whether the value is peak to peak. The frequency of "
+        "this model does not agree with the paper (fig12.frequency), and no model of Slipscale "
+        "reproduces both frequency and amplitude",
     ),
     # Section IV-A: the measured plate
     "fig13.frequency": item(

@@ -15,18 +15,18 @@ AGREES = {True: "[green]yes[/]", False: "[yellow]no[/]", None: "–"}
 
 
 def print_comparisons(comparisons: Sequence[Comparison]) -> None:
-    """Print the published values and our values, followed by the reasons for differences."""
+    """Print the published and the computed values, followed by the reasons for differences."""
     # Lines in a file or pipe are not truncated.
     target = Console(width=None if sys.stdout.isatty() else 120)
     table = Table(
-        title="The paper's values and ours",
+        title="Published and computed values",
         title_justify="left",
         title_style="bold",
         box=box.SIMPLE_HEAD,
     )
     table.add_column("item", overflow="fold")
     table.add_column("paper", justify="right", no_wrap=True)
-    table.add_column("ours", justify="right", overflow="fold")
+    table.add_column("computed", justify="right", overflow="fold")
     table.add_column("unit")
     table.add_column("agrees")
     for comparison in comparisons:
@@ -50,14 +50,14 @@ def print_comparisons(comparisons: Sequence[Comparison]) -> None:
     for comparison in comparisons:
         if comparison.drifted:
             target.print(
-                f"[red]{comparison.item}[/]: our value is {comparison.outcome.ours!r}, but the "
-                f"repository records {comparison.recorded!r}",
+                f"[red]{comparison.item}[/]: the computed value is {comparison.outcome.ours!r}, "
+                f"but the recorded value is {comparison.recorded!r}",
                 highlight=False,
             )
 
 
 def by_construction(outcome: Outcome) -> bool:
-    """Return whether our value agrees only by construction."""
+    """Return whether the computed value agrees with the published value only by construction."""
     return outcome.by_construction and bool(outcome.agrees)
 
 
@@ -67,8 +67,8 @@ def _summary(comparisons: Sequence[Comparison]) -> str:
     agree = sum(bool(outcome.agrees) for outcome in outcomes) - made
     differ = sum(outcome.agrees is False for outcome in outcomes)
     return (
-        f"{agree} items agree with the paper, {made} agree by construction (our value was derived "
-        f"from the published value or set to it), and {differ} do not agree, for the reasons "
-        "given above. The exit status is 0 if our values match the recorded values and all cells "
-        "of Table III agree, even if other items do not agree with the paper."
+        f"{agree} items agree with the paper, {made} agree by construction (the computed value was "
+        f"derived from the published value or set to it), and {differ} do not agree, for the "
+        "reasons given above. The exit status is 0 if all computed values match the recorded "
+        "values and all cells of Table III agree, even if other items do not agree with the paper."
     )

@@ -39,7 +39,7 @@ def test_drift_exits_1(tmp_path, capsys, monkeypatch):
     moved = comparison.recorded_values() | {"fig15.1.2": 56.0}
     monkeypatch.setattr(comparison, "recorded_values", lambda: moved)
     assert run("--out", str(tmp_path), "fig15") == 1
-    assert "the repository records 56.0" in " ".join(capsys.readouterr().out.split())
+    assert "the recorded value is 56.0" in " ".join(capsys.readouterr().out.split())
 
 
 def compared(published, ours, *, must_agree=False, **others):
