@@ -35,7 +35,7 @@ def read_study(study: str | Path) -> Study:
     Parameters
     ----------
     study : str or Path
-        A TOML file, or the name of a shipped study.
+        A TOML file, or the name of a study that comes with Slipscale.
 
     Raises
     ------
@@ -62,7 +62,7 @@ def pilot(
     Parameters
     ----------
     study : str or Path
-        A TOML file, or the name of a shipped study.
+        A TOML file, or the name of a study that comes with Slipscale.
     participants, seed : int, optional
         Number of participants and random seed; by default, the values in the study file.
     folder : str or Path, optional
@@ -148,7 +148,7 @@ def power(
     Parameters
     ----------
     study : str or Path
-        A TOML file, or the name of a shipped study.
+        A TOML file, or the name of a study that comes with Slipscale.
     participants : int or sequence of int
         Sample sizes to simulate.
     studies : int

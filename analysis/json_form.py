@@ -4,9 +4,10 @@ By default, the keys of an object are its field names. A class whose keys differ
 names defines a method ``json_form`` that returns the keys in order. Rules for all classes:
 
 - amplitudes are written as ``0.5`` if they are keys; NaN is written as null;
-- field names of Slipscale's classes, and `OurName` strings, are adapted to the quantity of the
-  data. Keys of plain mappings are not changed, because they are names of participants, files or
-  groups, or come from an analysis in another package.
+- field names of result classes, and strings of the class `OurName`, are converted to names for the
+  stimulus quantity of the data;
+- keys of plain mappings are not converted. They are names of participants, files or groups, or
+  names chosen by another package.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ class HasJsonForm(Protocol):
     """A result whose JSON keys differ from its field names."""
 
     def json_form(self) -> object:
-        """Return the object to write instead of the fields. It may contain other results."""
+        """Return the dictionary or other value that represents the result in JSON."""
         ...
 
 
@@ -41,7 +42,7 @@ class OurName(str):
 
 
 def text(value: object, named: Callable[[str], str] = str) -> str:
-    """Convert a result to JSON text. The parameter ``named`` is described in `form`."""
+    """Convert a result to JSON text. See `form` for the parameter ``named``."""
     return json.dumps(form(value, named), indent=2, ensure_ascii=False, allow_nan=False) + "\n"
 
 
@@ -51,7 +52,8 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
     Parameters
     ----------
     named : callable
-        Function that converts field names, such as the ``key`` method of a quantity.
+        Function that returns the JSON key for a field name, such as
+        `slipscale.stimuli.quantity.Quantity.key`.
 
     Raises
     ------
@@ -101,7 +103,10 @@ def record(value: object) -> JsonObject:
 
 
 def renamed(value: DataclassInstance, **names: str) -> dict[str, object]:
-    """Return an object's fields as a dictionary with renamed keys. Empty names omit a field."""
+    """Return an object's fields as a dictionary with renamed keys.
+
+    A field is omitted if its new name is empty.
+    """
     found = {names.get(each.name, each.name): getattr(value, each.name) for each in fields(value)}
     found.pop("", None)
     return found

@@ -213,7 +213,7 @@ def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:
         return rule, [
             (
                 f"Mixed scales: {int((~(tops > 0)).sum())} of {len(tops)} trials have no declared "
-                f"scale top above 0; all trials are normalised by '{rule}' instead."
+                f"top of the scale above 0; all trials are normalised by '{rule}' instead."
             )
         ]
     return rule, []

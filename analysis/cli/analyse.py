@@ -147,8 +147,8 @@ def add_mapping(parser: ArgumentParser) -> None:
     group.add_argument(
         "--in-unit",
         metavar="UNIT",
-        help="unit for the report, with another prefix than in the data, such as mPa for data in "
-        "µPa",
+        help="unit for the report, which may differ from the unit of the data only in its prefix, "
+        "such as mPa for data in µPa",
     )
     group.add_argument(
         "--levels",

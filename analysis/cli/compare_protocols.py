@@ -1,7 +1,7 @@
-"""Implement ``slipscale power`` for comparing protocols, or thresholds between conditions.
+"""Implement the comparisons that ``slipscale power`` makes between protocols or conditions.
 
-Protocols are compared with the option ``--protocols``. Thresholds are compared between the
-conditions of studies with factors.
+The option ``--protocols`` compares protocols. For studies with factors, thresholds are compared
+between conditions.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
 
 
 def mapping_from(args: Namespace) -> TableMapping | None:
-    """Return the table mapping that the options define, or None without such options.
+    """Return the column mapping that the options define, or None if no such option is given.
 
     Raises
     ------
@@ -29,7 +29,7 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     if not any(getattr(args, name) for name in (*COLUMNS, *OTHERS)):
         if args.map:
             raise UserError(
-                "--map: expected options for the columns as well, such as --participant and "
+                "--map: requires options that name the columns, such as --participant and "
                 "--stimulus"
             )
         return None

@@ -39,7 +39,10 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     add_population(parser)
     parser.add_argument(
-        "--plate", default=PLATE, metavar="SPEC", help="mock plate with options (default: mock)"
+        "--plate",
+        default=PLATE,
+        metavar="SPEC",
+        help="specification of the mock plate, with its options (default: mock)",
     )
     add_contact(parser)
     parser.add_argument(

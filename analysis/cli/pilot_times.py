@@ -37,10 +37,12 @@ def add_times(parser: ArgumentParser) -> None:
         "--jobs",
         type=int,
         metavar="N",
-        help="number of processes, with --times; -1 means one per processor (default: 1)",
+        help="with --times, number of processes; -1 means one per processor (default: 1)",
     )
     group.add_argument(
-        "--yes", action="store_true", help=("allow computations of more than an hour, with --times")
+        "--yes",
+        action="store_true",
+        help=("with --times, allow computations that take more than an hour"),
     )
 
 
@@ -48,9 +50,7 @@ def refuse_without_times(args: Namespace) -> None:
     """Reject the options for repeated simulations if only one study is simulated."""
     for name in ("jobs", "yes"):
         if getattr(args, name):
-            raise UserError(
-                f"--{name} applies only to repeated simulations; expected --times N as well"
-            )
+            raise UserError(f"--{name} applies only to repeated simulations; add --times N")
 
 
 def run_times(args: Namespace) -> int:

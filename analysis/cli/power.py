@@ -34,10 +34,10 @@ AXES = {
     "sensations (default: 1)",
     "lapses": "proportion of answers given at random (default: as in the population)",
     "dropout": "proportion of people who stop before the end (default: as in the population)",
-    "exponent": "exponent of the power function for the mean sensation above 0 µm (default: the "
-    "population's curve)",
+    "exponent": "exponent of a power function that gives the mean sensation at amplitudes above "
+    "0 µm (default: the population's curve)",
     "catch_steps": "number of catch steps in each descending-difference series; more catch "
-    "steps make the false-alarm rate more precise",
+    "steps give a more precise estimate of the false-alarm rate",
 }
 STUDIES = 1000
 SIZES = ("6,8,10,12,16,20,24,32",)
@@ -50,7 +50,7 @@ def add_power(parser: ArgumentParser) -> None:
         metavar="STUDY",
         nargs="?",
         default=here().study,
-        help="study file (TOML), or name of a shipped study",
+        help="study file (TOML), or name of a study that comes with Slipscale",
     )
     grid = parser.add_argument_group(
         "the grid",
@@ -127,7 +127,7 @@ def add_power(parser: ArgumentParser) -> None:
         help=("address of a Dask scheduler (requires slipscale[cluster])"),
     )
     parser.add_argument(
-        "--yes", action="store_true", help=("allow computations of more than an hour")
+        "--yes", action="store_true", help=("allow computations that take more than an hour")
     )
     parser.add_argument("--json", action="store_true", help="print the result as JSON")
     add_steps(parser)

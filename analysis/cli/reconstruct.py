@@ -106,7 +106,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Report on all columns; return 1 if any column or printed test is impossible."""
+    """Report on all columns; return 1 if any column or published test is impossible."""
     # Imported here so that --help does not import NumPy.
     if arguments.batch:
         from slipscale.analysis.cli.reconstruct_batch import run_batch  # noqa: PLC0415
@@ -196,7 +196,7 @@ def _check(arguments: argparse.Namespace) -> None:
     if arguments.sample is None:
         if arguments.long:
             raise UserError(
-                "--long sets how --sample writes data sets; expected --sample N as well"
+                "--long applies only to the data sets written by --sample; add --sample N"
             )
         return
     if arguments.sample < 1:
@@ -219,9 +219,9 @@ def _answer(
     design: Design | None,
     arguments: argparse.Namespace,
 ) -> bool:
-    """Write each answer as soon as it is available, starting with printed tests.
+    """Write the results for published tests and for columns.
 
-    Return whether any printed test is impossible.
+    Return whether any published test is impossible.
     """
     import json  # noqa: PLC0415
 
@@ -277,7 +277,7 @@ def _answer(
 
 
 def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestAnswer]:
-    """Return a verdict for each test printed with the table."""
+    """Return a verdict for each test published with the table."""
     if not table.tests:
         return []
     from slipscale.analysis.reconstruction.inference.printed_test_answers import answer  # noqa: PLC0415 - if printed
@@ -307,7 +307,7 @@ def _across(columns: list[Solutions], design: Design, arguments: argparse.Namesp
 
 
 def _sample(columns: list[Solutions], arguments: argparse.Namespace) -> None:
-    """Write samples of all columns with data sets, and report why other columns have none."""
+    """Write sample data sets of each usable column, and report why other columns have none."""
     usable = _usable(columns)
     for solutions in columns:
         if solutions not in usable:

@@ -78,7 +78,7 @@ def _numbers(value: Json, name: str = "") -> Iterator[tuple[str, float]]:
 
 
 def settings(analysis: Analysis) -> pd.DataFrame:
-    """Return the study's choices and the names of the level columns, in columns ``name value``."""
+    """Return the analysis choices and the names of level columns as ``name``-``value`` pairs."""
     data, choices = analysis.dataset, analysis.dataset.choices
     named, stepped = data.quantity.key, data.quantity.stepped
     found = {
@@ -101,8 +101,8 @@ def settings(analysis: Analysis) -> pd.DataFrame:
 def task_trials(analysis: Analysis) -> dict[str, pd.DataFrame]:
     """Return the non-empty input tables for `recompute_tasks.R`, keyed by file name.
 
-    The tables contain the analysed trials of every task (except trials in a report table), the
-    participants' groups and the session measures.
+    The tables contain the analysed trials of every task (except tasks whose trials are already in a
+    table of the report), the participants' groups and the session measures.
     """
     data = analysis.dataset
     found = {

@@ -136,10 +136,10 @@ def friction_figure() -> Figure:
 
 
 def convergence_data(factors: Array, finger: Finger = FINGER) -> tuple[Array, Array]:
-    """Return the squeeze number, and numerical divided by closed-form overpressure, per factor.
+    """Return squeeze numbers, and ratios of numerical to closed-form overpressure.
 
-    Each factor multiplies the frequency of the paper's working point: h_r = 0.6 µm, 2.3 µm peak to
-    peak, 30.5 kHz.
+    Each factor multiplies the frequency in the conditions of the paper: h_r = 0.6 µm, 2.3 µm peak
+    to peak, 30.5 kHz.
     """
     points = [
         WorkingPoint(

@@ -43,7 +43,7 @@ MEANINGS = {
     "unreliable": "the first and second halves of the repetitions disagree",
     "drift": "estimates grow or shrink over the session",
     "false_alarms": '"yes" when nothing changed',
-    "faults": "plate faults, or repeated presentations of {q.stimuli}",
+    "faults": "plate faults, or {q.stimuli} that were presented again before the answer",
 }
 
 
@@ -89,8 +89,8 @@ def rarely_falling(levels: int) -> int:
     """Return the smallest number of decreases with a chance probability of at most 1 in 20.
 
     If a participant feels no difference, every order of the means is equally likely, so the number
-    of orders with a given number of decreases is an Eulerian number. Participants who feel a
-    difference have fewer decreases.
+    of orders with a given number of decreases is an Eulerian number. The means of participants who
+    feel a difference decrease less often.
 
     >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
     [2, 3, 3, 4, 6]
@@ -143,9 +143,9 @@ def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
     """Return the robust standard deviation for each residual.
 
     The spread is larger at small amplitudes, so a common spread would flag half of the participants
-    with many answers. With few people, the spread at a single amplitude is uncertain. The result is
-    therefore the root of the mean of two variances: the variance across all amplitudes and the
-    variance at the residual's own amplitude.
+    with many answers. With few people, the spread at a single amplitude is uncertain. The result
+    combines both: it is the square root of the mean of two variances, one of the residuals at all
+    amplitudes and one of the residuals at the same amplitude.
     """
     pooled = _robust_sd(left)
     places, at = np.unique(what, return_inverse=True)
@@ -161,7 +161,7 @@ def _robust_sd(values: np.ndarray) -> float:
 def _split_half(
     work: pd.DataFrame, who: np.ndarray, what: np.ndarray, logs: pd.DataFrame
 ) -> np.ndarray:
-    """Return each participant's correlation between amplitude means in both halves of the data."""
+    """Correlate amplitude means in the first and second half of each participant's repetitions."""
     people, kinds = logs.shape
     cell = who * kinds + what
     total = np.bincount(cell, minlength=people * kinds)

@@ -47,28 +47,28 @@ def absent(data: Dataset) -> list[str]:
 
 
 def changing_tops(data: Dataset) -> list[str]:
-    """Report participants who declared more than one scale top."""
+    """Report participants who declared more than one top of the scale."""
     tops = data.estimates.groupby(PARTICIPANT, observed=True)["scale_top"].nunique()
     several = tops.index[tops > 1].astype(str)
     if not len(several):
         return []
     sentence = (
-        f"{listed(several)} declared more than one scale top; the rule scale_top divides "
-        "each estimate by the scale top of its own trial."
+        f"{listed(several)} declared more than one top of the scale; the rule scale_top divides "
+        "each estimate by the top declared for its own trial."
     )
     return [sentence]
 
 
 def beyond_tops(data: Dataset) -> list[str]:
-    """Report the number of estimates above their trial's declared scale top."""
+    """Report the number of estimates above the declared top of the scale."""
     above = data.estimates["estimate"] > data.estimates["scale_top"]
     if not above.any():
         return []
     who = sorted(data.estimates.loc[above, PARTICIPANT].astype(str).unique())
     sentence = (
-        f"{int(above.sum())} of {len(above)} estimates are above their trial's declared "
-        f"scale top ({listed(who)}). These estimates are not changed; check that the scale "
-        "top was declared for this scale."
+        f"{int(above.sum())} of {len(above)} estimates are above the top of the scale declared for "
+        f"their trial ({listed(who)}). These estimates are not changed; check that the declared "
+        "top belongs to this scale."
     )
     return [sentence]
 

@@ -85,7 +85,8 @@ class Prepared:
     zero_sentence : str
         Sentence on how zeros were treated; empty if there are no zeros.
     refused : bool
-        Whether the zero rule forbids all computations on logarithms.
+        Whether no results are computed on logarithms, because there are estimates of zero and the
+        zero rule is "refuse".
     quantity : Quantity
         Quantity of the amplitudes.
     """
@@ -121,7 +122,7 @@ class Prepared:
 
     @property
     def without_log(self) -> frozenset[float]:
-        """Amplitudes (µm peak to peak) with at least one estimate that has no logarithm."""
+        """Amplitudes (µm peak to peak) at which the logarithm of an estimate is missing (NaN)."""
         left_out = self.trials["log"].isna()
         return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
 

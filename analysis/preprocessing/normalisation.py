@@ -123,18 +123,18 @@ RULES: dict[str, Rule] = {
     ),
     "scale_top": Rule(
         divisor=lambda trials: trials["scale_top"],
-        formula="each estimate divided by its participant's declared scale top, times 100",
-        table3="possible: nothing forces any participant's largest estimate to be 100",
+        formula="each estimate divided by the declared top of its participant's scale, times 100",
+        table3="possible, because no participant's largest estimate has to be 100",
         source="ASTM E1697, rescaling to a common scale",
-        needs="a declared scale top above 0 in every trial (column scale_top)",
-        unit="% of the declared scale top",
+        needs="a declared top of the scale above 0 in every trial (column scale_top)",
+        unit="% of the declared top of the scale",
     ),
     "grand_maximum": Rule(
         divisor=_grand_maximum,
         formula="all estimates are multiplied by one factor, so that the largest participant "
         "mean at any {q.level} becomes 100",
-        table3="possible: one factor for all; at 2.3 µm mean and maximum deviation add up to "
-        "100.00, so one participant may have 100",
+        table3="possible, because all participants have the same factor; at 2.3 µm, the mean and "
+        "the maximum deviation add up to 100.00, so one participant may have reached 100",
         source="a literal reading of the paper",
         needs="a positive estimate",
         unit="% of the largest participant mean",
@@ -150,8 +150,8 @@ RULES: dict[str, Rule] = {
     "participant_largest_trial": Rule(
         divisor=_participant_largest_trial,
         formula="each participant's largest single estimate becomes 100",
-        table3="impossible with one trial per surface, as for participant_maximum; possible with "
-        "several trials",
+        table3="impossible with one trial per surface, for the same reason as with "
+        "participant_maximum; possible with several trials",
         source="common in haptics; the divisor grows with the number of repetitions",
         unit="% of the participant's largest estimate",
     ),
@@ -168,7 +168,7 @@ RULES: dict[str, Rule] = {
         top=1.0,
         formula="logarithm minus the participant's mean logarithm plus the grand mean logarithm; "
         "the group's geometric means do not change",
-        zeros="remain zero; they are excluded from the mean logarithms",
+        zeros="stay zero, and are left out of the mean logarithms",
         table3="cannot be decided from the table, which gives no geometric means",
         source="Lane, Catania and Stevens (1961), Journal of the Acoustical Society of America "
         "33, 160-167",
@@ -187,7 +187,10 @@ RULES: dict[str, Rule] = {
 
 
 def default_rule(trials: pd.DataFrame) -> str:
-    """Return ``scale_top`` if every trial has a scale top, otherwise ``grand_maximum``."""
+    """Return ``scale_top`` if the top of the scale is declared in every trial.
+
+    Otherwise, the rule is ``grand_maximum``.
+    """
     tops = trials["scale_top"]
     return "scale_top" if len(tops) and bool((tops > 0).all()) else "grand_maximum"
 

@@ -61,7 +61,7 @@ def pooled(data: Dataset) -> list[str]:
     compared = (
         "Differences between sessions are reported under “Sessions”"
         if chosen is None or "sessions" in chosen
-        else "The study file does not choose the test “sessions”, so changes between sessions "
+        else "The study file does not select the test “sessions”, so changes between sessions "
         "are not tested"
     )
     sentence = (

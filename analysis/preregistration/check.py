@@ -248,7 +248,7 @@ def _codebook(planned: str, analysis: Analysis) -> Iterator[Deviation]:
     used = {source.name: source.sha256 for source in analysis.dataset.sources}
     if name and used.get(name) != planned:
         yield Deviation(
-            kind="options", what=f"The code book {name} differs from the frozen code book."
+            kind="options", what=f"The codebook {name} differs from the frozen codebook."
         )
 
 

@@ -37,7 +37,7 @@ class Wanted:
     Parameters
     ----------
     study_name : str
-        A study file, or the name of a shipped study.
+        A study file, or the name of a study that comes with Slipscale.
     population : Population
         Population from which the simulated participants are drawn.
     stopping_rule : str

@@ -1,8 +1,8 @@
 """Find the files that a study file refers to.
 
 A string in the study file is treated as a file name if such a file exists, so new study keys need
-no change in this module. TOML files found this way are also searched, because a plate file names
-its calibration.
+no change in this module. If that file is a TOML file, its strings are treated in the same way: a
+plate file, for example, names its calibration.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def named_files(text: str, beside: Path | None) -> list[NamedFile]:
     text : str
         Text of a valid study file.
     beside : Path or None
-        Folder of the study file; None for a shipped study.
+        Folder of the study file; None for a study that comes with Slipscale.
 
     Raises
     ------

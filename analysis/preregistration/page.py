@@ -38,7 +38,7 @@ def render(
     contents : Mapping
         Content of all files except the page, keyed by file name.
     study : str
-        The study file, or the name of a shipped study.
+        The study file, or the name of a study that comes with Slipscale.
     people : str
         Name of the simulated population.
     """

@@ -1,8 +1,8 @@
-"""Answer the questions of registries about a study and its analysis.
+"""Answer the questions that registries ask about a study and its analysis.
 
 The questions are taken from the OSF and AsPredicted forms. Answers that only the authors can give
-are taken from the command's options. If an option is not given, the page marks its answer as not
-stated.
+are taken from the command's options. If an option is not given, the page shows "Not stated" as the
+answer.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from slipscale.experiments.protocol_parts.registry import load_protocol
 from slipscale.experiments.steps.trial import factor_level as in_key
 from slipscale.experiments.study.model import Study
 
-NOT_STATED = "Not stated; to state this, use slipscale study freeze {option}."
+NOT_STATED = "Not stated; use slipscale study freeze {option} to state it."
 BLINDING = (
     "The computer generates trial orders from the study's seed. The participant's and operator's "
     "screens do not show the surface unless the operator unblinds the session."

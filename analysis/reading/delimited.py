@@ -37,7 +37,7 @@ NOT_AVAILABLE = (
     *MISSING,
     *("NA", "N/A", "#N/A", "<NA>", "NaN", "nan", "-nan", "NULL", "Null", "null", "None", "none"),
 )
-#: Columns that contain names and words, including the columns of a code book.
+#: Columns that contain names and words, including the columns of a codebook.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
 #: Option of ``slipscale analyse`` -> typical parts of the column name, most likely first.

@@ -174,7 +174,7 @@ def choices(
 
 
 def add_sources(folder: Path, choices: AnalysisChoices, sources: list[Source]) -> None:
-    """Add the data set's description, code book and coded answers to ``sources``, if they exist."""
+    """Add the data set's description, codebook and coded answers to ``sources``, if they exist."""
     names = ("dataset_description.json", "code/verbal_codes.tsv", choices.codebook)
     sources += [
         Source(name, digest(read_bytes(folder / name)))

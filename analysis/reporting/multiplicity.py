@@ -26,7 +26,7 @@ class FamilyOfTests:
     primary : bool
         Whether the family belongs to the study's primary analysis.
     corrected : bool
-        Whether Holm's correction is applied within the family. It is not applied to a single test.
+        Whether Holm's correction is applied within the family. False for a family of one test.
     tests : int
         Number of tests with a result.
     below : int
@@ -77,7 +77,7 @@ def multiplicity(
     confidence : float
         Confidence level of the study; the level of every test is 1 - confidence.
     quantity : Quantity
-        Quantity of the levels, used in the names of the families of tests.
+        Stimulus quantity, inserted into the names of the families.
     """
     level = round(1 - confidence, 12)
     tested = [

@@ -59,7 +59,7 @@ class ManyStudies:
     Parameters
     ----------
     study_name : str
-        Path of a study file, or the name of a shipped study.
+        Path of a study file, or the name of a study that comes with Slipscale.
     population : Population
     participants, language
         Values that override the study file.

@@ -34,8 +34,8 @@ class Condition:
     lapses, dropout : float
         Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
-        Exponent of the power function for the mean sensation above 0 µm. If 0, the population's
-        curve is used.
+        Exponent of a power function that gives the mean sensation at amplitudes above 0 µm. If 0,
+        the population's curve is used.
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None

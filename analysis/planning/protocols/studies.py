@@ -44,7 +44,7 @@ class ProtocolStudy:
     Parameters
     ----------
     name : str
-        Path of the file, or name of the shipped study.
+        Path of the file, or name of a study that comes with Slipscale.
     own_name : str
         The study's name in its file. Seeds depend on this name and not on the file's location.
     text : str

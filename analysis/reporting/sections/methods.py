@@ -51,14 +51,14 @@ def normalisations(analysis: Analysis) -> ReportSection:
 
 
 def _invariance(analysis: Analysis) -> str:
-    """Return a sentence on which results depend on the normalisation rule."""
+    """Return a sentence that states which results depend on the normalisation rule."""
     scales = analysis.dataset.estimates.groupby(PARTICIPANT, observed=True)[
         ["scale_top", "modulus"]
     ]
     if scales.nunique().gt(1).any(axis=None):
         return (
-            "For some participants, scale tops or standards differ between trials, so the choice "
-            "of rule can also affect tests and exponents."
+            "For some participants, the top of the scale or the standard differs between trials, "
+            "so the choice of rule can also affect tests and exponents."
         )
     if (
         analysis.prepared

@@ -1,1 +1,1 @@
-"""Code shared by the declarations of kinds of task."""
+"""Code that several kinds of task share."""

@@ -33,7 +33,10 @@ def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
 def _concluding(
     answers: TaskTexts[T], remarks: TaskTexts[T], named: Callable[[T, Quantity], str] | None
 ) -> TaskTexts[T]:
-    """Return the function for a task's answers and a paragraph of remarks, led by its name."""
+    """Return a function that writes a task's answers, and its remarks as one paragraph.
+
+    If ``named`` is given, the paragraph begins with the task's name.
+    """
 
     def write(task: T, level: float, quantity: Quantity) -> list[str]:
         further = " ".join(remarks(task, level, quantity))
@@ -83,7 +86,8 @@ def of_one_statistic(
         Function that splits the statistic's result into one result per task. The default is for
         results that are already a sequence with one item per task.
     question, what, title : str
-        Question in the summary, adjective for the trials, and heading of the results sentences.
+        Question for the summary; description of the trials, such as "matching", for their number;
+        heading of the sentences in the results section.
     named : callable
         Returns the name of a task, with its label and condition.
     answers, remarks, doubts : callable
@@ -97,8 +101,8 @@ def of_one_statistic(
     figures : callable
         Returns figures, keyed by file name, given the task's result and the trials of all tasks.
     rows : callable
-        Returns rows of the CSV table, with the column names for amplitudes in µm. These are renamed
-        for other quantities.
+        Returns rows of the CSV table. Column names are for amplitudes in µm; for another stimulus
+        quantity, the columns are renamed.
     others : object
         Further fields of `TaskAnalysis`.
     """

@@ -21,7 +21,7 @@ def exact_interval(yes: float, n: float, confidence: float = 0.95) -> Confidence
 def clustered_interval(
     yes: NDArray[np.float64], answers: NDArray[np.float64], confidence: float = 0.95
 ) -> ConfidenceInterval:
-    """Return an interval for a proportion if answers of the same participant are correlated.
+    """Return an interval for a proportion that allows for correlated answers of a participant.
 
     Computes the Clopper-Pearson interval for the effective sample size, which is the number of
     answers divided by the design effect (Korn and Graubard 1998, Survey Methodology 24, 193-201),

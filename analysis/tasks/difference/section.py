@@ -53,11 +53,11 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.figure(
             svgs["difference"],
             _caption(found, quantity),
-            f"Proportion of “{quantity.yes}”: "
+            f"Proportion of “{quantity.yes}”. "
             + ", ".join(
-                f"{step_label(step, quantity)} {step.yes} of {step.n}" for step in found.steps
+                f"{step_label(step, quantity)}: {step.yes} of {step.n}" for step in found.steps
             )
-            + f", no change {found.catch.yes} of {found.catch.n}",
+            + f", no change: {found.catch.yes} of {found.catch.n}",
         )
     )
     if not quantity.stepped:

@@ -91,7 +91,7 @@ def own_thresholds(found: DescendingDifference, quantity: Quantity) -> list[str]
 def finding(found: Finding, quantity: Quantity) -> str:
     """Return a sentence that compares the answers with the paper's finding.
 
-    Verbal reports are mentioned only for slipperiness, because the code book covers no other
+    Verbal reports are mentioned only for slipperiness, because the codebook covers no other
     property.
     """
     n, fell = found.n, f"when the {quantity.name} fell"
@@ -100,7 +100,7 @@ def finding(found: Finding, quantity: Quantity) -> str:
         felt = "a difference" if found.felt_a_difference else "no difference"
         verb = "said" if found.said_less_slippery else "did not say"
         less = f", and {verb} that the surface became less slippery" if coded else ""
-        return f"The one participant felt {felt} {fell}{less}."
+        return f"The only participant felt {felt} {fell}{less}."
     everyone = f"All {n}" if found.all_felt_a_difference else f"{found.felt_a_difference} of {n}"
     some = f"all {n}" if found.all_said_less_slippery else f"{found.said_less_slippery} of {n}"
     less = f", and {some} said that the surface became less slippery" if coded else ""
@@ -111,7 +111,10 @@ def finding(found: Finding, quantity: Quantity) -> str:
 
 
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
-    """Return the answer to the question: counts for plate amplitudes, otherwise a fitted curve."""
+    """Return a sentence with the main result: counts of participants, or the fitted curve.
+
+    Counts are returned if a plate produced the stimuli.
+    """
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]
     return [finding(found.finding, quantity)] if found.finding.n else []

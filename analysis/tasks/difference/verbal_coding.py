@@ -22,7 +22,7 @@ CLAUSES = re.compile(r"[,;.!/]+| and | but | et | mais ")
 
 
 class Category(FrozenTable):
-    """A category of verbal reports, with its word stems and its meaning for slipperiness.
+    """A category of verbal reports, with its word stems and what it implies for slipperiness.
 
     ``more_stems`` are the stems of comparatives, such as "rougher".
     """
@@ -35,7 +35,7 @@ class Category(FrozenTable):
 
 
 class Codebook(FrozenTable):
-    """A code book, as read from a TOML file."""
+    """A codebook, as read from a TOML file."""
 
     title: str
     less: tuple[Word, ...] = ()
@@ -45,7 +45,7 @@ class Codebook(FrozenTable):
     categories: Annotated[dict[str, Category], Field(min_length=1)]
 
     def code(self, report: str) -> list[str]:
-        """Return the categories of a report in the order of the code book, or "other".
+        """Return the categories of a report in the order of the codebook, or "other".
 
         >>> load_codebook().code("C'est moins glissant, plus rugueux")
         ['slippery', 'rough']
@@ -55,7 +55,7 @@ class Codebook(FrozenTable):
         return found or [OTHER]
 
     def direction(self, report: str, category: str) -> Literal["less", "more", "bare"]:
-        """Return whether a report says "less" or "more" of a category or only names it ("bare")."""
+        """Return whether a report mentions a category with "less", "more" or neither ("bare")."""
         text = plain(report)
         if _has(text, self.less_phrases):
             return "less"
@@ -77,7 +77,7 @@ class Codebook(FrozenTable):
         return "bare"
 
     def meaning(self, report: str) -> Meaning:
-        """Return the meaning of a report for slipperiness, or "unclear" if it is contradictory.
+        """Return whether a report describes less or more slipperiness, otherwise "unclear".
 
         >>> book = load_codebook()
         >>> [book.meaning(words) for words in ("less smooth, it sticks more", "warm")]
@@ -116,11 +116,11 @@ def _has(text: str, stems: tuple[str, ...]) -> bool:
 
 
 def load_codebook(path: Path = SHIPPED) -> Codebook:
-    """Read a code book.
+    """Read a codebook.
 
     Raises
     ------
     UserError
-        The file cannot be read or is not a valid code book. The message lists all errors.
+        The file cannot be read or is not a valid codebook. The message lists all errors.
     """
     return read_toml(path, Codebook)

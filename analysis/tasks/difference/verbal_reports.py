@@ -29,14 +29,14 @@ class VerbalReports:
     Parameters
     ----------
     codebook : str
-        Title of the code book.
+        Title of the codebook.
     n : int
         Number of reports.
     categories : Mapping
-        Counts of reports and of wordings by category, in the order of the code book. A report may
-        belong to several categories.
+        Number of reports in each category, and number of uses of each wording, in the order of the
+        codebook. A report may belong to several categories.
     meaning : Mapping
-        Number of reports with each meaning for slipperiness.
+        Number of reports that describe less slipperiness, more slipperiness or neither clearly.
     """
 
     codebook: str
@@ -46,7 +46,7 @@ class VerbalReports:
 
 
 def code_reports(changes: pd.DataFrame, book: Codebook) -> VerbalReports | NotComputed:
-    """Count reports and wordings in each category.
+    """Count the reports in each category, and the uses of each wording.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def code_reports(changes: pd.DataFrame, book: Codebook) -> VerbalReports | NotCo
         One row per step with a change in amplitude, with the columns ``difference_felt`` and
         ``verbal_report``.
     book : Codebook
-        Code book for the reports.
+        Codebook for the reports.
     """
     felt = changes[(changes["difference_felt"] == 1)]
     words = Counter(str(text) for text in felt["verbal_report"] if str(text))

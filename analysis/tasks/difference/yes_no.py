@@ -58,7 +58,7 @@ class StepAnswers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class CatchAnswers:
-    """Counts of answers to catch steps; without catch steps, there is no interval."""
+    """Answers to catch steps, with an interval for the "yes" rate (None without catch steps)."""
 
     n: int
     yes: int
@@ -122,7 +122,7 @@ class SignalDetection:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Finding:
-    """Counts of participants who confirm the paper's finding.
+    """Numbers of participants whose answers agree with the paper's finding.
 
     Parameters
     ----------
@@ -233,7 +233,7 @@ def analyse_differences(
     steps : DataFrame
         `slipscale.analysis.reading.dataset.Dataset.differences`.
     book : Codebook
-        Code book for the verbal reports.
+        Codebook for the verbal reports.
     confidence : float
         Confidence level of every interval.
     quantity : Quantity
@@ -381,9 +381,9 @@ def _mean_of_own(
     fewest = min((min(each.changes, each.catches) for each in own.values()), default=0)
     if fewest < TRIALS_FOR_OWN:
         return NotComputed(
-            f"with only {fewest} {quantity.yes_no.trials[fewest != 1]} of one kind, the correction "
-            "for counts of 0 shrinks individual d' values towards 0 (at least "
-            f"{TRIALS_FOR_OWN} are needed)"
+            f"individual d' values require at least {TRIALS_FOR_OWN} {quantity.yes_no.trials[1]} "
+            f"with a change and {TRIALS_FOR_OWN} without per participant (fewest here: {fewest}); "
+            "with fewer, the correction for counts of 0 shrinks d' towards 0"
         )
     return mean_over_participants(np.array([each.d_prime for each in own.values()]), confidence)
 

@@ -40,7 +40,7 @@ def test_the_mapping_that_is_written_stands_for_the_options(tmp_path, capsys):
         ),
         ([*OPTIONS[:2], "--levels", "a"], "expected COLUMN=LEVEL with a number"),
         ([*OPTIONS, "--only", "ear"], "--only ear: expected COLUMN=VALUE"),
-        (["--map"], "--map: expected options for the columns as well"),
+        (["--map"], "--map: requires options that name the columns"),
         (
             [*OPTIONS, "--sheet", "x", "--reference", "loud"],
             "a reference requires a column of answers",

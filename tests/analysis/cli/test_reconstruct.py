@@ -160,7 +160,7 @@ def test_too_many_data_sets_to_list_are_bounded_by_sums_and_sums_of_squares(caps
     [
         (["nowhere.toml"], "cannot be read"),
         (["biet2007_table3", "--sample", "0"], "expected 1 or more"),
-        (["biet2007_table3", "--long"], "expected --sample N as well"),
+        (["biet2007_table3", "--long"], "add --sample N"),
         (["biet2007_table3", "--sample", "1", "--conclusions"], "--conclusions writes a report"),
         (["biet2007_table3", "--sample", "1", "--json"], "--json writes the counts"),
         (["biet2007_table3", "--memory-gib", "0.0001"], "needs about"),

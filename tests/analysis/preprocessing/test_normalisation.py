@@ -89,7 +89,7 @@ def test_the_default_is_the_declared_scale_top_where_all_have_one():
     some = trials(RANDOM, scale_top=200.0)
     some.loc[some["participant_id"] == "p3", "scale_top"] = np.nan
     assert default_rule(some) == "grand_maximum"
-    with pytest.raises(UserError, match=r"'scale_top' requires a declared scale top.*for p3"):
+    with pytest.raises(UserError, match=r"'scale_top' requires a declared top of.*for p3"):
         normalise(some, "scale_top")
 
 

@@ -175,10 +175,10 @@ CHANGES = {
         "normalisation",
         "normalised by grand_maximum; planned: scale_top.",
     ),
-    "code book": (
+    "codebook": (
         lambda root: edited(root / "data" / "words.toml", '"slip"', '"slid"'),
         "options",
-        "The code book words.toml differs from the frozen code book.",
+        "The codebook words.toml differs from the frozen codebook.",
     ),
     "page": (
         lambda root: edited(root / "plan" / "plan.html", "whatever the results", "or so"),

@@ -76,7 +76,7 @@ def test_the_page_says_tests_corrections_choices_and_versions(frozen):
     for words in (
         "The primary analysis consists of the tests on ranks",
         "Holm, within the family",
-        "scale_top: each estimate divided by its participant&#39;s declared scale top, times 100",
+        "scale_top: each estimate divided by the declared top of its participant&#39;s scale",
         "Data are collected from 4 participants, whatever the results",
         "No rule excludes participants",
         "study/files/words.toml",
@@ -123,7 +123,7 @@ def test_the_page_answers_what_registries_ask(frozen):
     ):
         assert words in page, words
     unstated = (frozen / "plan" / "plan.html").read_text()
-    assert "Not stated; to state this, use slipscale study freeze --existing-data TEXT." in unstated
+    assert "Not stated; use slipscale study freeze --existing-data TEXT to state it." in unstated
 
 
 def test_a_power_below_the_target_gets_a_remark(frozen, tmp_path):

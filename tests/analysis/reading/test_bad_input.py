@@ -122,7 +122,7 @@ def test_a_scale_top_that_changes_is_said(dataset):
     rows = dataset.default_estimates(2)
     rows[3] |= {"scale_top": 10}
     said = analyse(dataset(rows={"02": rows})).problems
-    assert any("sub-02 declared more than one scale top" in p for p in said)
+    assert any("sub-02 declared more than one top of the scale" in p for p in said)
 
 
 def test_catch_steps_are_what_was_presented_whatever_the_column_says(dataset):
@@ -171,7 +171,8 @@ def test_estimates_above_the_declared_top_are_counted_and_named(dataset):
     rows[3] |= {"estimate": 130}
     analysis = analyse(dataset(rows={"02": rows}))
     assert any(
-        "1 of 48 estimates are above their trial's declared scale top (sub-02)" in sentence
+        "1 of 48 estimates are above the top of the scale declared for their trial (sub-02)"
+        in sentence
         for sentence in analysis.problems
     )
     assert analysis.estimates["normalised"].max() == pytest.approx(130)
@@ -180,7 +181,7 @@ def test_estimates_above_the_declared_top_are_counted_and_named(dataset):
 def test_a_scale_top_of_zero_counts_as_none(table_by_hand):
     text = TIDY.replace("\n", ",scale_top\n") + "a,1,5,0\na,2,6,100\nb,1,5,100\nb,2,7,100\n"
     said = analyse(table_by_hand(text)).problems
-    assert any("1 of 4 trials have no declared scale top above 0" in p for p in said)
+    assert any("1 of 4 trials have no declared top of the scale above 0" in p for p in said)
 
 
 def test_only_rules_that_the_data_allow_are_offered(table_by_hand):

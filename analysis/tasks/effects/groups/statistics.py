@@ -95,8 +95,8 @@ def membership(data: Dataset) -> pd.Series[str] | NotComputed:
     columns = [str(name) for name in about.columns if name != PARTICIPANT]
     if asked is not None and asked not in columns:
         raise UserError(
-            f"{data.name}: the participants have no column '{asked}', which analysis.group "
-            f"names; found {listed(columns, NAMED) if columns else 'none'}"
+            f"{data.name}: the table of participants has no column '{asked}', the value of "
+            f"analysis.group; found {listed(columns, NAMED) if columns else 'none'}"
         )
     column = asked or DEFAULT_COLUMN
     if column not in columns:

@@ -158,7 +158,7 @@ def test_the_group_of_a_data_set_is_the_column_that_the_study_names(dataset):
 
 def test_a_column_of_groups_that_is_not_there_is_named(dataset):
     folder = dataset(participants=3, choices='group = "hand"')
-    with pytest.raises(UserError, match=r"no column 'hand', which analysis.group names; found"):
+    with pytest.raises(UserError, match=r"no column 'hand', the value of analysis.group; found"):
         analyse(folder)
 
 

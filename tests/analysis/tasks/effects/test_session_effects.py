@@ -184,7 +184,7 @@ def test_a_study_that_does_not_choose_it_is_told_so(analysis):
     )
     found = analyse(data, normalise="none")
     assert found.inference.sessions == NotComputed("not chosen in the study file")
-    assert any("does not choose the test “sessions”" in each for each in found.problems)
+    assert any("does not select the test “sessions”" in each for each in found.problems)
 
 
 def test_zeros_that_are_refused_leave_the_other_tasks(analysis):
