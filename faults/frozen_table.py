@@ -26,7 +26,7 @@ def setting(
     default
         Value that is used if the key is omitted.
     description : str
-        Meaning of the key, printed in the reference of study files.
+        Meaning of the key, as shown in the documentation of study files.
     unit : str
         Unit of the key; empty if the key has no unit, or if its name contains the unit.
     validate_default : bool

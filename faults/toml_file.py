@@ -128,7 +128,7 @@ def not_toml(text: str, said: str) -> str:
     """Return the error message for invalid TOML, including the line number.
 
     >>> not_toml('name = "a', "Illegal character (at line 1, column 10)")
-    'line 1 is not TOML: a quotation mark is not closed; expected words in two quotation marks'
+    'line 1 is not TOML: a quotation mark is not closed; expected text between two quotation marks'
     """
     lines = text.split("\n")
     found = AT.search(said)
@@ -140,7 +140,7 @@ def not_toml(text: str, said: str) -> str:
         and "'''" not in text
         and (quotes.count('"') % 2 or (quotes.count("'") % 2 and '"' not in quotes))
     ):
-        why = "a quotation mark is not closed; expected words in two quotation marks"
+        why = "a quotation mark is not closed; expected text between two quotation marks"
     elif re.search(r"=\s*-?\d+,\d", line):
         why = "a decimal number has a comma; expected a point, such as 0.5"
     else:
@@ -174,7 +174,7 @@ def _beyond_reason(table: dict[str, object]) -> Iterator[Fault]:
         if isinstance(value, int) and abs(value) >= TOO_LARGE:
             yield place, {"msg": f"expected a number of at most {MOST_DIGITS} digits"}
         if isinstance(value, dict | list) and value and len(place) >= DEEPEST:
-            yield place[:1], {"msg": f"expected tables and lists at most {DEEPEST} deep"}
+            yield place[:1], {"msg": f"expected tables and lists nested at most {DEEPEST} deep"}
         elif isinstance(value, dict):
             todo += [((*place, key), inner) for key, inner in value.items()]
         elif isinstance(value, list):

@@ -1,7 +1,7 @@
 """Find the line numbers of keys, tables and list items in a TOML document.
 
-`tomllib` reports line numbers only for syntax errors. The document must already be valid, so words
-and brackets are enough to find the keys.
+`tomllib` reports line numbers only for syntax errors. The functions of this module require a valid
+document, in which keys can be found from words and brackets alone.
 """
 
 from __future__ import annotations
@@ -42,7 +42,10 @@ class Lines:
                 self._below.setdefault(place[:length], line)
 
     def of(self, place: Place) -> int:
-        """Return the line of an entry, or else of its table or its content; 0 if unknown."""
+        """Return the line number of an entry, or 0 if it is unknown.
+
+        If the entry itself has no line, this is the line of its table or of its first content.
+        """
         for length in range(len(place), 0, -1):
             if place[:length] in self._exact:
                 return self._exact[place[:length]]
@@ -107,7 +110,7 @@ class _Reader:
         return ()
 
     def _value(self, kind: str, text: str) -> Place:
-        """Process one token of a value; return the position of a list item that begins with it."""
+        """Process one token of a value; return the position if the token begins a list item."""
         begins = kind in ("word", "long") or text in ("[", "{")
         place: Place = ()
         if begins and self.opened and self.opened[-1].item is not None:
@@ -138,7 +141,7 @@ class _Reader:
         self.in_value = True
 
     def _taken(self) -> list[str]:
-        """Return the parts of the current key, and start a new key."""
+        """Return the parts of the current dotted key, and prepare for the next key."""
         words, self.key = self.key, []
         return words
 

@@ -62,10 +62,10 @@ class Names(Protocol):
     """Interface for mapping the keys in a file to the field names of a model."""
 
     def in_file(self, place: Place) -> Place:
-        """Replace the field names in the position of an error by the keys of the file."""
+        """Replace the field names in an error's position with the keys used in the file."""
 
     def to_code(self, table: dict[str, object]) -> dict[str, object]:
-        """Replace the keys of a file by the field names of the model."""
+        """Replace the keys of a file with the field names of the model."""
 
 
 class Faults(ValueError):
@@ -83,7 +83,10 @@ def in_words(error: ValidationError) -> str:
 
 
 def refuse(faults: Iterable[Fault], *, within: bool = False) -> None:
-    """Raise all faults together; if ``within``, positions are relative to the validated table."""
+    """Raise one `Faults` exception for all faults; do nothing if there are none.
+
+    If ``within``, the positions of the faults are relative to the table that is being validated.
+    """
     if found := list(faults):
         raise Faults(found, within=within)
 
@@ -95,7 +98,7 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
     ----------
     error : ValidationError
     model : type, optional
-        Pydantic model of the data, whose keys are suggested as corrections for misspelt keys. A key
+        Pydantic model of the data. Its keys are suggested as corrections for misspelt keys. A key
         is not reported as missing if a misspelling of this key is reported.
     names : Names, optional
         Names of keys in the file, if they differ from the model's fields.

@@ -54,7 +54,7 @@ def order_balance(
         each = _times(next(iter(by_count)))
         return (
             f"williams: {filled} are balanced over squares of {rows} rows; within blocks each "
-            f"surface follows every other one {each}"
+            f"surface follows each of the others {each}"
         )
     usual = max(by_count, key=lambda count: (len(by_count[count]), count))
     unequal = "; ".join(

@@ -42,7 +42,7 @@ NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
 
 
 def why_sessions(plan: RunPlan) -> str:
-    """Return why a study requires full sessions; empty if it does not."""
+    """Return the reason why a study requires full sessions; empty if it does not."""
     return next((why for why, has in NEED_SESSIONS.items() if has(plan)), "")
 
 

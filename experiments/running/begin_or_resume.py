@@ -110,7 +110,8 @@ def run_plan(
     warnings : tuple of str, optional
         Warnings that are shown to the operator from the start of the session.
     steps : generator, optional
-        The plan's steps, if the caller has wrapped them (default: the plan's own steps).
+        Steps to carry out, such as a generator that modifies the plan's steps (default: the plan's
+        steps).
     """
     contact = describe_contact(sources or {}, plate)
     masking = "on" if noise else "absent"

@@ -1,6 +1,6 @@
 """Report changes in the study, the plate and the computer's date since a data set's last run.
 
-Changes can be unintended. Therefore `check` reports them, and `run` and `next` ask for
+Because changes can be unintended, `check` reports all changes, and `run` and `next` ask for
 confirmation.
 """
 
@@ -24,13 +24,13 @@ def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]
     Parameters
     ----------
     dataset : Path
-        The data set. The first record of each of its journals is read.
+        Data set with the earlier runs. Only the first record of each journal is read.
     study : Study
         The study to be run.
     text : str
         Text of the study file.
     plate : str
-        SPEC of the plate, as given to the command.
+        Specification (SPEC) of the plate, as given to the command.
     """
     begun = [found for path in journals(dataset) if (found := _begun(path, study.name))]
     other = sorted({plan.stem for plan, _ in begun if plan.study_text != text})

@@ -14,7 +14,7 @@ from slipscale.faults import UserError
 
 
 def changed_texts(plan: RunPlan, records: list[Record]) -> Iterator[str]:
-    """Describe each change since the run began in the text shown to participants."""
+    """Describe how the text shown to participants has changed since the run began."""
     texts = plan.texts()
     began = records[0].data.get("texts_hash")
     if began and began != texts_hash(texts):

@@ -11,7 +11,7 @@ BLOCK = 1_000_000
 
 
 def why_not_taken(folder: Path, size: int) -> str:
-    """Return why a folder cannot store a file of ``size`` bytes; empty if it can.
+    """Return the reason why a folder cannot store a file of ``size`` bytes; empty if it can.
 
     The test file is anonymous and temporary. Raises OSError if no file can be created.
     """

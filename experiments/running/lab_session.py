@@ -80,7 +80,7 @@ class Setting:
     Parameters
     ----------
     plate : str
-        SPEC of the plate.
+        Specification (SPEC) of the plate.
     full_screen, screen
         The properties of the participant's window.
     unblind : bool
@@ -92,7 +92,7 @@ class Setting:
     sound_required : bool
         Whether masking noise is required even if it is optional in the study.
     backup : Path or None
-        Folder to which the journal is copied and verified at the end of the run.
+        Folder to which the journal is copied at the end of the run. The copy is then verified.
     """
 
     plate: str
@@ -150,9 +150,9 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
     Raises
     ------
     UserError
-        If the run already exists, the participant exists under an equivalent label or withdrew, the
-        data set has another mode or study, the plate of a participant's run is simulated, or the
-        window cannot be opened.
+        If the run already exists, if the participant withdrew or exists under an equivalent label,
+        if the data set has another mode or study, if a participant's run would use a simulated
+        plate, or if the window cannot be opened.
     PlateFault
         If the rig failed; the journal can be resumed.
     """
@@ -244,7 +244,7 @@ def _conduct(
 def _perform(
     stack: ExitStack, dataset: Path, plan: RunPlan, setting: Setting, journal: Journal
 ) -> RunOutcome:
-    """Open the remaining equipment, to be closed by the stack, and run the session."""
+    """Open the remaining equipment, and run the session. The stack closes the equipment."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
@@ -300,14 +300,14 @@ def _perform(
 
 
 def _enter(stack: ExitStack, context: Context) -> Context:
-    """Enter a context after registering its exit, so that a signal cannot leak resources."""
+    """Enter a context. Its exit is registered first, in case a signal interrupts the entry."""
     stack.push(context)
     context.__enter__()
     return context
 
 
 def check_felt(plan: RunPlan, plate: PlateDriver, *, begun: bool) -> None:
-    """Raise `UserError` if a participant's run would use a plate that nobody can feel.
+    """Raise `UserError` if a participant's run would use a simulated plate.
 
     The driver is queried, because an emulated board has a port just like a real board.
     """
@@ -362,8 +362,9 @@ def _leave(
     except UserError as fault:
         if error is None:
             raise UserError(
-                f"{fault}. The run is complete and all answers are safe in {journal.path}; then "
-                f"write the tables: slipscale data build {shlex.quote(str(dataset))}"
+                f"{fault}. The run is complete and all answers are safe in {journal.path}. "
+                "Correct the error, then write the tables: "
+                f"slipscale data build {shlex.quote(str(dataset))}"
             ) from None
         print(harmless(f"the data set was not built: {fault}"), file=sys.stderr)
     if setting.backup:
@@ -377,7 +378,7 @@ def _leave(
 
 
 def _sounds(plan: RunPlan) -> Sounds:
-    """Return the sound output for the headphone test, or a stand-in that says why it is missing."""
+    """Return the sound output for the headphone test, or `NoSounds` if there is none."""
     missing = check_device() if plan.study.headphone_test else "the study has none"
     return NoSounds(missing) if missing else SoundOutput()
 

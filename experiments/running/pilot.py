@@ -79,7 +79,7 @@ def pilot_plans(
     population : Population, optional
         Simulated population (default: the shipped population).
     text : str, optional
-        Full text of the study, if it differs from the study file.
+        Content of the study file, if it differs from the saved file.
     """
     if text is None:
         study, text = read_study(study_name)
@@ -171,7 +171,7 @@ def run_pilot(
     Parameters
     ----------
     folder : Path
-        Folder for the pilot's data set; for the conditions, see `claim`.
+        Folder for the pilot's data set. For the folders that can be used, see `claim`.
     plans : list of RunPlan
     spec : str
         Plate specification (SPEC) for a mock plate, optionally with simulated faults.
@@ -283,7 +283,7 @@ def run_simulated(
 
 
 def _steady(spec: str, plan: RunPlan) -> str:
-    """Return a mock SPEC with noise within the study's tolerance; keep a SPEC with options."""
+    """Limit the noise of a mock plate SPEC without options to the study's tolerance."""
     wanted_um, study = plan.study.plate.tolerance_level, plan.study
     if wanted_um is not None and not study.plate_quantity.in_um_pp:
         wanted_um *= PlateLimits().level / study.plate.level  # the mock scales its levels

@@ -87,7 +87,7 @@ class Finding:
     remedy : str
         The recommended action; empty if no action is needed.
     name : str
-        Name of the check, which is filled in by `check`.
+        Name of the check; set by `check`.
     """
 
     passed: bool | None
@@ -163,7 +163,7 @@ def check_folder(planned: PlannedSession) -> Finding:
 
 
 def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
-    """Yield notes about the folder and its journals. They do not prevent a session."""
+    """Yield notes about the folder and its journals. A session can start despite these notes."""
     if not locked:
         yield (
             "the file system does not support locks: only a lock file prevents two sessions "
@@ -326,7 +326,7 @@ def check_display(planned: PlannedSession) -> Finding:
             remedy="response times will be measured by the window, about 10 ms late and less "
             "regular, and marked accordingly; see docs/explanation/analysis.md",
         )
-    return Finding(passed=True, detail=f"{seen}, key presses have time stamps")
+    return Finding(passed=True, detail=f"{seen}; key presses have time stamps")
 
 
 def check_sound(planned: PlannedSession) -> Finding:

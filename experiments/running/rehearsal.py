@@ -108,8 +108,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     ----------
     plan : RunPlan
     way : callable
-        Pattern of answers: maps the number of a question to a position in the range of its possible
-        answers, where 0 is "yes" or the first option.
+        Pattern of answers. The function maps the number of a question to its answer, as a fraction
+        of the list or range of possible answers: 0 is "yes" or the first option, and 1 is the last.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Determine the state of a run, and advise what to do if the run already exists."""
+"""Determine the state of a run, and recommend what to do if the run already exists."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ def participants(dataset: Path) -> list[str]:
 def check_alike(dataset: Path, participant: str) -> None:
     """Raise `UserError` if a participant exists under an equivalent label, such as 1 and 01.
 
-    Equivalent labels would count as different people, and some file systems treat A and a as equal.
+    Participants with equivalent labels would be analysed as different people. Upper and lower case
+    are not distinguished, because some file systems treat A and a as equal.
     """
 
     def plain(label: str) -> str:

@@ -30,7 +30,7 @@ MOST_TOLD = 8
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Seen:
-    """A screen of a run, and the reasons why it is not readable.
+    """A screen of a run, and the reasons why this screen is not readable.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ def check_screens(plan: RunPlan) -> None:
     Parameters
     ----------
     plan : RunPlan
-        The plan of any one participant. Questions that are not translated into a language are
-        skipped, except in the plan's own language.
+        Plan of a run, for any of the participants. Questions that are not translated into a
+        language are skipped, except in the plan's own language.
     """
     faults = [
         f"{spoken.language}: {fault}"

@@ -58,7 +58,7 @@ def new(path: Path, template: str, title: str, authors: tuple[str, ...] = ()) ->
     began = f"# Based on the study '{template}':\n"
     write_file(path, f"#:schema {SCHEMA_FILE}\n{began}{tomlkit.dumps(document)}")
     write_file(path.with_name(SCHEMA_FILE), schema())
-    return f"wrote {path}: edit it, then slipscale study validate {shlex.quote(str(path))}"
+    return f"wrote {path}: edit it, then run slipscale study validate {shlex.quote(str(path))}"
 
 
 def _label(stem: str) -> str:
@@ -132,8 +132,8 @@ def _textures(study: Study) -> Iterator[str]:
 def show(name: str, participant: str, session: str = "", run: str = "01") -> str:
     """Describe a study, and the order of surfaces for one participant.
 
-    The description is meant for planning. It lists the amplitudes, so a session's operator should
-    not see it.
+    The description is intended for planning a study. It lists the amplitudes, so the operator of a
+    session should not see it.
 
     Parameters
     ----------
@@ -230,7 +230,10 @@ def balance(name: str, study: Study, text: str) -> list[str]:
 
 
 def orders_of_all(name: str) -> Figure:
-    """Draw the order of surfaces in all participants' first runs. The figure unblinds you."""
+    """Plot the order of surfaces in each participant's first run (at most `MOST` participants).
+
+    The figure unblinds you.
+    """
     from slipscale.experiments.running.orders_figure import MOST, orders_figure  # noqa: PLC0415
 
     study, text = read_study(name)

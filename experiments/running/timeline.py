@@ -1,8 +1,8 @@
 """Estimate a participant's time, the plate's on-time, the number of exposures and the cost.
 
 The estimate is based on simulated participants and uses neither a plate nor a screen. Real sessions
-take longer, because participants have to be welcomed, wait, and ask questions. This time can be set
-in the study's ``[cost]`` table.
+take longer, because welcoming participants, waiting, and answering their questions also take time.
+This time can be set in the study's ``[cost]`` table.
 """
 
 from __future__ import annotations
@@ -149,7 +149,7 @@ class _Visit:
         )
 
     def _on_within(self, first_s: float, last_s: float) -> float:
-        """Return the plate's vibration time between two points in time."""
+        """Return how long the plate vibrated between two times, in seconds."""
         return sum(max(min(end, last_s) - max(begun, first_s), 0.0) for begun, end in self.on)
 
 
@@ -170,7 +170,7 @@ def timeline(
         Number of simulated participants.
     population : Population, optional
     text : str, optional
-        Full text of the study, if it differs from the file.
+        Content of the study file, if it differs from the saved file.
 
     Raises
     ------

@@ -40,7 +40,10 @@ class Following:
         self._moved = False  # the plate has left the level at which it settled
 
     def presented_as(self, surface: Surface) -> Surface:
-        """Return the surface to present first: a constant level if the texture will be followed."""
+        """Return the surface to present first.
+
+        If the texture follows the finger, this is a constant surface at its settled level.
+        """
         self._followed = followed_texture(surface, self._plate, self._sensors)
         self._surface, self._moved = surface if self._followed else None, False
         self._sensor, self._triggers = surface.sensor, surface.change() is not None

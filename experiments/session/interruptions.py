@@ -50,7 +50,7 @@ class Interruptions:
     Parameters
     ----------
     plate, surface, participant, journal, clock, operator, noise, progress, markers, answers
-        The corresponding objects of the session.
+        Components of the session.
     hold_text : str
         Text that asks the participant to wait.
     """
@@ -171,7 +171,10 @@ class Interruptions:
             self.reject(trial, request.reason, repeated=True)
 
     def reject(self, trial: Trial, reason: str, *, repeated: bool) -> None:
-        """Void a trial unless it is already voided. If ``repeated``, the protocol repeats it."""
+        """Void a trial unless it is already voided.
+
+        If ``repeated``, the protocol will repeat the trial.
+        """
         if (trial.task, trial.number) in self._voided():
             return
         void = {"task": trial.task, "trial": trial.number, "reason": reason}
@@ -184,7 +187,7 @@ class Interruptions:
             self._progress.say(f"trial {trial.number} was rejected ({reason})")
 
     def _ask_again(self, request: Request) -> None:
-        """Register a question about the run or the participant for repetition."""
+        """Mark a question about the run or the participant to be asked again."""
         question = request.question
         if question is None or not self._progress.was_asked(question):
             self._progress.say("this question cannot be asked again")
@@ -242,7 +245,7 @@ class Interruptions:
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Keep the participant waiting until the operator makes the wanted request or stops."""
+        """Keep the participant waiting until the operator makes the request ``wanted`` or stops."""
         self._noise.stop()
         self._progress.tell(state, message=message)
 

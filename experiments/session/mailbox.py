@@ -45,7 +45,7 @@ class TrialName(FrozenTable):
 
 
 class LiveStatus(BaseModel):
-    """The published status of a session. For its fields, see `SessionStatus` and `Mailbox`."""
+    """The published status of a session; `SessionStatus` and `Mailbox` describe its fields."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 

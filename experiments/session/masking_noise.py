@@ -1,7 +1,7 @@
 """Play masking noise in the headphones while the plate may be audible.
 
-A session starts and stops a `Noise`. The sound device is opened only by `MaskingNoise`, and only
-when the noise starts.
+A session starts and stops the noise with the methods of `Noise`. The sound device is opened only by
+`MaskingNoise`, and only when the noise starts.
 """
 
 from __future__ import annotations
@@ -173,7 +173,7 @@ class MaskingNoise:
         self._playback, self._stream = playback, stream
         if not playback.level.wait(self._fade_s + STALL_S):
             self.stop()
-            raise RigError(f"masking noise: the sound device does not play: {REMEDY}")
+            raise RigError(f"masking noise: the sound device does not play; {REMEDY}")
 
     def stop(self) -> None:
         """Fade the noise out and release the device; do nothing if no noise is playing."""

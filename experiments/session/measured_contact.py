@@ -51,7 +51,10 @@ class Contact:
 
     @contextmanager
     def measured(self, step: Explore | Ask, watch: Watch) -> Iterator[Watch]:
-        """Record samples while yielding a function to call on every frame instead of ``watch``.
+        """Record samples during a step, in a ``with`` block.
+
+        Yields a function that calls ``watch`` and records the new samples. Call this function on
+        every frame.
 
         Raises
         ------
@@ -108,7 +111,7 @@ class _Trace:
         return new
 
     def note_changes(self, times_s: list[float] | None) -> None:
-        """Store when this source triggered texture changes; None means that it cannot."""
+        """Add the times at which this source triggered texture changes; do nothing for None."""
         if times_s is not None:
             self._changes_s = [*(self._changes_s or ()), *times_s]
 

@@ -18,7 +18,7 @@ State = Literal["showing", "presenting", "waiting", "paused", "fault", "done"]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SessionStatus:
-    """The state of a session. It includes the amplitude only if the session is unblinded.
+    """The state of a session. The amplitude is included only if the session is unblinded.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ class SessionStatus:
     trial, total : int
         Number of the current trial, and number of trials in the task; 0 before the first trial.
     voidable : Trial or None
-        Default trial for a void request: the current or the last trial.
+        Trial that is voided unless the operator names another: the current or the last trial.
     answered : Trial or None
         The trial before the current trial. This earlier trial can also be voided, because a slip of
         the finger is often noticed only when the next surface has been presented.
@@ -94,9 +94,9 @@ class Request:
     Parameters
     ----------
     what : str
-        "note" writes ``reason`` to the journal. "unblind" shows the amplitude from now on; the
-        journal records this. "answer" submits ``reason`` as the answer to
-        `SessionStatus.answering`.
+        Kind of request. A "note" is a comment (``reason``) for the journal. The request "unblind"
+        shows the amplitude from now on; the journal records this. The request "answer" submits
+        ``reason`` as the answer to the question `SessionStatus.answering`.
     reason : str
         The text that the operator typed.
     trial : Trial or None
@@ -119,7 +119,7 @@ class Operator(Protocol):
 
     @property
     def busy(self) -> bool:
-        """Whether the operator is typing a request. While this is true, no task ends."""
+        """Whether the operator is typing a request. No task ends while the operator is typing."""
 
     def tell(self, status: SessionStatus) -> None:
         """Show the session's state."""

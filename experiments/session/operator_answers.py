@@ -39,7 +39,7 @@ class OperatorAnswers:
     Parameters
     ----------
     progress, clock
-        The corresponding objects of the session.
+        Components of the session.
     """
 
     def __init__(self, progress: Progress, clock: Clock) -> None:

@@ -118,7 +118,7 @@ class Progress:
             self._away_s += self._clock.now() - began_s
 
     def replayed(self) -> None:
-        """Mark the end of the replay, from which the pace is measured."""
+        """Mark the end of the replay of earlier trials; the pace is measured from this point."""
         self._done_before = self._status.done
 
     def begins(self, step: Step) -> None:

@@ -1,7 +1,7 @@
 """Play sounds that accompany questions, as in the headphone test.
 
-A session starts and stops `Sounds`. The sound device is opened only by `SoundOutput`, and only when
-a sound starts.
+A session starts and stops sounds with the methods of `Sounds`. The sound device is opened only by
+`SoundOutput`, and only when a sound starts.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Sounds(Protocol):
 
 
 class NoSounds:
-    """Replaces the sound output if there is none."""
+    """Replaces the sound output in sessions that cannot play sounds."""
 
     def __init__(self, missing: str) -> None:
         self.missing = missing
@@ -44,14 +44,14 @@ class NoSounds:
 
 
 class ImaginedSounds(NoSounds):
-    """Sounds for simulated participants, who receive the samples without a sound card."""
+    """Replaces the sound output for simulated participants, who need no sound card."""
 
     def __init__(self) -> None:
         super().__init__("")
 
 
 class Once:
-    """Supplies the sound card's thread with the samples once, followed by silence."""
+    """Passes samples to the sound card's thread once; the remaining output is silent."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples

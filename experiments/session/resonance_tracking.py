@@ -1,7 +1,8 @@
 """Track the resonance between trials, for plates that do not track it themselves.
 
-The sweep runs before a trial's surface is presented, never while a surface is felt or rated, and
-not for a standard outside trials. Like a failed presentation, a failed sweep is a rig fault.
+The resonance is swept before the surface of a trial is presented, never while a surface is felt or
+rated. Standards that are presented outside trials are not preceded by a sweep. Like a failed
+presentation, a failed sweep is a rig fault.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ READ_S = 0.1  # averaging time for an amplitude
 
 
 class ResonanceTracking:
-    """Sweeps three frequencies before a trial if the last sweep is too long ago.
+    """Sweeps three frequencies before a trial if the last sweep was at least ``every_s`` ago.
 
     Parameters
     ----------

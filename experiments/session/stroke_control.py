@@ -1,8 +1,8 @@
-"""Compare explorations with the study's stroke windows, inform participants, and reject trials.
+"""Compare strokes with the study's requirements, inform participants, and reject trials.
 
-Each outcome is written to the journal before the exploration's answer. Whether a trial is rejected
-is decided at its end, from the last outcome of each interval. A resumed session therefore makes the
-same decision as an uninterrupted session.
+The outcome of an exploration is written to the journal before the exploration is recorded as done.
+Whether a trial is rejected is decided at its end, from the last outcome of each interval. A resumed
+session therefore makes the same decision as an uninterrupted session.
 """
 
 from __future__ import annotations
@@ -24,14 +24,15 @@ REASON = "stroke: "
 
 
 class StrokeControl:
-    """Applies a study's stroke windows in a session.
+    """Applies a study's requirements for strokes (speed, force and direction) in a session.
 
     Parameters
     ----------
     stroke : Stroke
     journal : Journal
     texts : Mapping
-        Text shown to the participant after strokes outside the windows.
+        Texts in the participant's language, including the advice that is shown if strokes do not
+        meet the requirements.
     """
 
     def __init__(self, stroke: Stroke, journal: Journal, texts: Texts) -> None:
@@ -62,7 +63,7 @@ class StrokeControl:
         return Feedback(text=text, duration_s=self._stroke.feedback_s, trial=trial)
 
     def rejects(self, trial: Trial) -> str:
-        """Return why a finished trial is rejected; empty if it is accepted."""
+        """Return the reason why a finished trial is rejected; empty if it is accepted."""
         last: dict[int | None, list[str]] = {}
         for record in reversed(self._journal.records):
             data = record.data
@@ -95,7 +96,7 @@ class StrokeControl:
 
 
 def measured(samples: Mapping[Kind, list[Sample]]) -> Stroked:
-    """Compute the measures of an exploration that are compared with the stroke windows."""
+    """Compute the measures of an exploration that are compared with the requirements."""
     places = samples.get("position", [])
     moved = movement(places)
     return Stroked(

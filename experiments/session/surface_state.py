@@ -46,7 +46,7 @@ class Done:
 
 
 class SurfaceState:
-    """The surface that the participant should be feeling or has felt, and whether it was lost.
+    """The surface that the participant feels or has felt, and whether it was interrupted.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ class SurfaceState:
         return self._wanted.surface if self._wanted else None
 
     def must_be_felt_again(self, step: Step) -> bool:
-        """Return whether a step requires a surface that was lost in an interruption."""
+        """Return whether a step requires a surface whose presentation was interrupted."""
         if self._held or not self._script:
             return False
         if self._wanted is not None:
@@ -121,11 +121,11 @@ class SurfaceState:
         return asked and step.trial == self._trial
 
     def begins(self, step: Present) -> bool:
-        """Return whether a presentation begins a new sequence instead of the next interval."""
+        """Return whether a presentation begins a new sequence rather than the next interval."""
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
-        """Present a surface, preceded by its lead-in unless this is already on the plate."""
+        """Present a surface. Its lead-in is presented first, unless it is already on the plate."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -170,8 +170,8 @@ class SurfaceState:
     def feel_again(self, before: Present, explore: Explore) -> Presented:
         """Present ``before`` for exploration, then restore the current surface.
 
-        Returns the presentation of ``before``. After an interruption, the current surface counts as
-        lost.
+        Returns the result of presenting ``before``. If this method is interrupted, the current
+        surface counts as interrupted too.
         """
         wanted = self._wanted
         if wanted is None:
@@ -200,7 +200,7 @@ class SurfaceState:
         Returns
         -------
         list of tuple
-            Pairs of a repeated presentation and its result.
+            Repeated presentations, each with its result.
         """
         wanted = self._wanted
         made: list[tuple[Present, Presented]] = []
@@ -322,7 +322,7 @@ class SurfaceState:
         self._standard_made, self._standard_due = made, False
 
     def _redrive(self, step: Present) -> Presented:
-        """Present a surface again, preceded by the standard if required, and by any lead-in."""
+        """Present a surface again, after the standard and the lead-in (if required)."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in

@@ -81,14 +81,14 @@ def void_prompt(trial: Trial) -> Prompt:
     def request(reason: str) -> Request | None:
         return Request(what="void", reason=reason, trial=trial) if reason else None
 
-    label = f"void trial {trial.number} because (Enter to void, Esc to cancel)"
+    label = f"reason for voiding trial {trial.number} (Enter to void, Esc to cancel)"
     return Prompt(label, request, "expected a reason: it is recorded with the trial")
 
 
 def stop_prompt() -> Prompt:
     """Return the prompt that asks for an (optional) reason for stopping the session."""
     return Prompt(
-        "stop the session because (Enter to stop, Esc to continue)",
+        "reason for stopping the session (Enter to stop, Esc to continue)",
         lambda reason: Request(what="stop", reason=reason),
     )
 
@@ -108,7 +108,7 @@ def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
 def answer_prompt(ask: Ask) -> Prompt:
     """Return the prompt for a verbal report or a decision."""
     return Prompt(
-        f"{answer_wanted(ask)} (Enter to submit; Esc for the other keys, n to return)",
+        f"{answer_wanted(ask)} (Enter to submit; Esc to use other keys, then n to return)",
         lambda typed: Request(what="answer", reason=typed) if typed else None,
         "expected an answer",
     )
@@ -135,8 +135,8 @@ class PromptKey(NamedTuple):
     open : callable
         Returns the prompt, or None if there is nothing to enter.
     without : Request or None
-        Request that is sent if there is nothing to enter, so that the session can state why it is
-        refused.
+        Request that is sent if there is nothing to enter. The session then states why it refuses
+        this request.
     """
 
     states: tuple[State, ...]

@@ -40,7 +40,7 @@ class YesNoQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TextQuestion:
-    """A question for free text, which is stored verbatim."""
+    """A question with a free-text answer. The answer is stored verbatim."""
 
     prompt: str
     max_length: int = 200
@@ -104,7 +104,7 @@ class VisualAnalogueQuestion:
     start_shown: bool
 
     def nearest(self, place: float) -> float:
-        """Return the multiple of ``resolution`` on the line that is nearest to ``place``."""
+        """Return the position on the line nearest to ``place``, as a multiple of ``resolution``."""
         held = min(max(place, 0.0), 100.0)
         # Rounded, so that three steps of 0.1 are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
@@ -124,7 +124,7 @@ class Selection(NamedTuple):
 
     @property
     def value(self) -> str:
-        """Selection formatted as text, for the value of a reply."""
+        """The selection formatted as text, as required for `Reply.value`."""
         return " ".join(f"{number:.6f}" for number in self)
 
 
@@ -142,8 +142,8 @@ class PointingQuestion:
     width_mm : float
         Width of each bar, or diameter of each disc.
     bars : bool
-        Whether the start and the target are vertical bars, for which only the horizontal position
-        counts. If False, they are discs.
+        If True, the start and the target are vertical bars, and only the horizontal position
+        counts. If False, the start and the target are discs.
     screen_height_mm : float
         Movement in mm that corresponds to the height of the screen.
     """

@@ -1,4 +1,4 @@
-"""Replies that a protocol receives for each step that it yields."""
+"""Replies to steps: the results that a protocol receives after each step that it yields."""
 
 from __future__ import annotations
 

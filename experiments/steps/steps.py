@@ -61,7 +61,7 @@ class Instruct:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Guide:
-    """Instructions for stroking: speed, force and direction, and whether a mark shows the speed.
+    """Instructions for stroking: speed, force and direction; a moving mark can show the speed.
 
     The speed or force is None if the study does not prescribe it. If ``passive`` is True, a stage
     makes the strokes.
@@ -107,9 +107,9 @@ class Present:
     """Present a surface on the plate.
 
     If participants judge a difference, ``lead_in`` is the surface that they explore before
-    ``surface``. It is skipped if it is already on the plate. ``second`` is the level of a second
-    actuator, in the quantity of that actuator. The field's name does not end in ``_level``, because
-    this ending is reserved for levels in the plate's quantity.
+    ``surface``. A lead-in that is already on the plate is not presented again. ``second`` is the
+    level of a second actuator, in the quantity of that actuator. The field's name does not end in
+    ``_level``, because this ending is reserved for levels in the plate's quantity.
     """
 
     LATER: ClassVar = frozenset({"second"})

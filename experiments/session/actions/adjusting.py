@@ -28,7 +28,7 @@ class Adjusting:
     Parameters
     ----------
     surface, participant, journal, clock, markers, progress
-        Objects of the session with these names.
+        Components of the session.
     watch : callable
         Called on every frame to check the plate and the operator.
     wait : callable

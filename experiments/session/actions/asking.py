@@ -41,7 +41,7 @@ class Asking:
     ----------
     surface, participant, journal, clock, noise, sounds, markers, progress, contact,
     interruptions, operator_answers
-        The corresponding objects of the session.
+        Components of the session.
     wait : callable
         Shows the operator that the session is waiting for the participant.
     """

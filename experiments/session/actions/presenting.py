@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 
 @dataclass(slots=True, kw_only=True)
 class Presenting:
-    """Carries out `Present` steps and restores lost surfaces.
+    """Carries out `Present` steps, and presents surfaces again after an interruption.
 
     Parameters
     ----------
     surface, journal, clock, noise, markers, progress, tracking
-        The corresponding objects of the session.
+        Components of the session.
     """
 
     surface: SurfaceState
@@ -64,7 +64,7 @@ class Presenting:
             self.surface.interrupt()
 
     def restore(self, step: Step) -> None:
-        """If the step requires a lost surface, present it and let the participant feel it again."""
+        """If a step requires a surface that was interrupted, let the participant feel it again."""
         if self.surface.must_be_felt_again(step):
             self.noise.start()
             self.progress.tell("presenting")

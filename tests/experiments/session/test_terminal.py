@@ -121,7 +121,7 @@ def test_the_trial_voided_is_the_one_at_v_however_long_the_reason_takes():
     who.poll()
     assert who.busy
     who.tell(SessionStatus(state="waiting", trial=4, voidable=FOURTH))
-    assert "void trial 3 because" in who.lines().plain
+    assert "reason for voiding trial 3" in who.lines().plain
     who.poll()
     assert who.poll() == Request(what="void", reason="a", trial=THIRD)
     assert not who.busy
@@ -138,7 +138,7 @@ def test_b_voids_the_trial_before_the_one_in_progress():
     who, _ = operator("b", "a", "\r")
     who.tell(SessionStatus(state="presenting", voidable=FOURTH, answered=THIRD))
     who.poll()
-    assert "void trial 3 because" in who.lines().plain
+    assert "reason for voiding trial 3" in who.lines().plain
     who.poll()
     assert who.poll() == Request(what="void", reason="a", trial=THIRD)
     assert asked("waiting", "b", "x", "\r") == []  # there is none before
