@@ -3,7 +3,7 @@
 Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`,
 and corresponds to a `Protocol` of the session. The module ``declaration`` in this folder defines
 everything that the report and its files show about the kind; `slipscale.analysis.tasks.table` lists
-the declarations. Other packages declare kinds with an entry point; see
+the declarations. Other packages declare kinds of task with an entry point; see
 `slipscale.analysis.tasks.outside`.
 
 Shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not refer
@@ -62,13 +62,13 @@ class TaskAnalysis:
     Parameters
     ----------
     name : str
-        Name of the folder that contains the kind.
+        Name of the folder that contains the declaration, or of the entry point in another package.
     trials : TaskTrials, optional
         Description of the tables that contain the trials, and of how to read them.
     statistics : tuple of Statistic
         Statistics, in the order in which they are computed and written to ``inference.json``.
     questions : callable
-        Returns the questions for the start of the summary.
+        Returns the research questions with which the summary begins.
     design : callable
         Returns phrases that state the numbers of trials and surfaces.
     answers : callable
@@ -87,7 +87,8 @@ class TaskAnalysis:
     session_tables : callable
         Returns tables of measures, with one row per participant and one column per session.
     package, version : str
-        Name and version of the package that provides the kind. Empty for Slipscale's own kinds.
+        Name and version of the package that provides this kind of task. Empty for Slipscale's own
+        kinds of task.
     """
 
     name: str
@@ -205,7 +206,8 @@ class Analysis:
     friction : MeasuredFriction or None
         Relation between ratings and friction; None if friction was not measured.
     kinds : tuple of TaskAnalysis
-        Slipscale's kinds of task and then the kinds of other packages, in the order of the report.
+        Slipscale's kinds of task, followed by those from other packages, in the order of the
+        report.
     plan : PlanCheck or None
         Deviations from a frozen plan; None without a plan.
     problems : tuple of str

@@ -1,6 +1,6 @@
 """List the kinds of task in report order, and compute their statistics.
 
-To add a kind of task, add a folder, and one line to this module.
+To add a kind of task, create a folder with its declaration, and list the declaration in `KINDS`.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def conclude(
     Parameters
     ----------
     kinds : sequence of TaskAnalysis, optional
-        Kinds of task to analyse. The default is all of Slipscale's kinds.
+        Kinds of task to analyse. The default is `KINDS`, without kinds of task from other packages.
     data, prepared, rule, bayesian : object
         See `slipscale.analysis.statistics.statistic.Inputs`.
     """

@@ -80,7 +80,7 @@ def tip(text: str) -> str:
 
 
 def with_tips(svg: str) -> str:
-    """Add tooltips to an SVG element, for the artists whose names were created by `tip`.
+    """Add tooltips to the elements of an SVG whose names were returned by `tip`.
 
     >>> with_tips('<g id="tip-n%20%3D%203">')
     '<g><title>n = 3</title>'

@@ -22,8 +22,8 @@ SPECIAL = re.compile(r'[",\r\n]')
 def write_csv(table: pd.DataFrame, path: Path) -> None:
     """Write a table as UTF-8 CSV with LF line ends, without its index.
 
-    Missing cells are empty. The file equals the output of pandas' ``to_csv``, except for texts that
-    a spreadsheet would evaluate.
+    Missing cells are empty. The file is the same as that of pandas' ``to_csv``, except for cells
+    that a spreadsheet would evaluate as formulas.
     """
     with path.open("w", encoding="utf-8", newline="") as file:
         rows = zip(*(_words(table[name]) for name in table.columns), strict=True)

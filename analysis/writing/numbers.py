@@ -168,7 +168,7 @@ def level_of(confidence: float) -> str:
 
 
 def reliable(p: float, confidence: float) -> bool:
-    """Return whether p is below the significance level (1 - confidence). NaN is never below it.
+    """Return whether p is below the significance level (1 - confidence); False if p is NaN.
 
     >>> reliable(0.03, 0.95), reliable(0.03, 0.99), reliable(float("nan"), 0.95)
     (True, False, False)

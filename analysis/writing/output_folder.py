@@ -38,8 +38,8 @@ def make_folder(out: Path) -> None:
 def default_folder(data: Dataset, source: str | Path) -> Path:
     """Return the default output folder.
 
-    In a data set, this is ``derivatives/slipscale``; for a tidy table, a folder next to the table
-    with its name and ``-slipscale``.
+    For a data set, this is its folder ``derivatives/slipscale``. For a tidy table ``NAME.csv``,
+    this is the folder ``NAME-slipscale`` next to the table.
     """
     if data.folder is not None:
         return data.folder / "derivatives" / "slipscale"

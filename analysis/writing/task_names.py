@@ -1,8 +1,9 @@
 """Format task names for the report, including the label and the condition.
 
 A task is identified by its label in file names, followed by ``_factor-level`` for each factor of
-the study. The label is omitted if an installed protocol's name begins with the same letters, or if
-the task is a table of answers from another laboratory.
+the study. The label is omitted if it is the name of an installed protocol or the beginning of one,
+because the title then contains the same information. The label is also omitted if the task is a
+table of answers from another laboratory.
 """
 
 from __future__ import annotations

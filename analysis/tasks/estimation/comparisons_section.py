@@ -123,8 +123,8 @@ def _equivalence(
             TableColumn(title="Conclusion", left=True),
         ]
         caption = (
-            f"Pairs that were equivalent {within}, or undecided, in two one-sided paired t tests "
-            "of log estimates. BF₀₁: Bayes factor in favour of no difference."
+            f"Pairs that were equivalent {within}, and undecided pairs (two one-sided paired t "
+            "tests of log estimates). BF₀₁: Bayes factor in favour of no difference."
         )
         blocks.append(html.table(columns, rows, caption))
     if differ:

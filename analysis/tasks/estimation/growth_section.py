@@ -81,14 +81,14 @@ def _exponents(analysis: Analysis, svg: str) -> Markup:
     return html.figure(
         svg,
         "Individual exponents before and after shrinkage. Rings: least-squares fits to each "
-        f"participant's trials. Dots: the hierarchical Bayesian power function, with {level} "
+        f"participant's trials. Dots: estimates from the hierarchical Bayesian model, with {level} "
         "credible intervals. Line and band: the group.",
         "Chart of individual exponents, before and after shrinkage towards the group",
     )
 
 
 def _of_friction(found: FrictionGrowth) -> str:
-    """Return a sentence on the growth function that fits best against predicted friction."""
+    """Return a sentence on the best growth function of the predicted reduction in friction."""
     compared = found.comparison
     weight = grouped(compared.models[compared.best].weight)
     verb = "is not clearly better than the next function" if compared.undecided else "fits best"

@@ -93,7 +93,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
 
 
 def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE) -> str | None:
-    """Return why order is confounded with amplitude, or None if their effects are separable."""
+    """Return the reason why order and amplitude cannot be separated, or None if they can."""
     who, _ = pd.factorize(trials[PARTICIPANT])
     in_turn = np.argsort(who, kind="stable")
     amplitudes, who = trials["amplitude_um_pp"].to_numpy(float)[in_turn], who[in_turn]

@@ -34,7 +34,11 @@ def read_estimates(
 def divide(
     frame: pd.DataFrame, problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return ``answers`` (plain surfaces), ``estimates`` (answered ones) and ``textures``."""
+    """Divide the main trials into three tables.
+
+    The tables are ``answers``, with all trials of plain surfaces; ``estimates``, with those that
+    have a usable answer; and ``textures``, with the answered trials of textures.
+    """
     main = _keep_main_trials(frame, counts)
     answers, textures = _part_textures(main, counts, problems)
     return {"estimates": _answered(answers, counts), "answers": answers, "textures": textures}
@@ -95,7 +99,8 @@ TRIALS = TaskTrials(
         "practice": "practice trials",
         "voided": "voided trials",
         "textures": (
-            "trials of textures, which are reported separately on the scale of plain surfaces"
+            "trials of textures, which are reported separately with the normalisation of plain "
+            "surfaces"
         ),
         "unanswered": "trials without a usable answer",
     },

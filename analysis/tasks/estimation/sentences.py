@@ -201,9 +201,9 @@ def equivalence(
         for wanted in (True, False)
     )
     how = (
-        f"two one-sided paired t tests of log estimates within a ratio of "
-        f"{apart[0][1].equivalence.bound:g}"
+        "two one-sided paired t tests of log estimates"
         + (", Holm-corrected" if len(pairs) > 1 else "")
+        + f"; equivalence bound: a ratio of {apart[0][1].equivalence.bound:g}"
         + "; BF₀₁: Bayes factor in favour of no difference"
     )
     parts = [f"Pairs that were equivalent: {equal or 'none'}"]

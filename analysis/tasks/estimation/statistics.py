@@ -224,8 +224,10 @@ GROWTH: Statistic[Growth] = Statistic(
     "criterion [[hurvich1989]].",
     conclusions={
         r"amplitude\.best: (.+)": "among the growth functions, {0} fits best",
-        r"friction\.best: (.+)": "among the functions of relative friction, {0} fits best",
-        r"friction\.exponent\.p": "the exponent against relative friction differs from 0",
+        r"friction\.best: (.+)": "among the functions of the predicted reduction in friction, "
+        "{0} fits best",
+        r"friction\.exponent\.p": "the exponent of the power function of the predicted reduction "
+        "in friction differs from 0",
     },
 )
 BAYESIAN_GROWTH: Statistic[BayesianGrowth] = Statistic(

@@ -29,8 +29,8 @@ from slipscale.stimuli.quantity import Quantity
 VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",
-    "undecided": "neither differs reliably from the Weber fraction's prediction nor is shown to "
-    "agree with this prediction, because the interval is too wide",
+    "undecided": "does not differ reliably from the value expected from the Weber fraction, but "
+    "the interval is too wide to show agreement",
 }
 
 
@@ -102,9 +102,9 @@ def section_of(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
             )
     section.blocks.append(
         html.paragraph(
-            "The law describes an entire sense and its just noticeable differences. This "
-            f"exponent describes only the {quantity.levels} rated here; exponents are "
-            "smaller for wider ranges.",
+            "Ekman's law describes a whole sensory continuum and its just noticeable differences. "
+            f"This exponent describes only the {quantity.levels} rated here; exponents are smaller "
+            "for wider ranges.",
             "note",
         )
     )

@@ -95,8 +95,9 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
         return cell(found, with_interval), cell(found, lambda mean: p_value(mean.p))
 
     head, written = quantity.heading, measured(quantity)
-    titles = [head("Reference"), "Matches", head("Mean"), head("Bias"), "p", head("Own SD")]
-    titles += [head("Above minus below"), "p", "Repeated", "Catch trials", head("Catch error")]
+    titles = [head("Reference"), "Matches", head("Mean"), head("Bias"), "p"]
+    titles += [head("Within-participant SD"), head("Above minus below"), "p", "Repeats"]
+    titles += ["Catch trials", head("Catch error")]
     return html.table(
         html.columns(*titles),
         [
@@ -113,11 +114,11 @@ def _matching_table(rows: Task, quantity: Quantity) -> Markup:
             ]
             for each in rows
         ],
-        "Bias: mean match minus reference. Own SD: root mean square of participants' "
-        "standard deviations within a direction. Above minus below: difference between "
-        "matches that started above and below the reference. Repeated: how often the "
-        "reference was repeated per match. Catch error: mean distance from the reference "
-        "in trials that started at the reference.",
+        "Bias: mean match minus reference. Within-participant SD: root mean square of "
+        "participants' standard deviations within a direction. Above minus below: difference "
+        "between matches that started above and below the reference. Repeats: mean number of "
+        "times that the reference was presented again per match. Catch error: mean distance from "
+        "the reference in trials that started at the reference.",
     )
 
 

@@ -55,9 +55,9 @@ class MatchedReference:
     reference_um_pp : float
         Amplitude of the reference, µm peak to peak.
     matches, participants : int
-        Counts of matches and participants.
+        Number of matches and number of participants.
     mean_um_pp : float
-        Mean of participants' mean matches.
+        Mean across participants of each participant's mean match.
     bias_um_pp : MeanOverParticipants or NotComputed
         Mean match minus reference across participants (constant error), tested against 0.
     variability_um_pp : float or None
@@ -171,7 +171,7 @@ MATCHING: Statistic[tuple[MatchedReference, ...]] = Statistic(
     headlines={
         r"(.+) - (.+)\.bias_um_pp\.mean": "{0}, {1} {q.unit}: match minus reference, "
         "{q.unit_in_short}",
-        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: a participant's SD of matches, "
+        r"(.+) - (.+)\.variability_um_pp": "{0}, {1} {q.unit}: within-participant SD of matches, "
         "{q.unit_in_short}",
     },
 )

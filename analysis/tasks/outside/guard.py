@@ -1,11 +1,11 @@
-"""Load kinds of task from other packages, and guard calls to their functions.
+"""Load kinds of task from other packages, and catch errors in their functions.
 
 A package declares a `TaskAnalysis` with an entry point in the group ``slipscale.analyses``. If code
 of the package raises an exception or returns a wrong type, the report names the package and the
-part, and the rest of the report is still written. Texts, tables and figures are computed before any
-file is written, so that the report can list failures. Report sections are computed afterwards,
-because they include the figures. Keys and files must be called ``own_NAME`` or ``own_NAME_...`` to
-avoid conflicts with Slipscale's names.
+part that failed. The rest of the report is still written. Texts, tables and figures are computed
+before any file is written, so that the report can list failures. Report sections are computed
+afterwards, because they include the figures. Keys and files must be called ``own_NAME`` or
+``own_NAME_...`` to avoid conflicts with Slipscale's names.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ T = TypeVar("T")
 
 
 def every_kind() -> tuple[TaskAnalysis, ...]:
-    """Return Slipscale's kinds of task and then the kinds of installed packages."""
+    """Return Slipscale's kinds of task, followed by those from installed packages."""
     return (*KINDS, *installed_kinds([]))
 
 
 def installed_kinds(faults: list[str]) -> tuple[TaskAnalysis, ...]:
-    """Return the kinds of installed packages that can be loaded, sorted by name.
+    """Return the kinds of task from installed packages that can be loaded, sorted by name.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ class _Guard:
             return otherwise(sentence)
 
     def kind(self) -> TaskAnalysis | None:
-        """Return the kind with guarded functions, or None if it cannot be loaded."""
+        """Return the kind of task with error handling added, or None if it cannot be loaded."""
         kind = self.call("", lambda: _declared(self.point.name, self.point.load()), lambda _: None)
         if kind is None:
             return None
@@ -197,7 +197,7 @@ class _Guard:
 
 @dataclass(frozen=True, slots=True)
 class _Check:
-    """Check of the values that one function of a kind of task returns."""
+    """A check of the values that a function in a `TaskAnalysis` returns."""
 
     empty: list[str] | dict[str, object]
     expected: str

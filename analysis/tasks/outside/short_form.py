@@ -1,7 +1,7 @@
 """Declare another package's kind of task, given a single analysis function.
 
-`own_analysis` returns the `TaskAnalysis` for an entry point. All values are validated on creation,
-so that error messages can name the package that caused them.
+`own_analysis` returns the `TaskAnalysis` for an entry point. All values from the package are
+validated when they are created, so that error messages can name the package.
 """
 
 from __future__ import annotations

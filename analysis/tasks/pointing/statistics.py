@@ -157,7 +157,7 @@ def pointing(inputs: Inputs) -> tuple[TaskPointing, ...] | NotComputed:
 
 
 def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
-    """Return the results for a task, given movements as read by `TRIALS`."""
+    """Return the results for a task's movements, which have the columns of `TRIALS`."""
     conditions = tuple(
         _condition(str(feedback), own, confidence)
         for feedback, own in rows.groupby("feedback", sort=True)
@@ -165,7 +165,7 @@ def of_task(task: str, rows: pd.DataFrame, confidence: float) -> TaskPointing:
 
     def gain(name: str) -> MeanOrReason:
         if len(conditions) != 2:  # noqa: PLR2004
-            return NotComputed(f"two feedback conditions are compared; here: {len(conditions)}")
+            return NotComputed(f"two feedback conditions are required (found: {len(conditions)})")
         first, second = (
             {each.participant: float(getattr(each, name)) for each in condition.people}
             for condition in conditions
@@ -243,7 +243,7 @@ POINTING: Statistic[tuple[TaskPointing, ...]] = Statistic(
     compute=pointing,
     families=(
         Family(
-            name="feedback, t tests of throughput and of movement time",
+            name="effect of feedback, t tests of throughput and of movement time",
             read=lambda tasks: [
                 gain.p
                 for task in tasks

@@ -1,11 +1,10 @@
 """Analyse magnitude production, and compare its exponent with that of magnitude estimation.
 
 The amplitude is the response to a given number, so log amplitude is regressed on log number, and
-the exponent is the inverse of the slope. People compress the range of the variable that they
-control (the regression effect). In production, people control amplitudes, so the exponent is too
-large. In estimation, people control numbers, so the exponent is too small. The usual remedy is the
-geometric mean of both exponents (Stevens and Greenbaum 1966, Perception and Psychophysics 1,
-439-446).
+the exponent is the inverse of the slope. People compress the range of their responses (the
+regression effect). In production, responses are amplitudes, so the exponent is too large. In
+estimation, responses are numbers, so the exponent is too small. The usual remedy is the geometric
+mean of both exponents (Stevens and Greenbaum 1966, Perception and Psychophysics 1, 439-446).
 """
 
 from __future__ import annotations
@@ -245,7 +244,11 @@ def _task(
 def _inverse(
     slope: MeanOverParticipants | NotComputed,
 ) -> tuple[float | None, ConfidenceInterval | None]:
-    """Return the inverses of slope and interval; None if slope or lower bound is not above 0."""
+    """Return the inverse of a slope and the inverse of its interval.
+
+    Both are None if the slope is not above 0. The interval is also None if its lower bound is not
+    above 0.
+    """
     if not slope or slope.mean <= 0:
         return None, None
     low, high = slope.interval
@@ -254,7 +257,7 @@ def _inverse(
 
 
 def _beginning(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return the mean difference in log amplitude, high starts minus low starts."""
+    """Return the mean log amplitude after high starting values minus that after low ones."""
     logs = main.assign(log=np.log(main["produced_um_pp"].to_numpy(float)))
     sides = logs.pivot_table(index=PARTICIPANT, columns="began", values="log", observed=True)
     sides = sides.reindex(columns=[LOW, HIGH])

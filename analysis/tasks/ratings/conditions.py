@@ -176,7 +176,7 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
 
 
 def with_conditions(kind: TaskAnalysis) -> TaskAnalysis:
-    """Add the comparison of conditions to the declaration of ratings."""
+    """Return a copy of a kind of task that also compares ratings between conditions."""
     return replace(
         kind,
         statistics=(*kind.statistics, CONDITIONS),

@@ -95,9 +95,9 @@ def _ratio_table(task: TaskRatios, quantity: Quantity) -> Markup:
             ]
             for each in task.surfaces
         ],
-        f"How many times as {quantity.adjective} as the standard "
-        f"({quantity.value(task.standard_um_pp)}{quantity.behind}): geometric mean of "
-        "participants' geometric means, with a t-based interval computed on logarithms.",
+        f"Judged ratio to the standard ({quantity.value(task.standard_um_pp)}{quantity.behind}): "
+        "geometric mean of participants' geometric means, with a t-based interval computed on "
+        "logarithms.",
     )
 
 
@@ -136,7 +136,7 @@ ANALYSIS = of_one_statistic(
     "ratios",
     TRIALS,
     RATIOS,
-    question="How many times as {q.adjective} as a standard is each {q.stimulus}?",
+    question="How {q.adjective} is each {q.stimulus} relative to a standard?",
     what="ratio-judgement",
     title="Ratio judgements",
     named=_title,

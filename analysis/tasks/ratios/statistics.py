@@ -177,7 +177,7 @@ def _task(
 
 RATIOS: Statistic[tuple[TaskRatios, ...]] = Statistic(
     key="ratios",
-    meaning="judged ratios to a standard, and the exponent of the ratios",
+    meaning="judged ratios to a standard, and the exponent of their power function",
     compute=lambda inputs: ratios(inputs.data.of(TRIALS), inputs.data.choices.confidence),
     methods="Judged ratios are geometric means across participants, with t-based intervals of "
     "their logarithms. The exponent is the mean of participants' regression slopes of log ratios "

@@ -66,7 +66,8 @@ class PairSensitivity:
         Counts of "different" answers and of trials, for different surfaces and for the same
         surface presented twice.
     d_prime, criterion : float
-        d' and criterion k from all answers pooled, in standard deviations of one sensation.
+        d' and criterion k from the pooled answers of all participants. The unit is the standard
+        deviation of a sensation.
     mean_d_prime : MeanOverParticipants or NotComputed
         Mean of participants' individual d' values.
     """

@@ -117,8 +117,8 @@ def difference_scale(
     usable = again[_why_no_scale(again) == ""]
     if len(usable) < (1 - MOST_FAILED) * simulations:
         return NotComputed(
-            f"there are too few answers for intervals: {simulations - len(usable)} of "
-            f"{simulations} simulated data sets have no scale"
+            "there are too few answers for intervals: no scale could be estimated from "
+            f"{simulations - len(usable)} of {simulations} simulated data sets"
         )
     return _result(scale, usable, (same, yes, trials, share), confidence, simulations)
 
@@ -153,7 +153,7 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
     """Fit scale values to several data sets by Fisher scoring; return shape (sets, surfaces).
 
-    The likelihood has at most one maximum. Without a maximum, scale values grow beyond `LARGEST`.
+    The likelihood has at most one maximum. If it has none, the scale values exceed `LARGEST`.
 
     Parameters
     ----------

@@ -55,8 +55,8 @@ class Consistency:
 def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
     """Count the circular triads in one participant's choices.
 
-    In each pair, only the surface that was chosen more often counts. With ties, the number is
-    averaged over all ways to break them.
+    For each pair, the surface that was chosen more often counts as preferred. If pairs are tied,
+    the number of circular triads is averaged over all ways to break the ties.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
 
 
 def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return the number of circular triads, averaged over all ways to break ties, by table.
+    """Return each table's number of circular triads, averaged over all ways to break ties.
 
     Parameters
     ----------
@@ -112,8 +112,8 @@ class StochasticTransitivity:
 
     Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity
     requires that A is also chosen over C at least half of the time. Moderate transitivity requires
-    that this proportion is at least as large as the smaller of the first two proportions, and
-    strong transitivity that it is at least as large as the larger.
+    that this proportion is at least as large as the smaller of the first two proportions. Strong
+    transitivity requires that this proportion is at least as large as the larger of them.
     """
 
     triads: int

@@ -82,10 +82,10 @@ def _weights(task: TaskMap, axes: list[str]) -> Markup:
             [each.participant, *map(number, each.weights), unit_number(each.r2)]
             for each in task.people
         ],
-        "Weights of squared distances along the group map's axes, for participants who rated every "
-        "pair; r²: proportion of variance explained in their squared dissimilarities. The axes "
-        "come from the group map; unlike in INDSCAL, they are not estimated together with the "
-        "weights.",
+        "Weights of squared distances along the axes of the group map, for participants who rated "
+        "every pair. r²: proportion of the variance of a participant's squared dissimilarities "
+        "that the weighted distances explain. Unlike in INDSCAL, the axes are not estimated "
+        "together with the weights.",
     )
 
 

@@ -2,8 +2,8 @@
 
 Each participant's dissimilarities are averaged over orders and repetitions, and divided by their
 root mean square, so that all participants have equal weight. In free sorting, the dissimilarity of
-a pair is the proportion of participants who put the two items into different groups. Individual
-sorting values are 0 or 1, so no weights are computed.
+a pair is the proportion of participants who put the two items into different groups. For a single
+participant, this dissimilarity is 0 or 1, so no weights are computed.
 
 The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF function
 of scikit-learn starts from the classical solution and from random maps; the solution with the
@@ -58,7 +58,7 @@ class Person:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class TaskMap:
-    """The map for one task.
+    """The multidimensional scaling map for one task.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ class TaskMap:
 
 
 def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
-    """Return the map for each dissimilarity-rating task."""
+    """Return the multidimensional scaling map for each task."""
     trials = inputs.data.of(TRIALS)
     if not len(trials) or trials["catch"].all():
         return NotComputed("no dissimilarity ratings")

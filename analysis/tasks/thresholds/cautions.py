@@ -1,8 +1,8 @@
 """Warn about biases that simulations found in population thresholds.
 
-The biases in `CAUTIONS` explain every 95 % interval with a coverage below .93 or above .97 in the
-table of `benchmarks.population_thresholds` (docs/validation/measured/statistics.md). Biases of just
-noticeable differences come from 120 simulated data sets per case, as in the tests of
+In the table of `benchmarks.population_thresholds` (docs/validation/measured/statistics.md), every
+coverage of a 95 % interval below .93 or above .97 is explained by a bias in `CAUTIONS`. Biases of
+just noticeable differences come from 120 simulated data sets per case, as in the tests of
 `friction_axis`: 6 people who never lapse, with 20 comparisons at each of 5 levels.
 """
 
@@ -25,10 +25,10 @@ class Caution(NamedTuple):
     applies : callable
         Function that returns whether the bias affects a task.
     observers : tuple of str
-        Rows of the benchmark table whose coverage the bias explains.
+        Rows of the benchmark table in which this bias explains the coverage.
     coverage : tuple of (int, float)
-        Pairs of number of people and coverage of 95 % intervals. Empty if coverage is between .93
-        and .97.
+        Number of people and coverage of the 95 % interval, as pairs. Empty if the coverage is
+        between .93 and .97.
     """
 
     text: str
@@ -78,8 +78,8 @@ CAUTIONS = (
     Caution(
         "Without catch trials, the lapse rate of people who never lapse is overestimated on "
         "average, and their just noticeable difference is too small (by 6 % in simulations with 6 "
-        "people and 100 answers each, and by 11 % in friction measured with error). With 20 catch "
-        "trials per person, the estimate is unbiased",
+        "people and 100 answers each; by 11 % if it is a difference in friction, measured with "
+        "error). With 20 catch trials per person, the estimate is unbiased",
         lambda task: task.method == COMPARED and _without_catches(task),
     ),
 )

@@ -95,7 +95,7 @@ def functions(found: TaskThresholds, trials: pd.DataFrame, quantity: Quantity) -
 
 
 def within_answers(line: PsychometricFunction, rows: pd.DataFrame) -> PsychometricFunction:
-    """Limit the asymptotes of a participant's curve to the proportions at the extreme levels.
+    """Let the asymptotes of a participant's curve include the proportions at the extreme levels.
 
     For a participant without errors, the estimated lapse rate is the posterior mean, which is above
     0. A curve with this lapse rate would not reach the observed 100 %.

@@ -36,7 +36,7 @@ TARGET_FRICTION, OTHER_FRICTION = "target_friction", "other_friction"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FrictionThreshold:
-    """The threshold of the population in measured friction.
+    """The population threshold, expressed as a change in measured friction.
 
     Parameters
     ----------
@@ -60,7 +60,8 @@ class FrictionThreshold:
     scatter : float
         Standard deviation of single-trial changes around the mean per participant and plate level.
     participants : Mapping of str to float
-        Change at each participant's threshold, shrunk towards the population.
+        Change in the coefficient of friction at each participant's threshold, shrunk towards the
+        population mean.
     n, answers, left_out : int
         Counts of participants, of answers, and of trials without a measurement.
     """

@@ -133,8 +133,8 @@ class PopulationThreshold:
         Thresholds by group, by session, by each study factor and by all factors combined. Variables
         with a single level, or with fewer than `FEWEST` participants at a level, are left out.
     better_curve : str
-        For comparisons, the linear or logarithmic counterpart of the curve if it fits clearly
-        better. Otherwise empty.
+        For comparisons, the curve of the same shape on the other axis (linear or logarithmic), if
+        that curve fits clearly better. Otherwise empty.
     """
 
     threshold_um_pp: Estimate
@@ -250,7 +250,7 @@ def _half_width(slope: Estimate, curve: Curve, middle: float) -> Estimate:
 def _better_curve(
     fit: HierarchicalFit, curve: str, counted: pd.DataFrame, right: tuple[int, int]
 ) -> str:
-    """Return a curve's linear or logarithmic counterpart, or "" unless it fits clearly better."""
+    """Return the curve on the other axis if that curve fits clearly better, otherwise ""."""
     other, levels = OTHER_AXIS[curve], counted["level_um_pp"].to_numpy(float)
     if levels.min() <= 0:
         return ""

@@ -178,10 +178,10 @@ def told_choices(
 
 
 def _methods(frame: pd.DataFrame) -> dict[str, str]:
-    """Return the method of each task with constant stimuli.
+    """Return "two_interval" or "comparison" for each task with constant stimuli.
 
-    Answers are right or wrong if all comparisons lie on one side of the standard and the
-    participant chooses an interval. All other tasks are comparisons around the standard.
+    Answers are right or wrong (two-interval) if all levels lie on one side of the standard and
+    participants choose an interval. In all other tasks, levels are compared with the standard.
     """
     found = {}
     for task, rows in frame.groupby("task"):

@@ -1,9 +1,9 @@
 """Estimate the threshold of a staircase as the mean of its last reversals.
 
 The method follows Levitt (1971, Journal of the Acoustical Society of America 49, 467-477). The
-recorded answers of each track are replayed with the rule in the study file. This yields the
-reversals of the session, even if a trial was taken back. Tracks are separate for each condition,
-session and run. Tracks with fewer reversals than requested are omitted and counted.
+recorded answers of each track are replayed with the rule in the study file. The reversals are
+therefore those of the session, even if a trial was voided later. Tracks are separate for each
+condition, session and run. Tracks with fewer reversals than requested are omitted and counted.
 
 A participant's value is the mean across tracks (the geometric mean on a logarithmic scale). The
 value estimates the level at which steps up and down balance (`UpDown.target`), not the midpoint of
@@ -31,7 +31,7 @@ from slipscale.experiments.protocol_parts.adaptive.up_down import UpDownTrack
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonReversals:
-    """A participant's mean of reversals in one condition; NaN if no track has enough reversals."""
+    """A participant's mean reversal level in a condition; NaN if no track has enough reversals."""
 
     participant: str
     mean_um_pp: float
@@ -39,7 +39,7 @@ class PersonReversals:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ConditionReversals:
-    """Means of reversals in one condition.
+    """Mean reversal levels in one condition.
 
     Parameters
     ----------

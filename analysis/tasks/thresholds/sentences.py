@@ -29,7 +29,7 @@ MEANT = {
     "three_interval": ("", f"{_HALF_WAY} (three-interval forced choice)"),
     COMPARED: (
         "point of subjective equality ",
-        "for a typical participant (n = {n}), at which half of the answers are “{q.more}”",
+        "for a typical participant (n = {n}); at this level, half of the answers are “{q.more}”",
     ),
 }
 
@@ -121,7 +121,9 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
 
     left_out = sum(each.left_out for each in found.conditions)
     tracks = sum(each.tracks for each in found.conditions)
-    short = f" {left_out} of {tracks} tracks have fewer reversals and are left out."
+    short = (
+        f" {left_out} of {tracks} tracks have fewer than {found.last} reversals and are left out."
+    )
     means = "; ".join(map(mean, found.conditions))
     return (
         f"Mean of the last {found.last} reversals per track (Levitt, 1971), which estimates the "

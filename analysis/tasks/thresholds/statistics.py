@@ -94,11 +94,12 @@ class TaskThresholds:
     population : PopulationThreshold or NotComputed
         Population threshold or, for a comparison, point of subjective equality.
     weber_fraction : Estimate or NotComputed
-        Population threshold (for a comparison, half-width of the curve) divided by the standard.
+        Population threshold divided by the standard. For a comparison, the half width of the curve
+        is divided by the standard instead.
     reversals : Reversals or NotComputed
         Means of the last reversals, if requested in the study file.
     friction : FrictionThreshold or NotComputed
-        Population threshold in measured friction, if requested in the study file.
+        Population threshold as a change in measured friction, if requested in the study file.
     """
 
     task: str
@@ -236,7 +237,7 @@ def _fit(
 
 
 def _correct(rows: pd.DataFrame, method: str) -> int:
-    """Count correct answers, without comparisons that are equal to the standard."""
+    """Count correct answers, except those to comparisons that are equal to the standard."""
     if method != COMPARED:
         return int(rows["correct"].sum())
     more = rows["level_um_pp"] - rows["standard_um_pp"]

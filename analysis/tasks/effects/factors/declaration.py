@@ -133,8 +133,8 @@ def _changes(found: FactorEffects, level: str) -> Markup:
             for each in found.changes
         ],
         "Mean changes from the first condition across participants, with t-based "
-        "intervals, and estimates from a mixed model of all trials, whose ratio applies "
-        "at the mean logarithmic level. The model assumes that exponents change equally "
+        "intervals, and estimates from a mixed model of all trials. The model's ratio is "
+        "the ratio at the mean logarithmic level. The model assumes that exponents change equally "
         f"for all participants; otherwise, the model's intervals are too narrow.{bound}",
     )
 

@@ -79,7 +79,8 @@ class ConditionChange:
     exponent_p_holm, log_ratio_p_holm : float or None
         p-values, Holm-corrected across the conditions of the factor.
     mixed_exponent, mixed_log_ratio : FixedEffect or NotComputed
-        Differences estimated by the mixed model. The log ratio applies at the mean log level.
+        Differences estimated by the mixed model. The log ratio is the difference in log estimates
+        at the mean log level.
     """
 
     condition: str
@@ -107,7 +108,7 @@ class TwoWay:
     Parameters
     ----------
     n : int
-        Number of participants with every level in every condition.
+        Number of participants who have an estimate for every level in every condition.
     factor, amplitude, interaction : Effect
         Effects with Greenhouse-Geisser-corrected degrees of freedom.
     """

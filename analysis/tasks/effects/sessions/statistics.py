@@ -58,7 +58,8 @@ class SessionMeasure:
     agreement : IntraclassCorrelation or NotComputed
         Test-retest reliability as ICC(A,1), the absolute agreement of single sessions.
     table : DataFrame
-        Values of these participants (rows) in each session (columns). Not included in JSON.
+        Values of the measure. Rows are the ``n`` participants, and columns are sessions. Not
+        included in JSON.
     """
 
     name: str

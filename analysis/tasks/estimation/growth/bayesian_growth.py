@@ -62,7 +62,7 @@ class IndividualExponent:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PredictiveCheck:
-    """Posterior predictive check, which compares a statistic of the data with predicted data.
+    """Posterior predictive check of one statistic of the data.
 
     Parameters
     ----------

@@ -154,8 +154,7 @@ class GrowthFit:
     estimated : int
         Number of estimated parameters.
     at_bound : tuple of str
-        Parameters that fit equally well at a limit of the search range, because the data do not
-        determine them.
+        Parameters that the data do not determine: a limit of the search range fits equally well.
     """
 
     parameters: Mapping[str, float]
@@ -180,7 +179,7 @@ class RankedFit:
     delta_aicc : float or None
         AICc minus the smallest AICc; None if AICc is not defined.
     weight : float
-        Akaike weight; 0 without an AICc.
+        Akaike weight; 0 if AICc is not defined.
     """
 
     fit: GrowthFit

@@ -44,9 +44,10 @@ class FrictionGrowth:
     Parameters
     ----------
     comparison : GrowthComparison
-        Comparison of growth functions of the predicted reduction.
+        Comparison of functions that relate estimates to the predicted reduction in friction.
     exponent : MeanOverParticipants or NotComputed
-        Mean exponent of participants' power functions of the predicted reduction.
+        Mean exponent of the power functions that relate each participant's estimates to the
+        predicted reduction.
     reduction : Mapping
         Predicted reduction in friction (0 to 1) by amplitude (µm peak to peak).
     shared_load : Mapping
@@ -85,7 +86,7 @@ class IndividualGrowth:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Growth:
-    """Growth functions for amplitude, for predicted friction and for individual participants.
+    """Growth functions of amplitude and of predicted friction, and each participant's best one.
 
     ``friction`` is None if the stimuli are not plate amplitudes.
     """
@@ -100,7 +101,7 @@ class Growth:
 
 
 def growth(data: Prepared) -> Growth | NotComputed:
-    """Compare growth functions for amplitude, predicted friction and individual participants."""
+    """Compare growth functions of amplitude and of predicted friction, and for each participant."""
     if data.refused:
         return NotComputed(data.zero_sentence)
     found = compare(data.logs, data.quantity)
@@ -132,8 +133,8 @@ def _individual(data: Prepared) -> IndividualGrowth | NotComputed:
 def predicted_reduction(amplitude_um_pp: float) -> float:
     """Return the relative reduction in friction, 1 - µ'/µ, predicted by the squeeze-film model.
 
-    The prediction uses the full Reynolds equation (3) and equation (15), at the working point in
-    the paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and 0.5 N; see
+    The prediction uses the full Reynolds equation (3) and equation (15), with the roughness and the
+    frequency in the paper's Section IV (h_r = 0.6 µm, 30.5 kHz) and a normal force of 0.5 N; see
     `VirtualSurface.predicted_relative_friction`.
     """
     from slipscale.stimuli.surface import VirtualSurface  # noqa: PLC0415
