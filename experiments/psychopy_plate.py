@@ -66,7 +66,7 @@ class SlipscalePlate(BaseDevice):  # type: ignore[misc] # PsychoPy ships without
         return self._plate.read_back().level
 
     def check(self) -> None:
-        """Raise a `PlateFault` if the plate has failed. Fast enough for every frame."""
+        """Raise `PlateFault` if the plate has failed; the check is fast enough for every frame."""
         self._plate.check()
 
     def silence(self) -> None:

@@ -168,7 +168,7 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
     figure : Figure
         Figure to write. Its layout is computed only once, so that it is the same in all formats.
     path : Path
-        Path of the file. Its suffix defines the format, unless ``suffixes`` are given.
+        Path of the file. The path's suffix defines the format, unless ``suffixes`` are given.
     suffixes : tuple of str
         Keys of `FORMATS`. For each suffix, a file is written next to ``path``.
     """

@@ -126,7 +126,7 @@ MOST_SHOWN = 8
 
 
 def room_of(key: str) -> Room:
-    """Return the space for the text with a given key.
+    """Return the screen space available for the text with a given key.
 
     >>> room_of("matching.title").where
     'the one-line title of a screen'
@@ -159,7 +159,7 @@ def not_drawn(text: str) -> str:
 
 
 def _fonts(text: str) -> str:
-    """Return a note that names fonts containing letters that the window's font lacks."""
+    """Return a note that lists fonts for the scripts of a text that the screen cannot display."""
     scripts = [unicodedata.name(each, "").split(" ")[0].split("-")[0] for each in text]
     names = dict.fromkeys(FONTS[script] for script in scripts if script in FONTS)
     return f" (fonts that contain these letters: {', '.join(names)})" if names else ""

@@ -1,8 +1,8 @@
 """Load and check the texts that participants read.
 
-Texts are shipped in English and French. A study file can replace them, or add a language with a
-text for every key. If a later version of Slipscale adds keys and resumes a run in such a language,
-it shows the English text for the new keys.
+Slipscale includes these texts in English and French. A study file can replace individual texts, or
+add a language with a text for every key. If a later version of Slipscale adds keys and resumes a
+run in such a language, it shows the English text for the new keys.
 """
 
 from __future__ import annotations
@@ -193,7 +193,7 @@ def blanks(text: str) -> set[str] | None:
 
 
 def answers(text: str) -> list[str]:
-    """Split a text into the answers that it lists.
+    """Split a text at each ``|``, and return the list of answers.
 
     >>> answers("not sure | sure")
     ['not sure', 'sure']

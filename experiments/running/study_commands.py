@@ -72,7 +72,7 @@ def _label(stem: str) -> str:
 
 
 def texts(name: str, language: str, path: Path) -> str:
-    """Write a texts file for a language that a study adds, and return a message.
+    """Write a language file for a language that a study adds, and return a message.
 
     Raises
     ------

@@ -80,57 +80,59 @@ class Thresholds(FrozenTable):
 
     falling_steps: Annotated[int, Field(ge=1)] | None = setting(
         None,
-        "Flag non_monotone: the mean estimate decreases on at least this number of steps from "
-        "one amplitude to the next. The default is the number that at most 1 in 20 participants "
-        "who feel no difference would reach (3 of 3 steps, 4 of 4, 5 of 6).",
+        "Flag non_monotone: raised if the mean estimate decreases on at least this number of steps "
+        "from one amplitude to the next. The default is the number that at most 1 in 20 "
+        "participants who feel no difference would reach (3 of 3 steps, 4 of 4, 5 of 6).",
         unit="steps",
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = setting(
         2,
-        "Flag constant: a participant gives at most this number of different estimates for three "
-        "or more amplitudes.",
+        "Flag constant: raised if a participant gives at most this number of different estimates "
+        "for three or more amplitudes.",
         unit="different estimates",
     )
     zero_share: Share = setting(
         0.25,
-        "Flag zeros: more than this proportion of the estimates for amplitudes above 0 are zero.",
+        "Flag zeros: raised if more than this proportion of the estimates for amplitudes above 0 "
+        "are zero.",
     )
     timed_out_share: Share = setting(
-        0.1, "Flag timed_out: largest accepted proportion of trials without an answer."
+        0.1, "Flag timed_out: raised if more than this proportion of trials has no answer."
     )
     fast_share: Share = setting(
-        0.05, "Flag fast: largest accepted proportion of answers faster than fast_s."
+        0.05, "Flag fast: raised if more than this proportion of answers is faster than fast_s."
     )
     fast_s: Annotated[float, Field(gt=0)] = setting(
         0.2, "Response time below which an answer counts as fast."
     )
     outlier_sd: Annotated[float, Field(gt=0)] = setting(
         4.5,
-        "Flag outlying: an estimate deviates from the participant's own pattern by more than "
-        "this number of robust standard deviations. A robust standard deviation is 1.4826 times "
-        "the median absolute deviation of the log residuals; the variances at the amplitude and "
-        "at all amplitudes are averaged.",
+        "Flag outlying: raised if an estimate deviates from the participant's own pattern by more "
+        "than this number of robust standard deviations. A robust standard deviation is 1.4826 "
+        "times the median absolute deviation of the log residuals. The variance at the estimate's "
+        "own amplitude and the variance across all amplitudes are averaged.",
         unit="robust standard deviations",
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = setting(
         0.5,
-        "Flag unreliable: smallest accepted correlation between the first and second halves of the "
-        "repetitions.",
+        "Flag unreliable: raised if the correlation between the first and second halves of the "
+        "repetitions is smaller than this value.",
         unit="correlation, -1 to 1",
     )
     drift_factor: Annotated[float, Field(gt=1)] = setting(
         2.0,
-        "Flag drift: estimates increase or decrease by more than this factor from the first trial "
-        "to the last, and significantly (p < .05).",
+        "Flag drift: raised if estimates increase or decrease by more than this factor from the "
+        "first trial to the last, and the change is significant (p < .05).",
         unit="factor",
     )
     false_alarm_share: Share = setting(
-        0.5, 'Flag false_alarms: largest accepted proportion of catch steps answered "yes".'
+        0.5,
+        'Flag false_alarms: raised if more than this proportion of catch steps is answered "yes".',
     )
     fault_share: Share = setting(
         0.25,
-        "Flag faults: largest accepted proportion of trials with a plate fault or a repeated "
-        "presentation.",
+        "Flag faults: raised if more than this proportion of trials has a plate fault or a "
+        "repeated presentation.",
     )
 
 

@@ -1,8 +1,8 @@
 """Factors of a study, which are crossed with its levels: parameters or other conditions.
 
 Each combination of the factors' levels is a condition. A task is run once per condition; the order
-of conditions follows a Williams design across participants. Protocols do not handle conditions:
-trials are renumbered here, and each factor becomes a column of the task's table.
+of conditions follows a Williams design across participants. Protocols need no code for conditions,
+because this module renumbers the trials, and adds a column for each factor to the task's table.
 """
 
 from __future__ import annotations
@@ -66,14 +66,14 @@ class Factor(FrozenTable):
     )
     simulated: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = Field(
         default_factory=dict,
-        description="Number by which a level multiplies the sensation of simulated people; "
+        description="Multiplier for the sensation of simulated people at each level of the factor; "
         "default: 1.",
     )
     simulated_growth: dict[str, Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]] = (
         Field(
             default_factory=dict,
-            description="Number by which a level multiplies the exponent of simulated people's "
-            "sensation, without changing the strongest sensation; default: 1.",
+            description="Multiplier for the exponent of simulated people's sensation at each level "
+            "of the factor; the strongest sensation does not change. Default: 1.",
         )
     )
     simulated_sd: float = Field(

@@ -119,7 +119,7 @@ def study_text(name: str) -> str:
 
 
 def parse_whole(text: str, name: str) -> tuple[Study, str]:
-    """Return the study that a text defines, and the text with texts files and images inserted.
+    """Return the study that a text defines, and its text with language files and images inserted.
 
     Raises
     ------
@@ -134,7 +134,7 @@ def parse_whole(text: str, name: str) -> tuple[Study, str]:
 
 
 def read_study(name: str) -> tuple[Study, str]:
-    """Return a study and its complete text, which includes the content of its texts files."""
+    """Return a study and its complete text, which includes the content of its language files."""
     text = study_text(name)
     LOG.info("read study %s: %d characters", name, len(text))
     try:

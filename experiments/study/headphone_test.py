@@ -5,7 +5,8 @@ and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antip
 the air. The test thus detects headphones that are not worn, not plugged in or not selected. The
 test by Milne and others (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but
 rejects a fifth of the headphone users. The antiphase tone cannot reveal a silent side, so noise is
-first played to each ear separately. If a participant fails, the operator decides what to do.
+first played to each ear separately. If a participant fails the test, the operator decides what to
+do.
 """
 
 from __future__ import annotations
@@ -55,7 +56,7 @@ class HeadphoneTest(FrozenTable):
     @model_validator(mode="after")
     def _passable(self) -> HeadphoneTest:
         if self.needed > self.trials:
-            raise ValueError("expected at most the number of trials")
+            raise ValueError("expected no more than the number of trials")
         return self
 
     def steps(self, context: Context, texts: Texts, noise: NoiseInEar | None) -> Steps:

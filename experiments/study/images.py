@@ -1,6 +1,6 @@
-"""Read the images of friction maps, and insert them into the study's text.
+"""Embed the images of friction maps in the text of a study file.
 
-The images are inserted when the study is read, because journals and data sets contain only the
+The images are embedded when the study is read, because journals and data sets contain only the
 study's text.
 """
 
@@ -15,7 +15,7 @@ from slipscale.stimuli.friction_map import MOST_PIXELS, WHITE, Greys, packed
 
 
 def with_images(text: str, source: str) -> str:
-    """Return a study's text with the images of its friction maps inserted.
+    """Return the text of a study file with the images of its friction maps embedded.
 
     Parameters
     ----------

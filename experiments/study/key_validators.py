@@ -49,7 +49,7 @@ def valid_attribute_words(
     if language not in value and language in languages() and judged not in ATTRIBUTES:
         raise ValueError(
             f"{expected_one_of(judged, list(ATTRIBUTES))}, got attribute '{judged}'; or state "
-            f"adjective and noun in [attribute_words.{language}]"
+            f"an adjective and a noun in [attribute_words.{language}]"
         )
     return value
 
@@ -63,19 +63,19 @@ def valid_vary(value: str, info: ValidationInfo) -> str:
 
 
 def valid_stimulus(value: StimulusTable | None, info: ValidationInfo) -> StimulusTable | None:
-    """Require fixed parameters if a parameter is varied, and none otherwise."""
+    """Require the table of fixed parameters if a parameter is varied, and reject it otherwise."""
     vary = info.data.get("vary", "")
     if value is None and vary:
         raise ValueError(f"expected the table [stimulus], because {vary} is varied")
     if value is not None and not vary:
-        raise ValueError("expected vary, the key of the varied parameter")
+        raise ValueError("expected the key vary, which names the varied parameter")
     if value is not None:
         refuse(value.faults(_levels(info).vary), within=True)
     return value
 
 
 def valid_plate(value: PlateSettings, info: ValidationInfo) -> PlateSettings:
-    """Require a limit that is given in the plate's quantity."""
+    """Require the plate's limit unless the default, in µm, fits the plate's quantity."""
     refuse(_levels(info).unstated(("plate",), value))
     return value
 
@@ -88,7 +88,7 @@ def valid_stroke(value: Stroke | None, info: ValidationInfo) -> Stroke | None:
 
 
 def valid_levels(value: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-    """Require levels that differ and that the plate can present."""
+    """Require different levels, all of which the plate can present."""
     faults = list(_levels(info).unpresentable(("levels",), *value))
     if len(set(value)) < len(value):
         faults.append((("levels",), {"msg": "expected different values"}))
@@ -97,7 +97,7 @@ def valid_levels(value: tuple[float, ...], info: ValidationInfo) -> tuple[float,
 
 
 def valid_textures(value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Texture, ...]:
-    """Require textures that the plate can play and that have different names."""
+    """Require textures with different names, all of which the plate can present."""
     faults = list(named_twice("textures", [texture.name for texture in value]))
     for number, texture in enumerate(value):
         faults += _levels(info).beyond(("textures", number), texture.surface())
@@ -110,7 +110,7 @@ def valid_textures(value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Te
 
 
 def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Factor, ...]:
-    """Require factors that can be crossed and that have different names."""
+    """Require factors with different names, all of which can be crossed."""
     faults = list(named_twice("factors", [factor.name for factor in value]))
     for number, factor in enumerate(value):
         faults += uncrossable(("factors", number), factor, info.data)
@@ -125,7 +125,7 @@ def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Fact
 
 
 def valid_tasks(tables: object, info: ValidationInfo) -> object:
-    """Return the options of each task; require tasks that are possible in this study."""
+    """Return the options of each task; raise an error if a task is impossible in this study."""
     if not isinstance(tables, list | tuple):
         raise ValueError("expected [[tasks]] tables, each with a protocol")  # noqa: TRY004 - pydantic gathers ValueErrors
     faults: list[Fault] = []

@@ -81,11 +81,11 @@ class Levels:
 
     @property
     def quantity(self) -> Quantity:
-        """Quantity of the levels: the varied parameter's or, by default, the plate's."""
+        """Quantity in which levels are given: the varied parameter or, by default, the plate's."""
         return PARAMETERS[self.vary].parameter.quantity(self.made) if self.vary else self.made
 
     def varied(self, levels: tuple[float, ...]) -> Varied | None:
-        """Return the varied stimulus at the first level, or None if either is missing."""
+        """Return the varied stimulus at the first level; None if the study has no such stimulus."""
         if not (self.vary and self.stimulus and levels):
             return None
         return self.stimulus.varied(self.vary, levels[0])

@@ -89,8 +89,8 @@ class Study(FrozenTable):
         default=QuantityTable(),
         validation_alias="quantity",
         description="Quantity that the plate produces, in which levels are given; default: the "
-        "vibration amplitude in µm peak to peak. For another quantity, the names of keys end in "
-        "its unit.",
+        "vibration amplitude in µm peak to peak. If the plate produces another quantity, the names "
+        "of keys end in the unit of that quantity.",
     )
     attribute: str = setting(
         "",
@@ -99,9 +99,9 @@ class Study(FrozenTable):
     )
     attribute_falls: Switch = setting(
         False,
-        "Whether the attribute decreases with the level, as roughness may with spatial period. "
-        "If so, a forced choice for the higher level asks which surface is less rough, and trend "
-        "tests expect a decrease.",
+        "Whether the attribute decreases as the level increases, as roughness may with spatial "
+        "period. If true, trend tests expect a decrease, and a forced choice that looks for the "
+        "higher level asks which surface is less rough.",
     )
     attribute_words: Annotated[dict[str, StatedWords], AfterValidator(valid_attribute_words)] = (
         Field(
@@ -174,7 +174,7 @@ class Study(FrozenTable):
         "advance",
         "Position of further sessions and runs in the counterbalancing. advance: each takes the "
         "next position (the next Williams row, the other task order). same: all keep the "
-        "participant's position. Each run has a new order of surfaces in either case.",
+        "participant's position. With both settings, each run has a new order of surfaces.",
     )
     keys: ParticipantKeys = setting(
         ParticipantKeys(),
@@ -209,8 +209,8 @@ class Study(FrozenTable):
     )
     private_files: Switch = setting(
         True,
-        "Whether only their owner can read journals and data set files, on systems that support "
-        "this. If false, the system's default permissions apply.",
+        "Whether journals and data set files can be read only by their owner, on systems that "
+        "support this. If false, the system's default permissions apply.",
     )
     analysis: AnalysisChoices = setting(
         AnalysisChoices(), "The planned data analysis, fixed before anyone sees the data."

@@ -1,8 +1,8 @@
-"""Insert texts files, which define additional languages, into a study's text.
+"""Insert language files, which contain texts in additional languages, into a study's text.
 
-The texts files are inserted when the study is read, because the study's stored text must record
-what participants read. Slipscale ships only languages that its developers could check, because
-participants cannot detect a bad translation.
+Language files are inserted when a study is read, because journals contain only the study's text,
+and must record what participants read. Slipscale ships only languages that its developers could
+check, because participants cannot detect a bad translation.
 """
 
 from __future__ import annotations
@@ -50,21 +50,22 @@ class _Table(RootModel[dict[str, Any]]):
 
 
 def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
-    """Return a study's text with its texts files inserted.
+    """Return the text of a study file with its language files inserted.
 
     Parameters
     ----------
     text : str
-        The study file's text. Text that is not TOML or lists no texts files is returned unchanged.
+        The study file's text. Text that is not TOML or lists no language files is returned
+        unchanged.
     source : str
-        The study file's path; texts files are located in the same folder.
+        The study file's path; language files are located in the same folder.
     absent : bool
         Whether to ignore missing files.
 
     Raises
     ------
     UserError
-        If a texts file cannot be read, is invalid or defines an existing language.
+        If a language file cannot be read, is invalid or defines an existing language.
     """
     if KEY not in text:
         return text
@@ -97,7 +98,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
         if language in available:
             raise UserError(
                 f"{path}: language '{language}' already exists; expected another language (to "
-                f"replace single texts of {', '.join(languages())}, use [texts] in the study "
+                f"replace individual texts of {', '.join(languages())}, use [texts] in the study "
                 "file)"
             )
         available.add(language)
@@ -113,7 +114,7 @@ def with_own_language(text: str, source: str, *, absent: bool = False) -> str:
 
 
 def _read(path: Path) -> tuple[str, Texts]:
-    """Read a texts file, and return its language and all entries that are not empty."""
+    """Read a language file, and return its language and all entries that are not empty."""
     try:
         text = path.read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
@@ -152,8 +153,8 @@ def _leaves(table: Mapping[str, object], prefix: str = "") -> Iterator[tuple[str
 def check_words(study: Study, source: str) -> None:
     """Raise `UserError` unless every text in a study can be shown on the screen.
 
-    Check only studies that are about to run: a recorded study keeps its texts, even if Slipscale
-    has since added or removed keys of texts.
+    Check only studies that are about to run. The study in a journal keeps its texts, even if a
+    later version of Slipscale adds or removes texts.
     """
     faults = [
         (0, f"texts.{language}{f'.{key}' if key else ''}: {sentence}")
@@ -165,7 +166,7 @@ def check_words(study: Study, source: str) -> None:
 
 
 def _faults(study: Study, language: str, own: Texts, source: str) -> Iterator[tuple[str, str]]:
-    """Yield a key and an error for each invalid text; for a whole language, the key is empty."""
+    """Yield a key and an error for each invalid text; the key is empty if texts are missing."""
     yield from unshown(own)
     if language in languages():
         return
@@ -194,12 +195,12 @@ def brought_texts(study: Study, language: str) -> dict[str, str]:
 
 
 def check_own_code(language: str) -> None:
-    """Raise `UserError` unless a study can define a language with this code."""
+    """Raise `UserError` if a language code is invalid, or if Slipscale includes the language."""
     if not CODE.fullmatch(language):
         raise UserError(f"--language {language}: expected a language code, such as de or pt-BR")
     if language in languages():
         raise UserError(
-            f"--language {language}: is a shipped language; to replace single texts, use "
+            f"--language {language}: this is a shipped language; to replace individual texts, use "
             f"[texts.{language}] in the study file"
         )
 
@@ -213,7 +214,7 @@ def with_room_for(text: str, source: str, language: str) -> str:
 
 
 def template(study: Study, language: str) -> str:
-    """Return a template for a texts file: each key with its English text and screen position.
+    """Return a template for a language file: each key with its English text and screen position.
 
     Existing texts in the language are included.
     """

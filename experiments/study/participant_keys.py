@@ -44,7 +44,7 @@ class ParticipantKeys(FrozenTable):
     again: Key = setting(
         "",
         "Character of the key that presents the reference again in a matching task; default: r, "
-        "or a if r is the key to continue.",
+        "or a if r is the key for continuing.",
     )
 
     @field_validator("go_on")
@@ -72,7 +72,7 @@ class ParticipantKeys(FrozenTable):
         return self
 
     def texts(self) -> dict[str, str]:
-        """Return the names of the keys and, if set, the use of touch, as texts of the screen."""
+        """Return the screen texts that name the keys and, if set, enable the touch buttons."""
         again = self.again or next(key for key in AGAIN if key != self.go_on.casefold())
         named = {"window.go_on_key": self.go_on, "window.again_key": again}
         if self.yes:

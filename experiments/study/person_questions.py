@@ -43,7 +43,7 @@ def distinct(
 
 
 class PersonQuestion(FrozenTable):
-    """A question about the participant, which must not concern the participant's name.
+    """A question about the participant; it must not ask for the participant's name.
 
     Either ``options`` or, for a whole number, ``minimum`` and ``maximum`` are required.
     """
@@ -60,9 +60,9 @@ class PersonQuestion(FrozenTable):
     ) = setting(
         None,
         "Possible answers, all different. Each of up to nine options has a number key; longer "
-        "lists scroll, and are answered with numbers, arrow keys or a mouse. In a table, each "
-        "code that is stored in the data has words in each language; in a list, the words are "
-        "also the codes, in every language.",
+        "lists scroll, and are answered with numbers, arrow keys or a mouse. A table "
+        "gives the wording in each language for each code that is stored in the data. A list gives "
+        "wordings that are shown in every language and also stored in the data.",
     )
     minimum: Whole | None = setting(
         None,
@@ -84,7 +84,7 @@ class PersonQuestion(FrozenTable):
     @classmethod
     def _free(cls, value: str) -> str:
         if value in (*TAKEN, CONSENT):
-            raise ValueError("expected another name: this one is already a column")
+            raise ValueError("expected another name: a column with this name already exists")
         return value
 
     @model_validator(mode="after")
@@ -155,7 +155,7 @@ def unanswerable(
 ) -> Iterator[Fault]:
     """Yield the location and a message for each question that cannot be asked in a language.
 
-    ``known`` contains the available languages. Translations into others are also reported.
+    ``known`` contains the available languages. Translations into other languages are also reported.
     """
     for number, question in enumerate(questions):
         for key in {key for key, each in question.languages() if each not in known}:

@@ -51,7 +51,7 @@ class Item(FrozenTable):
     @classmethod
     def _free(cls, value: str) -> str:
         if value in (*TAKEN, CONSENT, *ROW):
-            raise ValueError("expected another code: this one is already a column")
+            raise ValueError("expected another code: a column with this name already exists")
         return value
 
     _distinct = field_validator("options")(distinct)
@@ -70,8 +70,8 @@ class Questionnaire(FrozenTable):
         None, "Text shown before the first item; default: none."
     )
     options: Answers = Field(
-        description="Possible answers, as in `about_you`. In a table, each code that is stored "
-        "in the data has words in each language."
+        description="Possible answers, as in `about_you`. A table gives the wording in each "
+        "language for each code that is stored in the data."
     )
     when: Literal["before", "after"] = setting(
         "before", "Whether the questionnaire is presented before or after the tasks."
@@ -90,7 +90,7 @@ class Questionnaire(FrozenTable):
         ]
 
     def asks(self, language: str, texts: Mapping[str, str]) -> list[Ask]:
-        """Return the steps that ask each item in a language.
+        """Return the steps that present each item in a language.
 
         Raises
         ------
@@ -190,7 +190,7 @@ def unusable(
 def _place(
     place: tuple[str | int, ...], index: int, key: str, *, own: bool
 ) -> tuple[str | int, ...]:
-    """Return the location of an item's error; shared options belong to the questionnaire."""
+    """Return the location of an error: the item or, for shared options, the questionnaire."""
     if key == "options" and not own:
         return (*place, "options")
     return (*place, "items", index, key)

@@ -73,7 +73,7 @@ class RunPlan:
     study_name, study_text : str
         The study file's name and complete text, which the journal's first record contains.
     participant, session, run : str
-        Labels of letters and digits. ``session`` may be empty.
+        Labels that consist of letters and digits. ``session`` may be empty.
     seed : int
         The seed in the study file or, if given, on the command line.
     language : str
@@ -81,7 +81,8 @@ class RunPlan:
     mode : {"participant", "pilot"}
         Kind of run, stored so that a pilot cannot be mistaken for a participant's run.
     order_version : int
-        Version of the rule that generates orders, which must be the same when a run is resumed.
+        Version of the rule that generates presentation orders. A run can be resumed only if the
+        version is the same.
     population : str
         The `Population` that a pilot simulates (see
         `slipscale.experiments.participants.simulated_people.population`), as JSON with all
@@ -116,10 +117,10 @@ class RunPlan:
 
     @property
     def row(self) -> int:
-        """The participant's position in the counterbalancing, from 0, given by the label.
+        """The participant's position in the counterbalancing, from 0, derived from the label.
 
-        The position follows from the number at the label's end. Without a number, the position is
-        derived from a hash of the label, and such positions are not balanced.
+        The number at the end of the label determines the position. If the label does not end in a
+        number, the position is derived from a hash of the label and is not balanced.
         """
         number = _last_number(self.participant)
         if number is not None:

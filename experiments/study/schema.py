@@ -1,7 +1,8 @@
 """Generate the JSON Schema of study files for editors and reference documentation.
 
 The schema is generated on request, because it includes the protocols that a laboratory has
-installed. A stored schema would report the options of these protocols as errors.
+installed. Editors with a stored schema would report the options of a laboratory's own protocols as
+errors.
 """
 
 from __future__ import annotations
@@ -80,7 +81,7 @@ def study_schema() -> Schema:
 
 
 def _in_seconds(levels: list[str]) -> str:
-    """Return a pattern for the keys of levels in seconds, which excludes other durations."""
+    """Return a pattern that matches keys of levels in s, but no other keys that end in ``_s``."""
     varied = [each.parameter for each in PARAMETERS.values() if each.parameter.unit == "s"]
     nouns = [each.quantity(PLATE_AMPLITUDE).nouns for each in varied]
     return f"^({'|'.join([*nouns, *(key.removesuffix('_um_pp') for key in levels)])})_s$"

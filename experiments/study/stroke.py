@@ -8,7 +8,7 @@ The rules are:
   windows, unless no sensor measures them;
 - with ``passive``, a stage moves with the target speed and direction, and only the force is
   compared;
-- a trial with any exploration outside a window is rejected (voided) and repeated, at most
+- if an exploration is outside a window, the trial is rejected (voided) and repeated, at most
   ``repeat`` times.
 """
 
@@ -50,7 +50,7 @@ class Stroked:
     speed_mm_s, normal_n : float or None
         Mean speed and mean normal force.
     forward_share : float or None
-        Proportion of the path along the stroke in the direction of larger positions.
+        Fraction of the path length along the stroke that leads towards larger positions.
     """
 
     speed_mm_s: float | None = None
@@ -114,7 +114,7 @@ class Stroke(FrozenTable):
         """Yield an error for each setting that depends on a missing sensor or setting."""
         position = bool(plate.position)
         if self.passive and not (position and self.speed_mm_s):
-            message = "expected speed_mm_s, and a stage as position in [plate]"
+            message = "expected speed_mm_s, and a stage as the value of position in [plate]"
             yield ("stroke", "passive"), {"msg": message}
         if self.speed_mm_s and not (position or self.pacer):
             yield ("stroke", "speed_mm_s"), {"msg": "expected position in [plate], or pacer = true"}

@@ -53,7 +53,7 @@ class Cost(FrozenTable):
 
 
 class Simulated(FrozenTable):
-    """The growth of simulated people's sensations with the levels."""
+    """How the sensation of simulated people increases with the level."""
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
         None,
@@ -96,9 +96,9 @@ class PlateSettings(FrozenTable):
     )
     track_resonance: str = setting(
         "",
-        "SPEC of a vibrometer, vibrometer:PORT, used to measure the plate's resonance at three "
-        "frequencies before a trial if a generator or sound card drives the plate; default: the "
-        "calibrated frequency. A driver board tracks its resonance automatically.",
+        "SPEC of a vibrometer (vibrometer:PORT), which measures the plate's resonance at three "
+        "frequencies before a trial if a generator or sound card drives the plate; by default, "
+        "the calibrated frequency is used. A driver board tracks its resonance automatically.",
     )
     track_every_s: Positive = setting(
         120.0, "Shortest time between two measurements of the resonance."
@@ -181,7 +181,7 @@ class StimulusTable(_Parameters):
 
     image: str | None = setting(
         None,
-        "Name of a greyscale PNG file in the study file's folder, for a map. The image has one "
+        "For a map, the name of a greyscale PNG file in the study file's folder. The image has one "
         "or more rows of pixels along the stroke.",
     )
     pixels: str | None = setting(

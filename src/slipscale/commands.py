@@ -1,8 +1,8 @@
 """Run the command line, and import each command only when it is called.
 
 The module of a command contains a dict ``COMMANDS``, which maps the name of the command to a pair
-of functions ``(add_arguments, run)``. The first adds arguments to a parser. The second takes the
-parsed arguments and returns the exit status.
+of functions ``(add_arguments, run)``. The function ``add_arguments`` adds arguments to a parser.
+The function ``run`` takes the parsed arguments and returns the exit status.
 """
 
 from __future__ import annotations
@@ -119,8 +119,10 @@ def usage() -> str:
     for title, group in GROUPS.items():
         lines += ["", f"{title}:"]
         lines += [f"  {name:<12} {purpose}" for name, (_, purpose, _) in group.items()]
-    lines += ["", "slipscale COMMAND --help shows a command's options and an example;"]
-    lines += ["--verbose reports its steps; slipscale --version prints the version."]
+    lines += ["", "slipscale COMMAND --help shows the options of a command and an example."]
+    lines += [
+        "With --verbose, a command reports its steps; slipscale --version prints the version."
+    ]
     return "\n".join(lines)
 
 
@@ -160,7 +162,7 @@ def main(arguments: list[str] | None = None) -> int:
 def _signals_end() -> list[str]:
     """Let the first signal raise KeyboardInterrupt, and any later signal end the process.
 
-    A signal that arrives after the command also ends the process.
+    After the command has finished, the first signal also ends the process.
     """
     import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
 

@@ -27,8 +27,9 @@ class Need:
     """Requirement of a command, which may depend on an option.
 
     ``command`` includes the subcommand, if there is one. ``option`` is a key in the result of
-    `options_of`, or "" if the requirement does not depend on an option. ``value`` is the value of
-    the option (or the driver in its SPEC) to which the requirement applies, or "" for any value.
+    `options_of`, or "" if the requirement does not depend on an option. ``value`` is the option's
+    value to which the requirement applies, or "" for any value. If the option is the SPEC of a
+    device, ``value`` is the driver's name.
     """
 
     command: str
@@ -246,7 +247,7 @@ def is_installed(module: str) -> bool:
 
 
 def unwritable(path: Path) -> str:
-    """Return why a path cannot be written, or an empty string if it can.
+    """Return the reason why a path cannot be written, or an empty string if it can be written.
 
     The nearest existing folder is checked, because missing folders are created later.
     """

@@ -142,5 +142,7 @@ def test_passive_strokes_and_a_stage_need_each_other(plan, tmp_path, position, p
 
 @pytest.mark.parametrize("line", ["\nspeed_mm_s = 50.0", '\nposition = "lasers:/dev/nowhere"'])
 def test_passive_strokes_need_a_speed_and_a_position(line):
-    with pytest.raises(UserError, match="expected speed_mm_s, and a stage as position"):
+    with pytest.raises(
+        UserError, match="expected speed_mm_s, and a stage as the value of position"
+    ):
         parse_study(STUDY.replace(line, ""), "passive")

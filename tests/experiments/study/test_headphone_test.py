@@ -226,7 +226,7 @@ def test_a_test_that_is_broken_off_says_so(laboratory, plan):
 @pytest.mark.parametrize(
     "keys, told",
     [
-        ("needed = 7", "expected at most the number of trials"),
+        ("needed = 7", "expected no more than the number of trials"),
         ("level_db = 3.0", "expected 0"),
         ("trials = 0", "expected 1"),
         ("loud = 1", "unknown key"),

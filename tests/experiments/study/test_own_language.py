@@ -59,7 +59,7 @@ def marked(key, text):
 
 
 def german(**changes):
-    """Return the lines of a whole texts file; a change to None leaves the text out."""
+    """Return the lines of a complete language file; a change to None leaves the text out."""
     words = {key: marked(key, text) for key, text in to_translate({}).items()}
     words |= {key.replace("__", "."): value for key, value in changes.items()}
     lines = [f"{key} = {_quoted(text)}" for key, text in words.items() if text is not None]
@@ -68,7 +68,7 @@ def german(**changes):
 
 @pytest.fixture
 def study(tmp_path):
-    """Return the study's path; its texts file is whole."""
+    """Return the study's path; its language file is complete."""
     (tmp_path / "texts.de.toml").write_text(german(), encoding="utf-8")
     path = tmp_path / "mine.toml"
     path.write_text(STUDY, encoding="utf-8")
