@@ -78,7 +78,7 @@ class Context:
     visit : int
         Index of the run among the participant's planned runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next position in the counterbalancing.
+        Whether each run of a participant takes the next position in the counterbalancing.
     session, run : str
         The run's labels. Each run has its own presentation orders.
     levels : tuple of float
@@ -96,7 +96,7 @@ class Context:
         Label of the combination of factor levels. Each combination has its own presentation
         orders.
     task : str
-        The label of the task, which also selects the task's random numbers.
+        The label of the task, from which the task's random numbers are generated.
     """
 
     seed: int
@@ -198,7 +198,7 @@ def truth(value: Value) -> str | None:
 
 
 def _of_its_name(record: TrialRecord, name: str = "") -> Value:
-    """Return the trial factor with the column's name or, if there is none, the answer."""
+    """Return the trial factor called ``name`` or, if there is no such factor, the answer."""
     factors = record.trial.factors
     value = factors[name] if name in factors else record.answer(name)
     return truth(value) if isinstance(value, bool) else value
@@ -211,9 +211,9 @@ class Column:
     Parameters
     ----------
     value : callable
-        Returns the column's value for a trial; None is written as missing. The default returns the
-        trial factor with the column's name or, if there is none, the answer with this name. Logical
-        values are written as true or false.
+        Returns the column's value for a trial; None is written as missing. By default, a column
+        contains the trial factor that has the same name as the column. If there is no such factor,
+        the column contains the answer with this name. Logical values are written as true or false.
     kind : {"number", "label", "text"}
         Cell type: a number, a label (such as a category or a name), or free text.
     description : str
@@ -235,7 +235,7 @@ class Column:
 
 
 def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
-    """Let each column without ``value`` read the trial factor or answer with its name."""
+    """Give each column without ``value`` the trial factor or answer that has the column's name."""
     return {
         name: replace(column, value=partial(_of_its_name, name=name))
         if column.value is _of_its_name
@@ -270,7 +270,7 @@ class Protocol:
     answer : str
         Column with the trial's main answer. The row's response time refers to this answer.
     instructions : str
-        Key of the instructions for the participant, which are quoted in the data set.
+        Text key of the participant's instructions. The data set quotes these instructions.
     simulated : Mapping
         Maps the name of each question to the function that answers it in a pilot
         (`slipscale.experiments.protocol_parts.simulated_answers`). If a function is missing, the
@@ -299,16 +299,16 @@ class Protocol:
         task collects the amplitudes.
     finest_level : callable, optional
         Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
-        in µm peak to peak, given the options and the context. The plate's tolerance must not
-        exceed this difference.
+        in µm peak to peak, given the options and the context. The tolerance of
+        the plate's amplitude must not exceed the smallest difference.
     check : callable, optional
         Raises `UserError` if options and context are incompatible.
     needs_position : callable
         Returns whether any surface depends on the finger's position, given the options. If so, the
         position must be measured. The default is False.
     textures : bool
-        Whether the protocol presents the study's textures. Protocols with textures require a column
-        ``texture``, unless their trials have intervals.
+        Whether the protocol presents the study's textures. If True, and ``intervals`` is not given,
+        the protocol must declare a column ``texture``.
     interval_columns : int
         Number of intervals for which the table has columns; set by `for_task`.
     package : str
@@ -357,7 +357,10 @@ class Protocol:
                 not re.fullmatch("[A-Za-z0-9]+", self.task),
                 "the task label must contain only letters and digits",
             ),
-            (self.answer not in self.response, f"'{self.answer}' must be a column of the response"),
+            (
+                self.answer not in self.response,
+                f"the answer '{self.answer}' must be one of the response columns",
+            ),
             (len(set(own)) < len(own), "each column must be declared once"),
             (
                 any(in_code(name) != name for name in (*names, *self.options.model_fields)),
@@ -399,9 +402,9 @@ class Protocol:
 def protocol_texts(protocol: Protocol, language: str) -> Mapping[str, str]:
     """Return the text that a protocol from another package provides in a language.
 
-    The result is empty for shipped protocols. If only the study defines this language, return the
-    protocol's English text, or another available translation; the study's translation then replaces
-    this text.
+    The result is empty for shipped protocols. If only the study defines the language, the result is
+    the protocol's English text or, without an English text, another translation. The study's
+    translation then replaces this text.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Report exceptions and invalid results of other packages' protocols as error messages.
 
-This module wraps the functions of another package's protocol, so that error messages name the
-package and the line.
+This module wraps the functions that another package's protocol provides. Error messages then name
+the package and the line.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ OVER = object()  # marks the end of the steps
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
-    """Wrap the functions of another package's protocol."""
+    """Wrap the functions that another package's protocol provides."""
     named = protocol.named
 
     def watched(function: Callable[..., Any], what: str) -> Callable[..., Any]:
@@ -84,8 +84,8 @@ def _cell(
         found = value(record)
         if not isinstance(found, CELL):
             raise UserError(
-                f"{subject} contains {type(found).__name__}, expected a text, a number, true or "
-                "false, or None"
+                f"{subject} contains {type(found).__name__}, expected a string, a number, "
+                "true, false or None"
             )
         return found
 
@@ -107,7 +107,7 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
                 return
             if not isinstance(step, STEPS):
                 raise UserError(
-                    f"{named} yield {type(step).__name__}, expected one of "
+                    f"{named} contain an object of type {type(step).__name__}, expected one of "
                     f"{', '.join(kind.__name__ for kind in STEPS)}"
                 )
             answer = yield step

@@ -59,7 +59,7 @@ class SimulatedPerson(Protocol):
 
     @property
     def felt_again(self) -> int:
-        """Number of times the reference has been repeated in an `Adjust` step."""
+        """Number of times that the reference was repeated in an `Adjust` step."""
 
     @property
     def felt_level(self) -> tuple[float, ...]:
@@ -75,7 +75,7 @@ class SimulatedPerson(Protocol):
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges largest.
 
-        The choice includes lapses and a bias towards one of the intervals.
+        Lapses and a bias towards one of the intervals can change the choice.
         """
 
     def says_yes(self, strength: float) -> bool:
@@ -146,7 +146,8 @@ def any_choice(step: Ask, person: SimulatedPerson) -> Value:
 def until_equal(step: Adjust, person: SimulatedPerson) -> int | str:
     """Adjust until the current surface seems equal to the surface felt first.
 
-    If the reference can be repeated, half of the matches repeat it once before the end.
+    If participants can feel the reference again, simulated participants do so once, before the end
+    of a match, in half of the matches.
     """
     reference, now = (each if person.rises else -each for each in person.impressions)
     if step.again and not person.felt_again and _has_reached(reference, now, person.turned):
@@ -217,9 +218,9 @@ ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
 
 
 def misfit(step: Ask | Adjust, value: object) -> str | None:
-    """Return why a value is not a valid answer to a question, or None if it is valid.
+    """Return the reason why a value is not a valid answer, or None if the value is valid.
 
-    Values are not checked for unknown question types.
+    Answers to unknown types of questions are not checked.
     """
     question = step if isinstance(step, Adjust) else step.question
     fits, words = ANSWERS.get(type(question), (lambda *_: True, ""))

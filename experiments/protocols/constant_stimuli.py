@@ -52,8 +52,8 @@ class ConstantStimuli(ComparingOptions):
     )
     question: Literal["forced_choice", "yes_no"] = setting(
         "forced_choice",
-        "forced_choice: which of two surfaces was more slippery; the comparison is first or "
-        "second equally often. yes_no: whether the second surface, which is always the "
+        "forced_choice: which of two surfaces was more slippery; the comparison is presented first "
+        "and second equally often. yes_no: whether the second surface, which is always the "
         "comparison, was more slippery.",
     )
     repetitions: AtLeastOne = setting(
@@ -84,7 +84,7 @@ def possible_levels(options: ConstantStimuli, context: Context) -> tuple[float, 
 
 
 def finest_level(options: ConstantStimuli, context: Context) -> tuple[float, float]:
-    """Return the smallest difference from the standard, and the larger of the two amplitudes."""
+    """Return the smallest difference from the standard, and the larger amplitude of that pair."""
     standard = options.standard_level
     others = [each for each in options.comparisons(context) if each != standard]
     nearest = min(others, key=lambda each: abs(each - standard))
@@ -198,8 +198,8 @@ PROTOCOL = Protocol(
     task="constantstimuli",
     title="Constant stimuli",
     description=(
-        "Each of several fixed {q.levels} is compared with a standard equally often. "
-        "Participants answer which of two surfaces was {q.more}, or whether the second surface "
+        "Several fixed {q.levels} are each compared with a standard, all equally often. "
+        "Participants report which of two surfaces was {q.more}, or whether the second surface "
         "was {q.more}."
     ),
     options=ConstantStimuli,

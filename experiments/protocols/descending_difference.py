@@ -51,7 +51,9 @@ class DescendingDifference(PacedOptions):
 
     series: AtLeastOne = setting(1, "Number of descending series.", unit="series")
     catch_steps: Count = setting(
-        1, "Number of catch steps per series, in which nothing changes.", unit="steps per series"
+        1,
+        "Number of catch steps per series; in a catch step, the amplitude does not change.",
+        unit="steps per series",
     )
     start_level: Amplitude | None = setting(
         None, "Starting amplitude of a series; default: the study's largest amplitude."
@@ -192,8 +194,8 @@ PROTOCOL = Protocol(
     task=TASK,
     title="Descending difference",
     description=(
-        "The plate's {q.name} decreases in steps; after each step the participant reports "
-        "whether they feel a difference and what has been removed."
+        "The plate's {q.name} decreases in steps. After each step, the participant reports "
+        "whether they feel a difference and, if so, what has disappeared."
     ),
     options=DescendingDifference,
     trials=trials,

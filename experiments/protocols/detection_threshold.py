@@ -38,7 +38,7 @@ def possible_levels(options: DetectionThreshold, _context: Context) -> tuple[flo
 
 
 def finest_level(options: DetectionThreshold, _context: Context) -> tuple[float, float]:
-    """Return the finest difference and its amplitude, which are both the lowest amplitude."""
+    """Return the smallest difference and its amplitude; both equal the lowest amplitude."""
     return options.lowest_level, options.lowest_level
 
 

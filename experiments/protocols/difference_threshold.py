@@ -1,8 +1,8 @@
 """Difference threshold by forced choice: the smallest change in amplitude that can be felt.
 
-In each trial, the surface in one of two or three intervals lies above (or below) the standard by
-the trial's *level*. The participant chooses the surface that was more (or less) slippery. An
-adaptive rule selects the levels.
+Each trial presents two or three surfaces. One surface has a larger (or smaller) amplitude than the
+standard; the trial's *level* is the difference. The participant chooses the surface that was more
+(or less) slippery. An adaptive rule selects the levels.
 """
 
 from __future__ import annotations

@@ -55,21 +55,21 @@ class MagnitudeProduction(StandardOptions):
     """Options for magnitude production."""
 
     numbers: Annotated[tuple[Positive, ...], Field(min_length=2)] = Field(
-        description="Different numbers that are shown to the participant; the standard "
-        "represents the modulus.",
+        description="Numbers shown to the participant, all different; the modulus is the number "
+        "of the standard.",
         json_schema_extra={"unit": "the modulus's scale"},
     )
     modulus: Positive = setting(10.0, "Number assigned to the standard.", unit="the numbers' scale")
     practice: Count = setting(
         1,
-        "Number of practice productions per number and starting side, before the main trials; "
-        "recorded but not analysed.",
-        unit="trials per number and starting side",
+        "Number of practice trials for each number shown and each starting side (low and high), "
+        "before the main trials; recorded but not analysed.",
+        unit="trials per number shown and starting side",
     )
     repetitions: AtLeastOne = setting(
         2,
-        "Number of productions per number from each starting side, low and high.",
-        unit="trials per number and starting side",
+        "Number of main trials for each number shown and each starting side (low and high).",
+        unit="trials per number shown and starting side",
     )
     step_level: Positive = setting(0.05, "Change per notch of the wheel or press of a key.")
     lowest_level: Positive = setting(0.1, "Lower limit of the adjustment.")
@@ -90,7 +90,7 @@ def check(options: MagnitudeProduction, context: Context) -> None:
         raise UserError(
             f"the standard is {q.short(options.standard_level)}, but must be between "
             f"{q.named('lowest_level')} and {q.named('highest_level')} ({low:g} to {high:g}), so "
-            "that smaller and larger numbers can be produced"
+            "that participants can set levels below and above the standard"
         )
     if options.step_level > (high - low) / 2:
         raise UserError(

@@ -166,7 +166,7 @@ class _Run(IntervalTask[_Match]):
         self._starts = context.stream(context.task, "starts")
 
     def match(self, phase: Phase, reference: float, direction: Direction) -> _Match:
-        """Return the definition of a trial; only a catch trial has no random starting point."""
+        """Return a trial's definition; its starting point is random, except in a catch trial."""
         options = self.options
         span = options.furthest_start_level - options.nearest_start_level
         if direction == EQUAL:

@@ -37,8 +37,8 @@ class PairedComparison(ComparingOptions):
 
     form: Literal["pairs", "triads"] = setting(
         "pairs",
-        "pairs: which of two surfaces is more slippery; triads: which of the two steps between "
-        "three surfaces is larger, for a difference scale.",
+        "pairs: which of two surfaces is more slippery. triads: which of the two steps between "
+        "three surfaces is larger; the answers give a difference scale.",
     )
     repetitions: AtLeastOne = setting(
         2,
@@ -127,8 +127,9 @@ PROTOCOL = Protocol(
     stimulus=surface_names("stimulus1", "stimulus2", "stimulus3"),
     response={
         "response": Column(
-            description="Interval that was more {q.adjective}; with three surfaces, the larger "
-            "step (1: from the first to the second; 2: from the second to the third)"
+            description="Interval with the more {q.adjective} surface; with three surfaces, the "
+            "larger step (1: from the first to the second surface; 2: from the second to the "
+            "third surface)"
         ),
     },
     intervals=lambda options: SIZE[options.form],

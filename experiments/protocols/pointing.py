@@ -97,9 +97,11 @@ class Pointing(Options):
         "requires a measured position.",
     )
     ground_level: Amplitude = setting(
-        0.0, "Level outside the target, or everywhere if there is no feedback."
+        0.0, "Level of the plate outside the target, or everywhere in trials without feedback."
     )
-    target_level: Amplitude = setting(0.0, "Level on the target, if there is feedback.")
+    target_level: Amplitude = setting(
+        0.0, "Level of the plate on the target in trials with feedback on the target."
+    )
     screen_height_mm: Positive = setting(
         300.0,
         "Height of the participant's screen; with a position sensor, the finger's movement that "
@@ -135,7 +137,7 @@ def check(options: Pointing, context: Context) -> None:
         raise UserError("pointing: vary is not supported; expected levels of the plate")
     if options.dimensions == 2 and not options.movements % 2:  # noqa: PLR2004
         raise UserError(
-            f"pointing: movements is {options.movements}, expected an odd number in two dimensions"
+            f"pointing: movements is {options.movements}, expected an odd number if dimensions = 2"
         )
     widest_mm = max(options.widths_mm)
     if widest_mm > min(options.distances_mm):
@@ -155,14 +157,14 @@ def check(options: Pointing, context: Context) -> None:
     if ON_TARGET in options.feedback:
         if options.dimensions != 1:
             raise UserError(
-                "pointing: feedback on the target requires movements along the stroke; expected "
+                "pointing: feedback on the target requires movements in one dimension; expected "
                 "dimensions = 1"
             )
         if options.target_level == options.ground_level:
             raise UserError(
                 f"pointing: {context.quantity.named('target_level')} equals "
-                f"{context.quantity.named('ground_level')}; expected different levels for "
-                "feedback on the target"
+                f"{context.quantity.named('ground_level')}; feedback on the target requires "
+                "two different levels"
             )
 
 
@@ -375,8 +377,8 @@ PROTOCOL = Protocol(
         **{
             f"{name}_{axis}_mm": Column(
                 description=(
-                    f"Distance of the {name}'s centre from the middle of the screen, "
-                    f"towards the {way}"
+                    f"Coordinate of the {name}'s centre relative to the middle of the screen, "
+                    f"positive towards the {way}"
                 ),
                 units="mm",
             )
@@ -396,12 +398,14 @@ PROTOCOL = Protocol(
         ),
         "selection_x_mm": _selected(
             "x_mm",
-            "Distance of the selected position from the middle of the screen, towards the right",
+            "Horizontal coordinate of the selected position relative to the middle of the screen, "
+            "positive towards the right",
             "mm",
         ),
         "selection_y_mm": _selected(
             "y_mm",
-            "Distance of the selected position from the middle of the screen, towards the top",
+            "Vertical coordinate of the selected position relative to the middle of the screen, "
+            "positive towards the top",
             "mm",
         ),
     },

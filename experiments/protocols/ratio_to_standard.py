@@ -122,8 +122,8 @@ PROTOCOL = Protocol(
     response={
         "ratio": Column(
             description=(
-                "Typed ratio above 0: how many times as {q.adjective} as the standard "
-                "the surface felt"
+                "Typed ratio above 0: the surface felt this many times as {q.adjective} as the "
+                "standard"
             )
         ),
     },

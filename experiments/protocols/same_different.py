@@ -34,8 +34,8 @@ class SameDifferent(ComparingOptions):
     repetitions: AtLeastOne = setting(
         10,
         "Number of presentations per pair of different surfaces; the same number of trials "
-        "presents one surface of the pair twice. An even number balances the orders and the "
-        "surfaces.",
+        "presents one surface of the pair twice. An even number of presentations balances the "
+        "orders and the surfaces.",
         unit="trials per pair",
     )
 

@@ -1,9 +1,9 @@
 """Free sorting: the participant sorts the surfaces into groups that feel alike.
 
-Surfaces are presented one by one, in several rounds with new orders. If several groups are
-chosen for a surface, the last one is used. The dissimilarity of two surfaces is the proportion of
-participants who put the surfaces in different groups, as in Hollins and others (1993, Perception &
-Psychophysics 54, 697-705) for textures.
+Surfaces are presented one by one, in several rounds with new orders. If a participant assigns a
+surface to several groups, the last group is used. The dissimilarity of two surfaces is the
+proportion of participants who put the surfaces in different groups, as in Hollins and others (1993,
+Perception & Psychophysics 54, 697-705) for textures.
 """
 
 from __future__ import annotations

@@ -59,8 +59,8 @@ class VisualAnalogueScale(RatedOptions):
     )
     cursor_shown: Switch = setting(
         False,
-        "Whether the mark is visible at its initial position before the first press or click; "
-        "otherwise the line is empty until then.",
+        "Whether the mark is visible at its start position before the first press or click. If "
+        "not, the line is empty until the first press or click.",
     )
     catch_trials: Count = setting(
         0,
@@ -200,11 +200,11 @@ PROTOCOL = Protocol(
             "{q.adjective}) to 100 (right end)"
         ),
         "resolution": Column(description="Distance between adjacent mark positions"),
-        "cursor_start": Column(description="Position from which keys moved the mark, 0 to 100"),
+        "cursor_start": Column(description="Start position of the mark on the line, 0 to 100"),
         "cursor_shown": Column(
             kind="label",
             description=(
-                "Whether the mark was visible at this position before the first press or click"
+                "Whether the mark was visible at cursor_start before the first press or click"
             ),
             levels={"true": "seen", "false": "the line was empty"},
         ),

@@ -27,7 +27,7 @@ class AnsweredTracks:
     Parameters
     ----------
     start : Interleaved
-        The tracks before their first trial.
+        Interleaved tracks in their initial state, before the first trial.
     """
 
     def __init__(self, start: Interleaved) -> None:

@@ -41,7 +41,7 @@ class QuestPlusBatch:
 
     @classmethod
     def start(cls, rule: QuestPlus, runs: int) -> Self:
-        """Return the state of ``runs`` runs before their first trial.
+        """Return the initial state of ``runs`` simultaneous runs, before any trial.
 
         Raises
         ------
@@ -73,7 +73,9 @@ class QuestPlusBatch:
         posteriors *= self.posteriors
         totals = posteriors @ np.ones((self.rule.prior.size, 1))
         if not np.all(totals > 0):
-            raise UserError("QUEST+: no combination of parameters allows one of the answers")
+            raise UserError(
+                "QUEST+: one of the answers has probability 0 for every combination of parameters"
+            )
         posteriors /= totals
         return type(self)(rule=self.rule, posteriors=posteriors, trials=self.trials + 1)
 

@@ -27,8 +27,8 @@ class Interleaved:
     stopping : Stopping
         Rule that decides when a track ends.
     stream : callable
-        Returns the random number stream for a round number. The same number must give the same
-        stream.
+        Returns the random number stream for a round. Calls with the same round number must return
+        the same stream.
     order : {"alternating", "shuffled"}
         Whether the tracks keep a fixed order or are shuffled in each round.
     left : tuple of int
@@ -100,9 +100,9 @@ class Interleaved:
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
         """Return the interleaved tracks after some answers have been removed.
 
-        ``tracks`` are the tracks without these answers, and ``again`` contains the track number of
-        each removed answer. In the current round, a track gets one additional trial per removed
-        answer, unless the track is over.
+        ``tracks`` contains the tracks without the removed answers, and ``again`` contains the track
+        number of each removed answer. In the current round, a track gets one additional trial per
+        removed answer, unless the track is over.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))
@@ -111,7 +111,7 @@ class Interleaved:
         return self.stopping.reason(track.progress) is None
 
     def answered(self, *, correct: bool) -> Self:
-        """Return the tracks after an answer at the current level."""
+        """Return the tracks, updated with an answer at the current level."""
         tracks = list(self.tracks)
         tracks[self.current] = tracks[self.current].answered(correct=correct)
         after = replace(self, tracks=tuple(tracks), left=self.left[1:])

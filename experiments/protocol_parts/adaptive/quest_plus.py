@@ -141,7 +141,7 @@ class QuestPlus:
         return _frozen(np.broadcast_to(decades[:, None, None], self.shape).flatten())
 
     def start(self) -> QuestPlusTrack:
-        """Return the track before its first trial."""
+        """Return a track in its initial state, before the first trial."""
         return QuestPlusTrack(rule=self, posterior=self.prior)
 
 
@@ -190,14 +190,14 @@ class QuestPlusTrack:
         return float(round(squares**0.5, DECIMALS))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:
-        """Return the track after an answer at ``at_level`` (by default, the next level)."""
+        """Return the track, updated with an answer at ``at_level`` (default: the next level)."""
         if at_level is None:
             return self.told(self.level_index, correct=correct)
         levels = [rounded(level) for level in self.rule.levels]
         return self.told(levels.index(at_level), correct=correct)
 
     def told(self, level_index: int, *, correct: bool) -> Self:
-        """Return the track after an answer at the level with the given index.
+        """Return the track, updated with an answer at the level with the given index.
 
         Raises
         ------

@@ -35,7 +35,7 @@ def simulated_runs(
     Parameters
     ----------
     block : Interleaved
-        Tracks before their first trial, with their stopping rule.
+        Interleaved tracks in their initial state, with their stopping rule.
     proportion : callable
         Returns the proportion of correct answers at given levels, in µm peak to peak.
     runs : int

@@ -24,7 +24,7 @@ class Stopping:
     threshold_sd_log10 : float or None
         Posterior standard deviation of the threshold at which the track ends, in decades.
     least_trials : int
-        Minimum number of answers before reversals or certainty can end the track.
+        Minimum number of answers before ``reversals`` or ``threshold_sd_log10`` can end the track.
 
     Raises
     ------

@@ -100,7 +100,7 @@ class UpDown:
         return float((1 / (1 + self.down_to_up)) ** (1 / self.down_after))
 
     def start(self) -> UpDownTrack:
-        """Return the track before its first trial."""
+        """Return a track in its initial state, before the first trial."""
         return UpDownTrack(rule=self, level=self.start_level)
 
     def moved(self, level: float, direction: int, reversals: int) -> float:
@@ -111,11 +111,11 @@ class UpDown:
         return min(max(rounded(new), self.lowest_level), self.highest_level)
 
     def coordinate(self, level: float) -> float:
-        """Convert a level to the scale of the steps (linear or log10)."""
+        """Convert a level to a position on the step scale (linear or log10)."""
         return level if self.scale == "linear" else math.log10(level)
 
     def level_at(self, coordinate: float) -> float:
-        """Convert a position on the scale of the steps (linear or log10) to a level."""
+        """Convert a position on the step scale (linear or log10) to a level."""
         return coordinate if self.scale == "linear" else 10.0**coordinate
 
 

@@ -72,8 +72,8 @@ class AdaptiveOptions(RestedOptions):
     )
     quest_levels: AtLeastOne = setting(
         40,
-        "Number of levels, and of possible thresholds, for quest_plus, spaced logarithmically "
-        "from the lowest to the highest level.",
+        "Number of levels and of possible thresholds in quest_plus. The levels and thresholds are "
+        "spaced logarithmically from the lowest to the highest level.",
         unit="levels",
     )
     quest_slopes: Some = setting(
@@ -97,7 +97,7 @@ class AdaptiveOptions(RestedOptions):
     )
     least_trials: TrialCap = setting(
         1,
-        "Minimum number of answers before reversals or certainty can end a track.",
+        "Minimum number of answers before reversals or threshold_sd_log10 can end a track.",
         unit="trials per track",
     )
     reversals: AtLeastOne | None = setting(
@@ -113,7 +113,7 @@ class AdaptiveOptions(RestedOptions):
     )
 
     def begin(self, guess: float, stream: Callable[[int], Stream]) -> Interleaved:
-        """Return interleaved tracks before their first trial.
+        """Return interleaved tracks in their initial state, before the first trial.
 
         Parameters
         ----------

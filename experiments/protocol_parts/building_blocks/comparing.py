@@ -74,7 +74,10 @@ def with_catch_trials(
 def in_both_orders(
     groups: Sequence[tuple[Stimulus, ...]], repetitions: int, context: Context
 ) -> list[Shown]:
-    """Return all groups in each repetition, shuffled; the order within a group alternates."""
+    """Return trials that present each group once per repetition, in random order.
+
+    The order of the surfaces in a group is reversed from each repetition to the next.
+    """
     stream = context.stream(context.task, "main")
     begins = [stream.below(2) for _ in groups]  # reversed in odd repetitions
     return [
@@ -103,7 +106,11 @@ def name_of(surface: Stimulus) -> str:
 
 
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
-    """Return ``seeks`` for a question about the higher (1) or lower (-1) level."""
+    """Return whether a question asks for the "most" or the "least" of the judged attribute.
+
+    The question is about the higher level if ``sign`` is 1, and about the lower level if ``sign``
+    is -1. For some quantities, the judged attribute decreases with the level.
+    """
     return "least" if (sign < 0) != quantity.falls else "most"
 
 
@@ -164,7 +171,7 @@ class IntervalTask(Repeating[Condition]):
         yield Silence(trial=trial, interval=number)
 
     def exploration(self, trial: Trial, number: int) -> Explore:
-        """Return the exploration step for an interval's surface."""
+        """Return the step in which the participant explores the surface of an interval."""
         text = self.context.texts["comparing.explore"].format(number=number)
         return self._pace.explore(text, trial, interval=number)
 
@@ -248,7 +255,7 @@ class Comparing(IntervalTask[Shown]):
 DESIGN: Mapping[str, Column] = {
     "catch": Column(
         kind="label",
-        description="Whether the trial is a practice or catch trial, outside the plan",
+        description="Whether the trial is a practice or catch trial instead of a planned trial",
         levels={"true": "not part of the plan", "false": "part of the plan"},
     ),
 }

@@ -208,7 +208,7 @@ class RatedSurfaces(Repeating[Presentation]):
         repeats: int | None,
         factors: Mapping[str, Value],
     ) -> Trial:
-        """Return a trial with its block, the condition's factors and ``factors``."""
+        """Return a trial. Its factors are the block, the condition's factors and ``factors``."""
         return Trial(
             task=self.context.task,
             number=number,

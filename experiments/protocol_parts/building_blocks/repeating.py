@@ -19,8 +19,8 @@ Repetition = tuple[Condition, int]
 class Repeating(ABC, Generic[Condition]):
     """Trials of a task, run in blocks, with repetitions of voided trials.
 
-    The type ``Condition`` defines a trial (surface, block, phase, ...). A repeated trial keeps its
-    condition.
+    An object of type ``Condition`` defines a trial, for example by its surface, block and phase. A
+    repeated trial has the same condition as the original trial.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ class Repeating(ABC, Generic[Condition]):
         yield from self.drawn(lambda: next(rest, None))
 
     def drawn(self, draw: Callable[[], Condition | None]) -> Steps:
-        """Yield the trials of a block whose conditions are drawn one at a time.
+        """Yield the trials of a block whose conditions are selected one at a time.
 
         Before each trial, ``draw`` returns the trial's condition, which may depend on all earlier
         answers, or None to end the block. ``draw`` is called again if a trial is voided while the
@@ -76,7 +76,7 @@ class Repeating(ABC, Generic[Condition]):
             yield from self._trials(self.again(reply.trials))
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Condition]]:
-        """Return the repetitions of the given trials, which follow at the end of the block."""
+        """Return repetitions of the given trials, and add them to the total number of trials."""
         repetitions = deque((self._known[number], number) for number in numbers)
         self.total += len(repetitions)
         return repetitions

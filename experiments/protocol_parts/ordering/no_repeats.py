@@ -27,11 +27,12 @@ MOST = 1200
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
     """Return ``each`` copies of 0 to ``kinds - 1`` in a random order without equal neighbours.
 
-    Items are inserted one kind at a time. The copies of a kind are divided into groups, each of
-    which is inserted either between two equal neighbours or at another position. The numbers of
-    groups of both types are drawn with probabilities proportional to the exact number of orders
-    that result from each choice; all other choices are uniform shuffles. Once the counts are
-    cached, the running time is linear in the number of copies.
+    The copies of one number after another are inserted into the order. The copies of each number
+    are divided into groups. Each group is inserted either between two equal neighbours or at
+    another position. The algorithm randomly chooses how many groups are inserted at each type of
+    position, with probabilities proportional to the exact number of orders that result from each
+    choice. All other choices are uniform shuffles. Once the counts are cached, the running time is
+    linear in the number of copies.
 
     Raises
     ------
@@ -77,7 +78,7 @@ def _counts(each: int, kinds: int) -> _Counts:
 
 @dataclass(slots=True)
 class _Counts:
-    """Counts of the orders without equal neighbours that extend an order of the first few kinds."""
+    """Number of ways to complete a partial order so that no neighbours are equal."""
 
     each: int
     kinds: int
@@ -88,14 +89,14 @@ class _Counts:
         self._signed = _signed_blocks(self.each, self.kinds - 1)
 
     def completions(self, placed: int, equal: int) -> int:
-        """Count the ways to insert the remaining kinds so that no equal neighbours are left.
+        """Return the number of ways to insert the missing items so that no neighbours are equal.
 
         Parameters
         ----------
         placed : int
-            Number of kinds already in the order.
+            Number of kinds of items that the partial order contains.
         equal : int
-            Number of pairs of equal neighbours in the order.
+            Number of pairs of equal neighbours in the partial order.
         """
         if (placed, equal) not in self._known:
             # Blocks of the other kinds go between the items, in C(items + blocks - equal, blocks -
@@ -110,7 +111,10 @@ class _Counts:
         return self._known[placed, equal]
 
     def draw_groups(self, placed: int, equal: int, stream: Stream) -> tuple[int, int]:
-        """Draw how many groups of the next kind separate equal neighbours, and how many do not."""
+        """Randomly choose how many groups of the next kind of item are inserted at which positions.
+
+        Return the number of groups between equal neighbours, and the number at other positions.
+        """
         each, items = self.each, placed * self.each
 
         @cache
@@ -146,10 +150,11 @@ def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
 
 
 def _signed_blocks(each: int, most: int) -> list[list[int]]:
-    """Return signed counts of the orders of blocks of equal items, for 0 to ``most`` kinds.
+    """Return the signed counts of orders for inclusion and exclusion.
 
-    The counts are indexed by the number of blocks. Each item after the first in a block changes the
-    sign, so that orders with equal neighbours cancel by inclusion and exclusion.
+    Element ``[kinds][blocks]`` counts the orders of ``blocks`` blocks of equal items that contain
+    ``each`` copies of every kind of item, for 0 to ``most`` kinds. Each item after the first in a
+    block changes the sign of an order, so that orders with equal neighbours cancel.
     """
     scale = math.factorial(each)
     # Count for one kind, divided by the factorial of the number of blocks and scaled to an integer.

@@ -44,8 +44,9 @@ def presentation_order(
     stream : Stream
         The run's stream of random numbers.
     shared : callable
-        Returns the random number stream shared by all runs of a group, given the group and the turn
-        (see `Place.within`). With "williams", each run of a group uses a part of the same design.
+        Returns the random number stream for the design of a group of runs, given the numbers of the
+        group and the turn (see `Place.within`). With "williams", each run of a group uses a part of
+        the same design.
     place : Place
         The run's position in the counterbalancing, used by "williams".
     no_immediate_repeat : bool
@@ -59,8 +60,8 @@ def presentation_order(
     Raises
     ------
     UserError
-        If immediate repetitions are forbidden, and the only surface is presented more than once or
-        there are too many trials for "simple".
+        If ``no_immediate_repeat`` is True, and a single surface is presented more than once or
+        there are too many trials for the rule "simple".
     """
     if no_immediate_repeat and conditions == 1 and repetitions > 1:
         raise UserError(ALONE)
@@ -90,7 +91,8 @@ def practice_order(
         See `presentation_order`.
     following : int or None
         First condition after the practice. If given, no condition is presented twice in a row,
-        including at the end of the practice. If None, immediate repeats are allowed.
+        either during the practice or from the practice to the next block. If None, immediate
+        repeats are allowed.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """Williams designs: orders in which every surface follows every other surface equally often.
 
-A design is generated for a group of runs that together fill whole squares, and is divided among
-them. Labels and the order of the rows are random; the balance is exact.
+A design consists of complete Williams squares, whose rows are divided among a group of runs. The
+labels of the conditions and the order of the rows are random; the balance is exact.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ class Place:
     visit : int
         Index of the run among the participant's runs: 0, 1, ...
     advance : bool
-        Whether each visit takes the next position. If False, all visits take the same position.
+        Whether each run of a participant takes the next position. If False, all runs of a
+        participant have the same position.
     """
 
     row: int
@@ -51,10 +52,12 @@ class Place:
     advance: bool = True
 
     def within(self, size: int) -> tuple[int, int, int]:
-        """Return the group, turn and position in a design for ``size`` participants.
+        """Return the numbers of the run's group, turn and position.
 
-        If visits advance, each participant in the group takes each position once per turn. The
-        next turn has a new random design.
+        A group consists of ``size`` participants, and each turn of a group has its own random
+        design with ``size`` positions. If ``advance`` is True, a turn consists of ``size`` runs per
+        participant, in which the participant takes each position once. If False, each run of a
+        participant belongs to a new turn, and the participant keeps the same position.
         """
         group, place = divmod(self.row, size)
         turn, step = divmod(self.visit, size) if self.advance else (self.visit, 0)
@@ -80,10 +83,10 @@ def williams_blocks(
     place: Place,
     no_immediate_repeat: bool,
 ) -> list[list[int]]:
-    """Return a run's blocks from the Williams squares that its group of runs shares.
+    """Return a run's blocks, which are rows of the Williams squares shared by a group of runs.
 
     Each square has new random labels and a new random order of its rows. A run's blocks are
-    successive rows, from the same square as far as possible.
+    successive rows, which continue in the next square after the last row of a square.
     """
     taken = _rows_drawn(conditions, repetitions, no_immediate_repeat)
     size = williams_group(conditions, repetitions, no_immediate_repeat=no_immediate_repeat)

@@ -77,7 +77,7 @@ COLUMN = Column(value=lambda _: None, kind="label", description="")
     "changes, expected",
     [
         ({"task": "magnitude_estimation"}, "letters and digits"),
-        ({"answer": "rating"}, "'rating' must be a column of the response"),
+        ({"answer": "rating"}, "the answer 'rating' must be one of the response columns"),
         ({"stimulus": {}}, "'texture' must name the presented texture"),
         ({"design": {"estimate": COLUMN}}, "must be declared once"),
         ({"amplitudes": ()}, "ends in _level"),

@@ -212,7 +212,10 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
         ),
         ({"trials": lambda *_: "two"}, "trials returned 'two', expected a whole number"),
         ({"steps": lambda *_: [1, 2]}, "its steps are list, expected a generator"),
-        ({"steps": lambda *_: (each for each in ("Present",))}, "its steps yield str, expected"),
+        (
+            {"steps": lambda *_: (each for each in ("Present",))},
+            "its steps contain an object",
+        ),
         ({"steps": broken}, "its steps raised KeyError"),
         ({"needs_position": broken}, "needs_position raised KeyError"),
         (
