@@ -49,7 +49,9 @@ def add_lab(parser: ArgumentParser) -> None:
         help="a new or existing folder (default: this one)",
     )
     init.add_argument(
-        "--study", metavar="STUDY", help="a TOML file, or the name of a shipped study"
+        "--study",
+        metavar="STUDY",
+        help="a TOML file, or the name of a study that comes with Slipscale",
     )
     init.add_argument("--plate", metavar="SPEC", help="mock, serial:PORT or scpi:RESOURCE")
     init.add_argument("--screen", metavar="N", help="the participant's monitor")

@@ -117,7 +117,7 @@ def add_study(parser: ArgumentParser) -> None:
         metavar="STUDY",
         nargs="?",
         default=default,
-        help=f"a TOML file, or the name of a shipped study (default: {default})",
+        help=f"a TOML file, or the name of a study that comes with Slipscale (default: {default})",
     )
 
 

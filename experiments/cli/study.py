@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 NEW_STUDY = "biet2007"  # template of a new file
-WHICH = "a TOML file, or the name of a shipped study"
+WHICH = "a TOML file, or the name of a study that comes with Slipscale"
 
 
 def add_study(parser: ArgumentParser) -> Commands:

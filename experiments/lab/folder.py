@@ -24,7 +24,9 @@ Text = Annotated[str, Field(min_length=1)]
 class LabFile(FrozenTable):
     """Contents of ``slipscale.toml``. Paths are relative to the folder that contains the file."""
 
-    study: Text = setting("biet2007", "A TOML file, or the name of a shipped study.")
+    study: Text = setting(
+        "biet2007", "A TOML file, or the name of a study that comes with Slipscale."
+    )
     plate: Text = setting(
         "mock", "The plate's SPEC, with its calibration: serial:/dev/ttyACM0,calibration=plate.toml"
     )
@@ -165,7 +167,7 @@ def write_settings(folder: Path, lab: LabFile) -> None:
 
 
 QUESTIONS = {
-    "study": "Which study? A TOML file, or the name of a shipped study",
+    "study": "Which study? A TOML file, or the name of a study that comes with Slipscale",
     "plate": "Which plate? Enter mock, or a port and a calibration, such as "
     "serial:/dev/ttyACM0,calibration=plate.toml",
     "screen": "Which screen does the participant see? 0 is the first screen",

@@ -73,7 +73,7 @@ def pilot_plans(
     Parameters
     ----------
     study_name : str
-        A study file, or the name of a shipped study.
+        A study file, or the name of a study that comes with Slipscale.
     participants, seed, language
         These values override the study's values.
     population : Population, optional

@@ -138,7 +138,7 @@ def show(name: str, participant: str, session: str = "", run: str = "01") -> str
     Parameters
     ----------
     name : str
-        A study file, or the name of a shipped study.
+        A study file, or the name of a study that comes with Slipscale.
     participant, session, run : str
         The run to show; by default, the first planned session.
     """

@@ -165,7 +165,7 @@ def timeline(
     Parameters
     ----------
     name : str
-        A study file, or the name of a shipped study.
+        A study file, or the name of a study that comes with Slipscale.
     people : int
         Number of simulated participants.
     population : Population, optional
