@@ -2,8 +2,8 @@
 
 Plate files are TOML files that ``slipscale plate new`` writes, users edit, and ``slipscale plate
 sign`` signs. The signature is a checksum: a file that was edited afterwards is rejected until it is
-signed again. Limits that are wider than the default limits require an acknowledgement by name and
-are copied into the journal.
+signed again. Limits that are wider than the default limits must be acknowledged by a named person,
+and are copied into the journal.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class Acknowledgement(FrozenTable):
     sha256: str = ""
 
     def checksum(self) -> str:
-        """Return the SHA-256 of name, date and limits. Only the option ``--by`` writes it."""
+        """Return the SHA-256 of name, date and limits, which only ``plate sign --by`` writes."""
         content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
@@ -176,8 +176,8 @@ class PlateFile(FrozenTable):
     def beyond_shipped(self) -> dict[str, float]:
         """Return the limits that are wider than the default limits, keyed by name in the file.
 
-        The default levels apply only to amplitudes in µm. For other quantities, any ``level``
-        counts as wider, and ``deviation_level`` is not compared.
+        The default levels apply only to amplitudes in µm. For other quantities, ``level`` is
+        always included and ``deviation_level`` never.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.in_um_pp:
@@ -203,7 +203,7 @@ class PlateFile(FrozenTable):
         }
 
     def acknowledged_by_command(self) -> bool:
-        """Return whether ``plate sign --by`` wrote the acknowledgement, and it is unchanged."""
+        """Return whether the acknowledgement is unchanged since ``plate sign --by`` wrote it."""
         known = self.acknowledgement
         return known is not None and known.sha256 == known.checksum()
 

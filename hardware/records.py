@@ -54,7 +54,7 @@ class Readback:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Presentation:
-    """Presented surface after the plate has settled, with a readback.
+    """Result of presenting a surface: the readback after the plate has settled.
 
     ``predicted_v_peak`` is the voltage at the plate that the calibration predicts for the
     amplitude, or None without a calibration. ``second_readback_level`` is a second actuator's

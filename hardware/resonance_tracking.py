@@ -37,7 +37,7 @@ class Tracking:
     Parameters
     ----------
     before_hz, frequency_hz : float
-        Drive frequency before and after tracking. Both are equal if the points were rejected.
+        Drive frequency before and after tracking; unchanged if the measured points were rejected.
     points : tuple of (float, float)
         Pairs of frequency in Hz and measured amplitude in µm peak to peak.
     refused : str
@@ -86,12 +86,12 @@ def vertex(points: Sequence[tuple[float, float]]) -> tuple[float, float]:
 
 
 def track(plate: PlateDriver, measure_um_pp: Callable[[], float]) -> Tracking:
-    """Find the current resonance, use it for later drives, and silence the plate.
+    """Measure the resonance, set it as the drive frequency from now on, and silence the plate.
 
     Parameters
     ----------
     plate : PlateDriver
-        Connected and calibrated driver. Its limits also apply during the measurements.
+        Connected and calibrated driver. The plate's limits also apply during the measurements.
     measure_um_pp : callable
         Function that returns the settled amplitude, measured by an instrument, in µm peak to peak.
 

@@ -10,8 +10,8 @@ also recorded. `raise_if_ended`, which is called in every frame, wait and prompt
 the block, raises the exception again.
 
 If an exception were raised between two exits of an exit stack, the remaining exits would be
-skipped. Code that leaves a block therefore announces this, and the exception is raised at the end
-of the block.
+skipped. Before leaving a block, code therefore calls the function that `signals_raise` yields; the
+exception is then raised at the end of the block.
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def signals_raise() -> Iterator[Callable[[], None]]:
     """Convert signals that end the program into `EndedBySignal` inside the block.
 
     For `IGNORED_S` after the first signal, other signals are ignored while the plate is silenced.
-    If the exception is lost, it is raised again at the end of the block. Only the main thread may
-    call this function.
+    If other code suppresses the exception, it is raised again at the end of the block. Only
+    the main thread may call this function.
 
     Yields
     ------

@@ -143,7 +143,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{wanted['workspace_mm'][0]:g} x {wanted['workspace_mm'][1]:g} mm"
         ),
         "",
-        f"half wavelength from {low:.2f} mm (shortest for this amplitude, eq. 37)",
+        f"half-wavelength from {low:.2f} mm (shortest for this amplitude, eq. 37)",
         (
             f"                to   {high:.2f} mm (longest above "
             f"{result['frequency_min_hz'] / 1e3:.3g} kHz, Timoshenko beam; "
@@ -184,7 +184,7 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             f"{'yes' if c['admissible'] else 'no: ' + '; '.join(c['why_not'])}"
         )
     if result["drawn_plates"]:
-        lines += ["", "your own plates             kHz    µm peak: finger  largest  admissible"]
+        lines += ["", "custom plates               kHz    µm peak: finger  largest  admissible"]
     for drawn in result["drawn_plates"]:
         fe = drawn["finite_elements"]
         lines.append(
@@ -246,11 +246,11 @@ def _solution_as_text(solution: dict[str, float] | None) -> str:
 def _why_none(result: dict[str, Any]) -> str:
     if result["half_wave_min_mm"] > result["half_wave_max_mm"]:
         return (
-            "the required amplitude needs a longer half wavelength than the minimum frequency "
+            "the required amplitude needs a longer half-wavelength than the minimum frequency "
             "allows"
         )
     if not any(c["beam_admissible"] for c in result["candidates"]):
-        return "no available ceramic gives a half wavelength within the bounds"
+        return "no available ceramic gives a half-wavelength within the bounds"
     return "the last column states why the finite-element model excludes each plate"
 
 

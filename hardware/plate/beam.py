@@ -1,6 +1,6 @@
-"""Model a half-wave section as a composite beam: equations (16) to (42), and Timoshenko's beam.
+"""Model a half-wave section as a composite beam: equations (16) to (42), and a Timoshenko beam.
 
-**All quantities are per unit width.** The factor b in the printed equation (40) is therefore
+**All quantities are per unit width.** The factor b in the published equation (40) is therefore
 omitted; with it, (38) and (39) would give a frequency that is lower by a factor of sqrt(b). The
 signs of (17) and (18) are made consistent (z up, w up, curvature d²w/dx²).
 """
@@ -41,7 +41,7 @@ class BeamSection:
     resonator_density_kg_m3 : float
         Density of the resonator, kg/m³.
     ceramic_shear_pa, resonator_shear_pa : float
-        Shear moduli in the xz plane in Pa, which only Timoshenko's beam uses.
+        Shear moduli in the xz plane in Pa, used only for the Timoshenko beam.
     ceramic_thickness_mm, resonator_thickness_mm : float
         Thicknesses h_p and h_i, mm.
     """
@@ -75,7 +75,7 @@ class BeamSection:
         ceramic_thickness_mm: float = 1.0,
         resonator_thickness_mm: float = 2.0,
     ) -> Self:
-        """Return the section of the paper, with Young's modulus and the constants in Table II."""
+        """Return the beam as modelled in the paper: Young's modulus, and constants in Table II."""
         return cls(
             ceramic=ceramic,
             resonator_modulus_pa=resonator.young_pa,
@@ -95,7 +95,7 @@ class BeamSection:
         ceramic_thickness_mm: float = 1.0,
         resonator_thickness_mm: float = 2.0,
     ) -> Self:
-        """Return the section of a plate that is much wider than its half wave (plane strain)."""
+        """Return the beam for a plate much wider than its half-wavelength (plane strain)."""
         return cls(
             ceramic=BeamCeramic(
                 name=ceramic.name,
@@ -135,7 +135,7 @@ class BeamSection:
 
     @property
     def mass_kg_m2(self) -> float:
-        """Mass per length and unit width M_b in kg/m², equation (39)."""
+        """Mass M_b per unit length and unit width in kg/m², equation (39)."""
         return MILLI * (
             self.ceramic.density_kg_m3 * self.ceramic_thickness_mm
             + self.resonator_density_kg_m3 * self.resonator_thickness_mm
@@ -143,7 +143,7 @@ class BeamSection:
 
     @property
     def rigidity_n_m(self) -> float:
-        """Flexural rigidity per unit width G_b about the neutral line in N·m, equation (40)."""
+        """Flexural rigidity G_b per unit width about the neutral line in N·m, equation (40)."""
         f0, b = self.neutral_ratio, self.beta
         hp = self.ceramic_thickness_mm * MILLI
         layer = self.ceramic.modulus_pa * _cube_span(0, 1, f0)
@@ -178,14 +178,14 @@ class BeamSection:
     def static_deflection_um(self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike) -> Array:
         """Return the upward deflection in µm at mid-span for a constant voltage, equation (28).
 
-        The sign is opposite to the printed sign: according to (18), S = (z0 - z) w'', a ceramic
+        The sign is opposite to the published sign: according to (18), S = (z0 - z) w'', a ceramic
         that shortens under the resonator lifts mid-span, whereas (17) gives the curvature the
         opposite sign.
 
         Raises
         ------
         UserError
-            If the half wave is not positive, or if the voltage exceeds `SAFE_VOLTAGE_V`.
+            If the half-wavelength is not positive, or if the voltage exceeds `SAFE_VOLTAGE_V`.
         """
         half_wave = positive("half_wave_mm", half_wave_mm, "mm") * MILLI
         voltage = not_negative("voltage_v", voltage_v, "V", maximum=SAFE_VOLTAGE_V)
@@ -200,7 +200,7 @@ class BeamSection:
         return np.abs(self.static_deflection_um(half_wave_mm, voltage_v)) * self.quality_factor
 
     def half_wave_for_amplitude_mm(self, amplitude_um_peak: float, voltage_v: float) -> float:
-        """Return the half wave in mm that has the given dynamic deflection.
+        """Return the half-wavelength in mm at which the dynamic deflection has the given amplitude.
 
         >>> round(BeamSection.printed().half_wave_for_amplitude_mm(1.5, 15), 1)  # printed: 8.2
         8.2
@@ -208,19 +208,22 @@ class BeamSection:
         wanted = float(positive("amplitude_um_peak", amplitude_um_peak, "µm peak"))
         at_one = float(self.dynamic_deflection_um_peak(1.0, voltage_v))
         if at_one == 0:
-            raise UserError(f"no half-wave length reaches {wanted:g} µm peak at {voltage_v:g} V")
+            raise UserError(
+                f"an amplitude of {wanted:g} µm peak is not reached at {voltage_v:g} V with any "
+                "half-wavelength; expected a voltage and a charge constant d31 other than 0"
+            )
         return float(np.sqrt(wanted / at_one))
 
     def frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
-        """Return the resonance of a simply supported half wave in Hz.
+        """Return the resonance frequency in Hz of a simply supported half-wave section.
 
-        Equation (38) is divided by 2π, because the printed f_n is an angular frequency.
+        Equation (38) is divided by 2π, because the published f_n is an angular frequency.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         return np.asarray(q**2 * np.sqrt(self.rigidity_n_m / self.mass_kg_m2) / (2 * np.pi))
 
     def half_wave_for_frequency_mm(self, frequency_hz: float) -> float:
-        """Return the half wave in mm that resonates at a given frequency (inverse of (38))."""
+        """Return the half-wavelength in mm for a resonance frequency (inverse of (38))."""
         f = float(positive("frequency_hz", frequency_hz, "Hz"))
         return float(np.sqrt(self.frequency_hz(1.0) / f))
 
@@ -246,11 +249,11 @@ class BeamSection:
         return self.rigidity_n_m**2 / (total * hp**5)
 
     def timoshenko_frequency_hz(self, half_wave_mm: npt.ArrayLike) -> Array:
-        """Return the resonance in Hz for a half-wave length, with shear and rotary inertia.
+        """Return the resonance frequency in Hz, including shear and rotary inertia.
 
         The paper does not use this beam model. The resonance is the lower root of Timoshenko's
-        dispersion relation at q = π/(λ/2). For long waves, it approaches `frequency_hz`. The small
-        coupling between stretching and rotation is neglected.
+        dispersion relation at q = π/(λ/2). For long waves, the resonance approaches that of
+        `frequency_hz`. The small coupling between stretching and rotation is neglected.
         """
         q = np.pi / (positive("half_wave_mm", half_wave_mm, "mm") * MILLI)
         bending, shear = self.rigidity_n_m, self.shear_rigidity_n_m
@@ -262,7 +265,7 @@ class BeamSection:
         return np.asarray(np.sqrt(2 * c / (b + np.sqrt(b**2 - 4 * a * c))) / (2 * np.pi))
 
     def timoshenko_half_wave_mm(self, frequency_hz: float) -> float:
-        """Return the half wave in mm at which Timoshenko's beam resonates at a frequency.
+        """Return the half-wavelength in mm at which a Timoshenko beam resonates at a frequency.
 
         The solution is in closed form, because the dispersion relation is quadratic in q² for a
         given ω.

@@ -37,8 +37,9 @@ class Resonator:
         Q of the assembled plate, which was not published. The default of 60 is the Q of the ceramic
         and should be replaced by a calibrated value.
     temperature_coefficient_hz_per_k : float
-        Change in resonance with temperature, which was not published. The default is half of the
-        modulus coefficient of copper beryllium, about -350 ppm/K, at 30.5 kHz.
+        Change in resonance with temperature, which was not published. The default is 30.5
+        kHz times half the temperature coefficient of the elastic modulus of copper beryllium (about
+        -350 ppm/K).
     reference_temperature_c : float
         Temperature to which `resonance_hz` refers.
     """
@@ -73,7 +74,7 @@ class FingerLoad:
     loss : float
         Loss added to 1/Q. For example, 1/300 reduces Q from 60 to 50.
     detuning_hz : float
-        Shift of the resonance. It is negative if the finger acts as a mass.
+        Shift of the resonance frequency; negative if the finger adds mass to the plate.
     """
 
     loss: float = 0.0

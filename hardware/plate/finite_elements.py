@@ -55,13 +55,14 @@ class Assembly:
     polarity : ndarray, shape (n,)
         Polarity (+1 or -1) of the ceramic that contains the node; 0 in the resonator.
     stiffness, mass : sparse, shape (3n, 3n)
-        Stiffness in N/m and mass in kg: all nodes in x, then all nodes in y, then in z.
+        Stiffness in N/m and mass in kg. The rows and columns are ordered by direction: all nodes in
+        x, then all nodes in y, then all nodes in z.
     ceramic_stiffness : sparse, shape (3n, 3n)
         Part of ``stiffness`` that is due to the ceramics.
     coupling : sparse, shape (3n, n)
         Nodal forces in N per `POTENTIAL_UNIT_V`.
     capacitance : sparse, shape (n, n)
-        Charge per potential, in consistent units.
+        Electric charge per unit potential, in units consistent with ``coupling``.
     """
 
     layout: Layout
@@ -89,7 +90,7 @@ class Assembly:
 
     @property
     def mirrors(self) -> tuple[int, int]:
-        """Symmetry of the drive at x = 0 and y = 0. Both are 0 if the whole plate is meshed."""
+        """Symmetry of the drive at x = 0 and y = 0, or (0, 0) if the whole plate is meshed."""
         return self.layout.mirrors if self.quarter else (0, 0)
 
     @property
@@ -160,7 +161,7 @@ class _Bricks:
     points : ndarray, shape (rules, 3, points)
         Integration points in the unit cube.
     weights : ndarray, shape (rules, points)
-        Weights, whose sum is the fraction of the brick that contains material.
+        Integration weights; their sum is the fraction of the brick's volume that is material.
     """
 
     mesh: MeshHex

@@ -144,7 +144,7 @@ class Layout:
                 f"{self.length_mm} x {self.width_mm} mm"
             )
         if self.disc and self.ends != "free":
-            raise UserError("plate layout: the ends of a disc must be free")
+            raise UserError("plate layout: the edge of a disc must be free, not supported")
         _check_places(self.outline, self.patches)
 
     @classmethod
@@ -165,14 +165,14 @@ class Layout:
 
     @property
     def ceramic_length_mm(self) -> float:
-        """Length of a ceramic along x, or the smallest length if the ceramics are drawn."""
+        """Length of each ceramic along x, or of the shortest if sizes are given individually."""
         if self.drawn:
             return min(each.region.size_mm[0] for each in self.drawn)
         return _piece(self.length_mm, self.columns, self.gap_mm, self.border_mm[0])
 
     @property
     def ceramic_width_mm(self) -> float:
-        """Width of a ceramic along y, or the smallest width if the ceramics are drawn."""
+        """Width of each ceramic along y, or of the narrowest if sizes are given individually."""
         if self.drawn:
             return min(each.region.size_mm[1] for each in self.drawn)
         return _piece(self.width_mm, self.rows, self.gap_mm, self.border_mm[1])
@@ -184,7 +184,10 @@ class Layout:
 
     @property
     def patches(self) -> tuple[Patch, ...]:
-        """All ceramics. In each row, the ceramic at or right of the middle has polarity +1."""
+        """All ceramics of the plate.
+
+        In each row, the ceramic in the middle (or directly right of the middle) has polarity +1.
+        """
         return self.drawn or _rows(self)
 
     @property
@@ -194,7 +197,7 @@ class Layout:
 
     @property
     def antinode_x_mm(self) -> float:
-        """Coordinate x of the antinode nearest to the centre, above the middle of a ceramic."""
+        """The x coordinate of the antinode nearest to the centre, at the middle of a ceramic."""
         even = not self.drawn and self.columns % 2 == 0
         return (self.ceramic_length_mm + self.gap_mm) / 2 if even else 0.0
 
@@ -206,10 +209,10 @@ class Density:
     Parameters
     ----------
     along_ceramic, across_ceramic : int
-        Number of bricks per ceramic along x and y. A gap has one brick unless it is wider than a
-        brick of the ceramic.
+        Number of brick elements per ceramic along x and y. A gap is one element wide, unless the
+        gap is wider than an element of the ceramic.
     ceramic_layers, resonator_layers : int
-        Number of bricks through the thickness of the ceramics and of the resonator.
+        Number of brick elements through the thickness of the ceramics and of the resonator.
     """
 
     along_ceramic: int = 6
@@ -230,7 +233,7 @@ FINE = Density(
 )  # 30 s, 2 GB
 # Largest brick in mm, from coarse to fine meshes.
 BRICKS_MM = (4.5, 3.0, 2.2, 1.6)
-DRAWN_MM = (1.6, 1.2)  # for --fine and the finer mesh of drawn plates
+DRAWN_MM = (1.6, 1.2)  # for --fine and the finer mesh of custom plates
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 

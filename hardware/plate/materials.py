@@ -134,13 +134,13 @@ class Piezoceramic:
 
     @property
     def reduced_e31_c_m2(self) -> float:
-        """Stress along x in a thin layer per field in C/m², e31* = e31 - e33 c13/c33."""
+        """Stress along x per unit field in a thin layer, e31* = e31 - e33 c13/c33, in C/m²."""
         c, e = self.stiffness, self.coupling
         return float(e[2, 0] - e[2, 2] * c[0, 2] / c[2, 2])
 
     @property
     def d31_m_v(self) -> float:
-        """Charge constant d31 of d = e s, m/V."""
+        """Charge constant d31 in m/V, from d = e s, where s is the inverse of c^E."""
         return float(np.linalg.solve(self.stiffness, self.coupling[2])[0])
 
     @property

@@ -51,12 +51,12 @@ def half_wave_frequency_hz(layout: Layout, density: Density = HALF_WAVE) -> floa
 def half_wave_for_frequency_mm(
     frequency_hz: float, width_mm: float = 49.0, density: Density = HALF_WAVE
 ) -> float:
-    """Find the half wave in mm at which a section has a given resonance, by the secant method.
+    """Find the half-wavelength in mm at which a section resonates at a given frequency.
 
     Raises
     ------
     UserError
-        If no half wave near the beam model's solution resonates at this frequency.
+        If the secant method finds no solution near that of the beam model.
     """
     wanted = float(positive("frequency_hz", frequency_hz, "Hz"))
 
@@ -75,8 +75,9 @@ def half_wave_for_frequency_mm(
     )
     if not found.converged:
         raise UserError(
-            f"half wave for {wanted:g} Hz: not found in {_ITERATIONS_MAX} iterations of the secant "
-            f"method, which began at {first:.3g} mm; expected a frequency from the paper's Fig. 9"
+            f"half-wavelength for {wanted:g} Hz: not found in {_ITERATIONS_MAX} iterations of the "
+            f"secant method, which began at {first:.3g} mm; expected a frequency from the "
+            "paper's Fig. 9"
         )
     return float(found.root)
 
@@ -98,7 +99,7 @@ class Harmonic:
 
     @property
     def peak_hz(self) -> float:
-        """Frequency of the largest amplitude."""
+        """Frequency in Hz at which the amplitude is largest."""
         return self._vertex()[0]
 
     @property

@@ -51,11 +51,11 @@ class Surroundings:
 class Drive:
     """Drive of the plate: a target amplitude or, if ``target_um_pp`` is None, a voltage.
 
-    For a target amplitude, ``volts_per_um`` volts per µm are applied or, if None, the voltage that
-    the plate requires, as by an ideal control loop. The voltage limit applies to target amplitudes,
-    not to ``voltage_v``. If ``frequency_hz`` is None, the drive follows the resonance. The loop
-    ``played`` modulates the amplitude around ``target_um_pp``, starting at ``since_s``. If
-    ``since_s`` is None, the phase of the loop depends only on the time.
+    A target amplitude is multiplied by ``volts_per_um`` to obtain the voltage. If ``volts_per_um``
+    is None, the voltage is the one that an ideal control loop would apply. The voltage limit
+    applies to target amplitudes, not to ``voltage_v``. If ``frequency_hz`` is None, the drive
+    follows the resonance. The loop ``played`` modulates the amplitude around ``target_um_pp``,
+    starting at ``since_s``. If ``since_s`` is None, the phase of the loop depends only on the time.
     """
 
     frequency_hz: float | None = None
@@ -87,7 +87,7 @@ class Twin:
     voltage_limit_v : float
         Voltage limit of the board's control loop.
     sensor : float
-        Ratio of the sensor's reading to the true amplitude. It is 1 unless the sensor is broken.
+        Ratio of the sensor's reading to the true amplitude; 1 if the sensor works correctly.
     """
 
     def __init__(
@@ -180,8 +180,8 @@ class Twin:
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
         """Return the envelope during a played loop.
 
-        The computation starts at most `SETTLING_TIME_CONSTANTS` time constants ago, because earlier
-        states have no effect.
+        The computation covers at most the last `SETTLING_TIME_CONSTANTS` time constants, because
+        earlier states have no effect.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s

@@ -1,8 +1,8 @@
 """Compute the modes and the driven vibration of a meshed plate.
 
-Eigenmodes around a frequency are computed in shift-invert mode (SciPy's ``eigsh``). Each solution
-eliminates the potential exactly. Driven vibration is a superposition of modes with constant loss
-factors.
+Eigenmodes around a frequency are computed in shift-invert mode (SciPy's ``eigsh``). The electric
+potential is solved for together with the displacements, without approximation. Driven vibration is
+a superposition of modes with constant loss factors.
 
 The driven mode is identified by its **modal piezoelectric force**, not by its index, because the
 whole plate has about eighteen modes between 30 and 40 kHz.
@@ -61,9 +61,9 @@ class Supported:
 def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     """Apply symmetry, supports and electrodes to an assembly.
 
-    The upper faces of the ceramics are grounded. All outer faces have the same voltage, multiplied
-    by the ceramic's polarity. If the electrodes are shorted, the voltage is prescribed. If they are
-    open, the charge is zero and the voltage is unknown.
+    The upper faces of the ceramics are grounded. All outer faces have the same voltage, with the
+    sign of the ceramic's polarity. If the electrodes are shorted, the voltage is prescribed. If the
+    electrodes are open, the charge is zero and the voltage is unknown.
     """
     size = parts.nodes.shape[1]
     held = np.zeros((3, size), dtype=bool)

@@ -20,7 +20,7 @@ MODE_EXAGGERATION = 0.06  # height of the drawn mode, as a fraction of the plate
 def deflection_figure(
     section: BeamSection, voltage_v: float = 15.0, wanted_um_peak: float = 1.5
 ) -> Any:
-    """Plot Fig. 8: dynamic deflection against half-wave length."""
+    """Plot Fig. 8: dynamic deflection against half-wavelength."""
     figure, axes = canvas()
     half_wave = np.linspace(2, 20, 200)
     axes.plot(half_wave, section.dynamic_deflection_um_peak(half_wave, voltage_v), color=BLUE)
@@ -35,7 +35,7 @@ def deflection_figure(
         (least, wanted_um_peak),
     )
     axes.set(
-        xlabel="Half wave length λ/2 (mm)",
+        xlabel="Half-wavelength λ/2 (mm)",
         ylabel="Dynamic deflection (µm peak)",
         xlim=(2, 20),
         ylim=(0, None),
@@ -55,22 +55,23 @@ def frequency_figure(
     measured: tuple[float, float] | None = None,
     harmonic_peak: tuple[float, float] | None = None,
 ) -> Any:
-    """Plot Fig. 9: resonance against half-wave length, by three models.
+    """Plot Fig. 9: resonance frequency against half-wavelength, from three models.
 
     Parameters
     ----------
     printed, wide : BeamSection
-        Beam section of the paper, and beam section in plane strain.
+        Beam as modelled in the paper, and beam in plane strain.
     numerical_khz : mapping of float to float, optional
-        Finite-element frequencies in kHz, keyed by half wave in mm.
+        Finite-element frequencies in kHz, keyed by half-wavelength in mm.
     floor_hz : float
         Lowest frequency allowed by the squeeze number.
     least_mm : float, optional
-        Shortest half wave allowed by the amplitude. If given, the admissible range is shaded.
+        Shortest half-wavelength allowed by the amplitude. If given, the admissible range is shaded.
     measured : tuple of 2 floats, optional
-        Half wave in mm and frequency in kHz of a measured plate.
+        Half-wavelength in mm and frequency in kHz of a measured plate.
     harmonic_peak : tuple of 2 floats, optional
-        Half wave in mm and frequency in kHz of the peak in a harmonic analysis of the whole plate.
+        Half-wavelength in mm, and frequency in kHz of the peak in a harmonic analysis of the whole
+        plate.
     """
     figure, axes = canvas()
     half_wave = np.linspace(8, 21, 200)
@@ -106,7 +107,7 @@ def frequency_figure(
                 (max(least_mm, 8) + most[-1]) / 2, 2.0, "admissible", ha="center", color=GREEN
             )
     axes.set(
-        xlabel="Half wave length λ/2 (mm)",
+        xlabel="Half-wavelength λ/2 (mm)",
         ylabel="Natural frequency (kHz)",
         xlim=(8, 21),
         ylim=(0, None),

@@ -56,7 +56,7 @@ class BeamConstants(FrozenTable):
 
 
 class FullConstants(FrozenTable):
-    """Constants of the ceramic for Timoshenko's beam and for finite elements."""
+    """Constants of the ceramic for the Timoshenko beam and for finite elements."""
 
     stiffness_pa: tuple[Row, ...] = P1_91.stiffness_pa
     coupling_c_m2: tuple[Row, ...] = P1_91.coupling_c_m2
@@ -89,7 +89,7 @@ class PassivePlate(FrozenTable):
 
 
 class _Outline(FrozenTable):
-    """Outline of a rectangle with a size, or of a disc with a diameter."""
+    """Outline: a rectangle, given by its size, or a disc, given by its diameter."""
 
     size_mm: tuple[Length, Length] | None = None
     diameter_mm: Length | None = None
@@ -145,7 +145,7 @@ class Brief(FrozenTable):
     def _names_differ(cls, plates: tuple[DrawnPlate, ...]) -> tuple[DrawnPlate, ...]:
         names = [each.name for each in plates]
         if twice := sorted({name for name in names if names.count(name) > 1}):
-            raise ValueError(f"must name each plate differently, but {twice[0]!r} occurs twice")
+            raise ValueError(f"must have different names, but {twice[0]!r} occurs twice")
         return plates
 
 

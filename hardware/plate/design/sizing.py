@@ -1,9 +1,9 @@
-"""Compute half waves and plate sizes from requirements, following Section III of the paper.
+"""Compute half-wavelengths and plate sizes from requirements, following Section III of the paper.
 
-The required amplitude determines the shortest half wave (equation 37). The required squeeze number
-determines the lowest frequency and thus the longest half wave. Plates between these limits are
-candidates; the finite-element model checks whether they are admissible (`verdict`). A plate with n
-ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
+The required amplitude determines the shortest half-wavelength (equation 37). The required squeeze
+number determines the lowest frequency and thus the longest half-wavelength. Plates between these
+limits are candidates; the finite-element model checks whether they are admissible (`verdict`). A
+plate with n ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
 """
 
 from __future__ import annotations
@@ -43,14 +43,15 @@ class Candidate:
         including gaps but not borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal
         lines. The paper divides by n + 1.
     frequency_hz : float
-        Resonance of Timoshenko's beam in plane strain at this half wave.
+        Resonance frequency of a Timoshenko beam in plane strain with this half-wavelength.
     amplitude_um_peak : float
         Deflection at resonance from equation (37). In the finite-element model, the amplitude is
         two thirds of this deflection at the edge and less than half in the middle (see `verdict`).
     squeeze_number : float
-        Squeeze number at `frequency_hz`, in the worst case that the brief allows.
+        Squeeze number at `frequency_hz`, for the worst-case amplitude and roughness in the design
+        brief.
     beam_admissible : bool
-        Whether the half wave is within the bounds from the beam model.
+        Whether the half-wavelength is within the bounds from the beam model.
     """
 
     ceramic_length_mm: float
@@ -67,21 +68,22 @@ class Candidate:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Design:
-    """Design limits and candidate plates for a brief.
+    """Design limits and candidate plates for a design brief.
 
     Parameters
     ----------
     frequency_min_hz : float
-        Lowest frequency, from the squeeze number or the requirements, whichever is higher.
+        Lowest allowed frequency: the lowest frequency in the requirements, or the frequency at
+        which the required squeeze number is reached, whichever is higher.
     half_wave_min_mm : float
-        Shortest half wave that reaches the required amplitude.
+        Shortest half-wavelength with which the required amplitude is reached.
     half_wave_max_mm : float
-        Longest half wave for the lowest frequency, from Timoshenko's beam in plane strain.
+        Longest half-wavelength: that of a Timoshenko beam in plane strain at the lowest frequency.
     half_wave_max_printed_mm : float
-        Longest half wave for the lowest frequency, from equation (38) of the paper.
+        Half-wavelength at the lowest frequency according to equation (38) of the paper.
     relative_friction : float
         Relative friction from Reynolds' equation (3), at the lowest frequency and at the amplitude,
-        roughness and force in the brief.
+        roughness and force in the design brief.
     relative_friction_band : tuple of 2 floats
         Minimum and maximum from the model of a shared load (`slipscale.stimuli.film.shared_load`),
         which is not validated.
@@ -105,12 +107,12 @@ class Design:
 
     @property
     def beam_admissible(self) -> tuple[Candidate, ...]:
-        """Candidates that the beam model admits for a finite-element solution."""
+        """Candidates within the bounds of the beam model, which are solved with finite elements."""
         return tuple(plate for plate in self.candidates if plate.beam_admissible)
 
 
 def design(brief: Brief) -> Design:
-    """Compute the half waves and candidate plates allowed by a brief.
+    """Compute the design limits and the candidate plates for a design brief.
 
     Raises
     ------
@@ -189,7 +191,7 @@ def design(brief: Brief) -> Design:
 
 
 def sections(brief: Brief) -> tuple[BeamSection, BeamSection]:
-    """Return two beam sections for a brief: one as in the paper, and one in plane strain."""
+    """Return two beams for a design brief: as modelled in the paper, and in plane strain."""
     resonator, ceramic = resonator_of(brief), ceramic_of(brief)
     thickness = {
         "ceramic_thickness_mm": brief.ceramic.thickness_mm,
@@ -243,7 +245,7 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
 
 
 def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Convert a drawn plate to a layout. Raises UserError if a patch does not fit."""
+    """Return the layout of a custom plate. Raises UserError if a patch does not fit."""
     outline = plate.region()
     patches = [
         Patch(region=each.region(each.at_mm), polarity=each.polarity) for each in plate.patch
@@ -270,5 +272,5 @@ def _layers(brief: Brief) -> dict[str, Any]:
 
 
 def _needed(span_mm: float, piece_mm: float, gap_mm: float) -> int:
-    """Return the number of pieces with gaps between them that are needed to cover a span."""
+    """Return how many pieces, separated by gaps, are needed to cover a span."""
     return max(1, math.ceil((span_mm + gap_mm) / (piece_mm + gap_mm) - 1e-9))

@@ -1,9 +1,9 @@
 """Check with the finite-element model whether a plate meets the requirements.
 
-The beam model of equation (37) bends uniformly across its width and overestimates the amplitude:
-the paper's plate reaches two thirds of the predicted value at its edge and less than half in its
-middle. The beam model therefore only selects which plates are solved. The mesh is refined until the
-amplitude changes by less than 4 %.
+The beam model of equation (37) assumes that the plate bends uniformly across its width, and
+overestimates the amplitude: the paper's plate reaches two thirds of the predicted value at its edge
+and less than half in its middle. The beam model is therefore only used to select the plates that
+are solved with finite elements. The mesh is refined until the amplitude changes by less than 4 %.
 """
 
 from __future__ import annotations
@@ -30,17 +30,19 @@ CONVERGED = 0.04  # largest change of the amplitude between meshes
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Solution:
-    """Finite-element solution for a plate's driven mode: shorted electrodes, the ceramic's Q.
+    """Finite-element solution for the driven mode of a plate with shorted electrodes.
+
+    The quality factor of the plate is assumed to be that of the ceramic.
 
     Parameters
     ----------
     resonance_hz : float
         Resonance of the mode that the ceramics drive most strongly.
     amplitude_um_peak : dict of str to float
-        Amplitude at the voltage in the brief, keyed by position. The positions for a candidate are
-        "middle" and "edge": the antinode nearest to the centre, on the centre line and at the edge.
-        The positions for a drawn plate are "finger" (position of the finger) and "largest" (maximum
-        on the touch surface).
+        Amplitude at the voltage in the design brief, keyed by position. Candidates have two
+        positions at the antinode nearest to the centre: "middle" (on the centre line) and "edge".
+        Custom plates have "finger" (position of the finger) and "largest" (maximum on the touch
+        surface).
     unknowns : int
         Number of unknown displacements.
     uncertainty : float or None
@@ -61,8 +63,8 @@ class Judged:
     Parameters
     ----------
     solution : Solution or None
-        Finite-element solution. None if the beam model excludes the plate or the plate could not be
-        solved.
+        Finite-element solution; None if the plate is outside the bounds of the beam model, or if
+        the finite-element computation failed.
     why_not : tuple of str
         Unmet requirements; empty if the plate meets all requirements.
     needs : tuple of str
@@ -95,7 +97,7 @@ def solve(brief: Brief, candidate: Candidate, density: Density = QUICK) -> tuple
 
 
 def solve_drawn(brief: Brief, plate: DrawnPlate, density: Density) -> tuple[Modes, Solution]:
-    """Compute a drawn plate's modes and its response to the drive. Raises UserError."""
+    """Compute the modes of a custom plate and its response to the drive. Raises UserError."""
     layout = drawn_layout(brief, plate)
     low_hz, high_hz = plate.band_hz
     middle_hz, count, reach_hz = (low_hz + high_hz) / 2, MODE_COUNT // 2, 0.0
@@ -131,7 +133,7 @@ def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]
     Raises
     ------
     UserError
-        If the plate cannot be solved.
+        If the finite-element computation fails.
     """
     solution: Solution | None = None
     for brick_mm in BRICKS_MM:
@@ -151,11 +153,14 @@ def converged(layout: Layout, solved: Callable[[Density], tuple[Modes, Solution]
 
 
 def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged:
-    """Check whether a candidate meets the brief. Only beam-admissible candidates are solved."""
+    """Check whether a candidate meets the requirements of the design brief.
+
+    Candidates outside the bounds of the beam model are not solved with finite elements.
+    """
     if not candidate.beam_admissible:
         return Judged(
             solution=None,
-            why_not=("the half wave is outside the beam model's bounds",),
+            why_not=("the half-wavelength is outside the bounds of the beam model",),
             needs=(),
         )
     try:
@@ -168,7 +173,7 @@ def judge(brief: Brief, candidate: Candidate, frequency_min_hz: float) -> Judged
 
 
 def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Judged:
-    """Check whether a drawn plate meets the brief. Raises UserError if solving fails."""
+    """Check whether a custom plate meets the requirements. Raises UserError if solving fails."""
     layout = placed(brief, plate)
     solution = converged(layout, lambda density: solve_drawn(brief, plate, density))
     verdict = judged(brief, solution, frequency_min_hz, place="finger")
@@ -179,7 +184,10 @@ def judge_drawn(brief: Brief, plate: DrawnPlate, frequency_min_hz: float) -> Jud
 
 
 def placed(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Return a drawn plate's layout. Raises UserError if a patch or the finger is off the plate."""
+    """Return the layout of a custom plate.
+
+    Raises UserError if a patch or the finger is not on the plate.
+    """
     layout = drawn_layout(brief, plate)
     if not layout.outline.holds(*np.array(plate.finger_at_mm)[:, None])[0]:
         raise UserError(
@@ -192,7 +200,7 @@ def placed(brief: Brief, plate: DrawnPlate) -> Layout:
 def judged(
     brief: Brief, solution: Solution, frequency_min_hz: float, *, place: str | None = None
 ) -> Judged:
-    """Compare a solved plate with the brief and with the driver's default limits."""
+    """Compare a finite-element solution with the requirements and the default driver limits."""
     wanted, limits = brief.requirements, PlateLimits()
     place = place or wanted.finger_place
     amplitude_um_peak = solution.amplitude_um_peak[place]
@@ -214,11 +222,11 @@ def judged(
         )
     if not limits.frequency_min_hz <= solution.resonance_hz <= limits.frequency_max_hz:
         needs.append(
-            f"{solution.resonance_hz / 1e3:.2f} kHz (shipped: {limits.frequency_min_hz / 1e3:g} to "
-            f"{limits.frequency_max_hz / 1e3:g})"
+            f"{solution.resonance_hz / 1e3:.2f} kHz (default limits: "
+            f"{limits.frequency_min_hz / 1e3:g} to {limits.frequency_max_hz / 1e3:g})"
         )
     if pp_from_peak(wanted.amplitude_um_peak) > limits.level:
         needs.append(
-            f"{pp_from_peak(wanted.amplitude_um_peak):g} µm p-p (shipped: up to {limits.level:g})"
+            f"{pp_from_peak(wanted.amplitude_um_peak):g} µm p-p (default limit: {limits.level:g})"
         )
     return Judged(solution=solution, why_not=tuple(why_not), needs=tuple(needs))

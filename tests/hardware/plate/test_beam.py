@@ -170,7 +170,7 @@ def test_vectorised_over_half_waves():
         (lambda: PAPER.half_wave_for_amplitude_mm(0, 15), "amplitude_um_peak is 0"),
         (
             lambda: PAPER.half_wave_for_amplitude_mm(1, 0),
-            "no half-wave length reaches 1 µm peak at 0 V",
+            "an amplitude of 1 µm peak is not reached at 0 V with any half-wavelength",
         ),
         (lambda: dataclasses.replace(PAPER, ceramic_thickness_mm=-1), "ceramic_thickness_mm is -1"),
     ],

@@ -110,7 +110,7 @@ def test_a_search_that_does_not_converge_ends_with_a_sentence(monkeypatch):
         "half_wave_frequency_hz",
         lambda section, _: 25_000 * math.exp(math.exp((section.length_mm - 13) / 0.3)),
     )
-    with pytest.raises(UserError, match="half wave for 25000 Hz: not found in 20 iterations"):
+    with pytest.raises(UserError, match="half-wavelength for 25000 Hz: not found in 20 iterations"):
         half_wave_for_frequency_mm(25_000)
 
 

@@ -92,14 +92,14 @@ def test_the_verdict_is_the_finite_elements_at_the_place_of_the_finger(tmp_path,
     assert wide["finite_elements"]["amplitude_edge_um_peak"] == pytest.approx(1.17, rel=0.06)
     assert wide["finite_elements"]["amplitude_middle_um_peak"] == pytest.approx(0.81, rel=0.07)
     assert wide["why_not"][0].startswith("the amplitude at the edge is 1.2")
-    assert plates["11x7"]["beyond_shipped_limits"] == ["3 µm p-p (shipped: up to 2.5)"]
+    assert plates["11x7"]["beyond_shipped_limits"] == ["3 µm p-p (default limit: 2.5)"]
 
 
 @pytest.mark.parametrize(
     "amplitude_um_peak, resonance_hz, missing, needed",
     [
         (1.0, 30e3, [], []),
-        (1.0, 45e3, [], ["45.00 kHz (shipped: 25 to 40)"]),
+        (1.0, 45e3, [], ["45.00 kHz (default limits: 25 to 40)"]),
         (
             1.0,
             24e3,
@@ -152,7 +152,7 @@ def test_impossible_brief_ends_with_status_1_and_the_reason(tmp_path, capsys):
         "[requirements]\namplitude_um_peak = 9.0\nnormal_force_n = 5\n", encoding="utf-8"
     )
     assert command(str(path)) == 1
-    assert "longer half wavelength than the minimum frequency allows" in capsys.readouterr().out
+    assert "longer half-wavelength than the minimum frequency allows" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("one_mesh")
