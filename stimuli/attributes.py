@@ -1,8 +1,8 @@
 """Define the attributes of surfaces that participants judge, with their wording per language.
 
 A study selects an ``attribute``, whose adjective, noun and comparatives replace placeholders in the
-text shown to participants. For an attribute that is not listed here, the study file provides them
-in ``[attribute_words]``.
+text shown to participants. For an attribute that is not listed here, the study file provides
+these words in ``[attribute_words]``.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ class AttributeWords(NamedTuple):
     Parameters
     ----------
     adjective : str
-        Adjective, such as "slippery". In languages with genders, the adjective agrees with
-        "surface" (feminine in French).
+        Adjective, such as "slippery". In languages with grammatical gender, the adjective
+        agrees with "surface" (feminine in French).
     noun : str
         Noun, such as "slipperiness".
     masculine, plural : str
         Other forms of the adjective, if the language has them.
     more, less : str
-        Adverbs before the adjective that compare a surface of higher or lower level, such as
-        "more".
+        Adverbs before the adjective, such as "more" and "less": ``more`` selects the surface with
+        the higher level, and ``less`` the surface with the lower level.
     """
 
     adjective: str
@@ -44,7 +44,7 @@ class AttributeWords(NamedTuple):
         return self._replace(more=self.less, less=self.more)
 
     def fill(self, text: str) -> str:
-        """Replace the placeholders in a text by this attribute's wording.
+        """Replace the placeholders in a text with the words for this attribute.
 
         >>> ATTRIBUTES["roughness"]["en"].fill("How <adjective> is this surface?")
         'How rough is this surface?'

@@ -1,6 +1,6 @@
-"""Convert between field names in the code and names in files with levels in µm.
+"""Convert between names of fields in the code and names in files that give levels in µm.
 
-Names in the code do not contain a unit, because levels may be in any quantity.
+Names in the code do not contain a unit, because a level can be a value of any quantity.
 
 ===============  ===================  ===================  ==============================
 in the code      in a file in µm      in a file in volts   conversion
@@ -34,7 +34,7 @@ PLACES = {
 
 
 def in_code(name: str) -> str:
-    """Convert a name from a file with levels in µm to the name in the code, if they differ.
+    """Convert a name used in files with levels in µm to the name used in the code.
 
     >>> in_code("standard_um_pp"), in_code("amplitude_before_um_pp"), in_code("trial")
     ('standard_level', 'level_before', 'trial')
@@ -43,7 +43,7 @@ def in_code(name: str) -> str:
 
 
 def in_um(name: str) -> str:
-    """Convert a name in the code to the name in files with levels in µm (inverse of `in_code`).
+    """Convert a name used in the code to the name in files with levels in µm (see `in_code`).
 
     >>> in_um("levels"), in_um("interval2_level"), in_um("highest_level")
     ('amplitudes_um_pp', 'interval2_amplitude_um_pp', 'highest_um_pp')

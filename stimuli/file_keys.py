@@ -42,7 +42,7 @@ class FileNames:
     other: Mapping[str, Quantity] = field(default_factory=dict)
 
     def in_file(self, place: tuple[int | str, ...]) -> tuple[int | str, ...]:
-        """Replace the field names in the position of an error by the keys of the file."""
+        """Replace the field names in the position of an error with the keys used in the file."""
         top = place[0] if place else ""
         keys = len(place) if top in self.tables else 1
         quantity = self.quantity_in(top)
@@ -55,7 +55,7 @@ class FileNames:
         )
 
     def to_code(self, table: dict[str, Any]) -> dict[str, Any]:
-        """Replace the keys of a file by the field names of the model."""
+        """Replace the keys of a file with the field names of the model."""
 
         def naming(quantity: Quantity) -> Callable[[str], str]:
             # In files, only names with a unit are valid keys, not names of fields.
@@ -66,7 +66,7 @@ class FileNames:
         return self._renamed(table, naming)
 
     def to_file(self, table: dict[str, object]) -> dict[str, object]:
-        """Replace field names by the keys of the file."""
+        """Replace field names with the keys used in the file."""
         return self._renamed(table, lambda quantity: lambda key: self._key(key, quantity))
 
     def _renamed(

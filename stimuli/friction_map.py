@@ -206,7 +206,10 @@ class FrictionMap(Parametric):
         )
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Predict how well the plate and friction follow the map at the assumed finger speed."""
+        """Predict how well amplitude and friction follow the map at the assumed finger speed.
+
+        Return None for a constant amplitude.
+        """
         if not self._changes:
             return None
         return Followed(

@@ -58,7 +58,7 @@ class Followed(NamedTuple):
 
     @property
     def felt(self) -> bool:
-        """Whether friction follows well enough to be felt."""
+        """Whether friction follows the commanded change closely enough to be felt."""
         return self.friction >= LEAST_FOLLOWED
 
 
@@ -139,7 +139,7 @@ class Modulator:
     command_interval_s : float
         Shortest interval between two commands on the serial line.
     shortest_edge_s : float
-        Shortest edge between two amplitudes that the drive supports.
+        Shortest edge (transition between two amplitudes) that the drive supports.
     film_time_constant_s : float
         Time constant of the film under the finger (time to reach 63 % of a step).
     """

@@ -1,8 +1,8 @@
 """Declare the stimulus parameters that a study can vary.
 
-Any field of a texture (`slipscale.stimuli.textures`) with a `Parameter` in its annotation can be
-the level of a protocol (``vary`` in a study file). The declaration defines the key and range in the
-study file, and the column and unit in the data.
+A field of a texture (`slipscale.stimuli.textures`) can be the level of a protocol (``vary`` in a
+study file) if its type annotation contains a `Parameter`. The declaration defines the key and range
+in the study file, and the column and unit in the data.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Parameter:
     Parameters
     ----------
     name : str
-        Noun, in which the plate's quantity replaces ``{q.name}``.
+        Noun phrase; the placeholder ``{q.name}`` is replaced with the plate's quantity.
     description : str
         Meaning, as printed in the reference for study files.
     unit : str or None
@@ -79,7 +79,7 @@ FINGER_SPEED = Parameter(
     unit="mm/s",
     above=0,
     description="Finger speed at which the texture is played if the finger's position is not "
-    "measured. Required in every study, because the data depend on it.",
+    "measured. Required in every study, because the data depend on the speed.",
     stated=True,
 )
 
@@ -125,7 +125,7 @@ class Parametric:
 
     @property
     def made(self) -> Self:
-        """Surface that a plate presents for this stimulus, which is the texture itself."""
+        """Surface that a plate presents for this stimulus: the texture itself."""
         return self
 
     def turned(self, level: float) -> Self:
@@ -140,5 +140,5 @@ class Parametric:
 
 
 def field_of(key: str, plate: Quantity, known: Mapping[str, Declared]) -> str | None:
-    """Return the field name of the parameter with the given key in the plate's quantity, if any."""
+    """Return the field for a key in a study file, or None if the key is not a parameter."""
     return next((field for field in known if plate.named(field) == key), None)

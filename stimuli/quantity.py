@@ -30,8 +30,8 @@ IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 class Quantity:
     """Physical quantity that varies between stimuli, and the words used for it in reports.
 
-    In the analysis, the column is always called ``amplitude_um_pp``, whereas files contain
-    ``column``.
+    In the analysis, the column of levels is always called ``amplitude_um_pp``. In files, its name
+    is given by ``column``.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class Quantity:
     unit : str
         Unit, such as "µPa"; may be empty.
     convention : str
-        Convention that complements the unit, such as "peak to peak"; may be empty.
+        Convention that qualifies the unit, such as "peak to peak"; may be empty.
     column : str
         Name of the column in files.
     judged : str
@@ -95,7 +95,7 @@ class Quantity:
 
     @property
     def stepped(self) -> bool:
-        """Whether a plate produces the quantity, so that descending differences have steps."""
+        """Whether a plate produces the quantity; the trials of a yes/no task are then steps."""
         return bool(self.suffix)
 
     @property
@@ -132,7 +132,8 @@ class Quantity:
     def more(self) -> str:
         """Answer that selects the stimulus with the higher level, such as "more slippery".
 
-        Equal to ``yes`` if this is a word other than "yes", or if no property is judged.
+        If the data contain a different word for "yes", or if no property is judged, the answer is
+        ``yes``.
         """
         if self.yes != "yes" or self.judged == UNNAMED:
             return self.yes
@@ -155,12 +156,12 @@ class Quantity:
 
     @property
     def short_convention(self) -> str:
-        """Abbreviated convention for a column heading, such as "p-p"."""
+        """Abbreviation of the convention for a column heading, such as "p-p"."""
         return SHORT.get(self.convention, "")
 
     @property
     def short_unit(self) -> str:
-        """Unit and abbreviated convention for a column heading."""
+        """Unit and abbreviation of the convention, for a column heading."""
         return ", ".join(part for part in (self.unit, self.short_convention) if part)
 
     @property
@@ -304,7 +305,7 @@ def made_by_plate(
     *,
     falls: bool = False,
 ) -> Quantity:
-    """Create a quantity that a plate produces, for the levels of a study.
+    """Return the quantity for levels that a plate produces.
 
     >>> made_by_plate("acceleration", "m/s²", "RMS").named("standard_level")
     'standard_m_s2_rms'

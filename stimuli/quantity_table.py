@@ -13,16 +13,18 @@ Text = Annotated[str, Field(strict=True, min_length=1)]
 
 
 class QuantityTable(FrozenTable):
-    """Quantity that the plate produces, in which levels are given."""
+    """Quantity that the plate produces and in which levels are given."""
 
     name: Annotated[str, Field(strict=True, pattern=r"^[a-z]+( [a-z]+)*$")] = setting(
         PLATE_AMPLITUDE.name, "Name of the quantity, a lower-case noun such as voltage."
     )
     unit: Text = setting(PLATE_AMPLITUDE.unit, "Symbol of the unit, such as V, m/s² or N.")
     convention: Literal["peak to peak", "peak", "RMS", ""] = setting(
-        "peak to peak", "Convention that the unit does not contain, such as RMS; may be empty."
+        "peak to peak", "Convention that the unit does not express, such as RMS; may be empty."
     )
-    judged: Text = setting(PLATE_AMPLITUDE.judged, "Attribute that participants judge, a noun.")
+    judged: Text = setting(
+        PLATE_AMPLITUDE.judged, "Attribute that participants judge: a noun such as roughness."
+    )
     falls: Annotated[bool, Field(strict=True)] = setting(
         False, "Whether the judged attribute decreases as the quantity increases."
     )

@@ -93,7 +93,10 @@ class Surface(Stimulus, Protocol):
         """Return the loop that is played if the finger is not measured; None without a loop."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Predict how well plate and friction follow the surface; None for a constant amplitude."""
+        """Predict how well amplitude and friction follow the commanded changes.
+
+        Return None for a constant amplitude.
+        """
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -146,7 +149,7 @@ class VirtualSurface:
 
     @property
     def made(self) -> VirtualSurface:
-        """Surface that a plate presents for this stimulus, which is the surface itself."""
+        """Surface that a plate presents for this stimulus: the surface itself."""
         return self
 
     def turned(self, level: float) -> VirtualSurface:

@@ -189,7 +189,7 @@ class Grating(Parametric):
 
     @property
     def _harmonics(self) -> tuple[Harmonic, ...]:
-        """Harmonics with a share above 0."""
+        """Harmonics with a depth above 0."""
         every = (
             Harmonic(
                 order,
@@ -244,7 +244,7 @@ class Grating(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a fraction (0 to 1) of a picture that shows three periods."""
+        """Return the amplitude at a fraction (0 to 1) of the width of a three-period picture."""
         return self.level_in(3 * share)
 
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
@@ -276,7 +276,10 @@ class Grating(Parametric):
         return abs(finger_speed_mm_s) / self.spatial_period_mm
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Predict how well plate and friction follow the highest harmonic; None for zero depth."""
+        """Predict how well amplitude and friction follow the highest harmonic.
+
+        Return None if the depth is zero.
+        """
         if self.depth_level == 0:
             return None
         rate_hz = self._highest_order * self.rate_hz(self.finger_speed_mm_s)
@@ -321,8 +324,8 @@ class Grating(Parametric):
         Returns
         -------
         tuple of AmplitudeStep
-            Commands in order of time, from 0. The amplitude of each step is the value of the wave
-            in the middle of the step.
+            Commands in chronological order, starting at time 0. The amplitude of each step is the
+            value of the wave in the middle of the step.
 
         Raises
         ------

@@ -3,8 +3,8 @@
 At first, the amplitude of a transient is constant. When the finger reaches a given position or
 force, or when a given time has passed since contact, the amplitude changes to another value within
 a transition time. The amplitude returns to its first value after a given duration. Without a
-duration, it returns when the trigger condition is no longer met. A transient that is triggered by
-position thus acts as an edge on the plate.
+duration, the amplitude returns when the trigger condition is no longer met. A transient that is
+triggered by position thus acts as an edge on the plate.
 
 The list of amplitudes is timed by the clock of the plate itself. The duration of the transition is
 therefore exact even if the computer rarely samples the finger; only its beginning depends on the
@@ -70,7 +70,7 @@ class Transient(Parametric):
             unit=None,
             above=0,
             description="Amplitude before the change; above 0, because a plate that is switched "
-            "off cannot change in time.",
+            "off responds too slowly.",
         ),
     ]
     to_level: Annotated[
@@ -213,7 +213,7 @@ class Transient(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a fraction (0 to 1) of a picture that shows the change."""
+        """Return the amplitude at a fraction (0 to 1) of the width of a picture of the change."""
         return self.level_after((1.5 * share - 0.25) * self.active_s)
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
@@ -222,7 +222,10 @@ class Transient(Parametric):
         return None
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Predict how well the plate and friction follow the change; None without a change."""
+        """Predict how well amplitude and friction follow the change.
+
+        Return None if there is no change.
+        """
         if self.from_level == self.to_level:
             return None
         lasts = "" if self.duration_s is None else f" for {1000 * self.duration_s:g} ms"
@@ -268,8 +271,9 @@ class Transient(Parametric):
     def _pieces(self, modulator: Modulator) -> tuple[int, float]:
         """Return the number of steps in a transition and the duration of each step.
 
-        A half-cosine transition is the edge of a single step. A linear transition needs several
-        steps, and both the transition time and the duration must be multiples of the step duration.
+        A half-cosine transition is played as the edge of a single step. A linear transition needs
+        several steps, and both the transition time and the duration must be multiples of the step
+        duration.
         """
         shortest_s, linear = modulator.edge_s, self.shape == "linear"
         lasts_s = self.duration_s

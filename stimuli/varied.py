@@ -18,7 +18,7 @@ class Varied:
     vary : str
         Name of the field that contains the varied parameter.
     texture : Texture
-        The stimulus, whose field ``vary`` contains the level.
+        The stimulus; the field named by ``vary`` contains the level.
     """
 
     vary: str

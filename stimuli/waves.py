@@ -33,7 +33,10 @@ class Harmonic(NamedTuple):
 
 
 class Wave(NamedTuple):
-    """Function from phase (0 to 1) to amplitude (-1 to 1), and its minimum number of steps."""
+    """Function from phase (0 to 1) to amplitude (-1 to 1).
+
+    ``steps_min`` is the smallest number of steps per period with which the wave can be represented.
+    """
 
     value: Callable[[float], float]
     steps_min: int

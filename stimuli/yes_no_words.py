@@ -7,12 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class YesNoWords:
-    """Wording for a yes/no task, in which a trial is a step down (of a plate) or a single stimulus.
+    """Wording for a yes/no task.
 
+    Each trial presents a step in amplitude (if a plate produces the stimuli) or a single stimulus.
     ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) each contain
-    the singular and the plural. ``size`` is the variable on which the probability of "yes" depends,
-    and ``each`` is the name of a single value of it. ``at`` is the phrase before the value at which
-    sensitivity is reported.
+    the singular and the plural. ``size`` names the variable on which the probability of "yes"
+    depends, and ``each`` names one value of this variable. ``at`` introduces the value for which
+    sensitivity is reported, as in "for steps of 0.5 µm".
     """
 
     size: str

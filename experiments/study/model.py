@@ -88,7 +88,7 @@ class Study(FrozenTable):
     made: QuantityTable = Field(
         default=QuantityTable(),
         validation_alias="quantity",
-        description="Quantity that the plate produces, in which levels are given; default: the "
+        description="Quantity that the plate produces and in which levels are given; default: the "
         "vibration amplitude in µm peak to peak. If the plate produces another quantity, the names "
         "of keys end in the unit of that quantity.",
     )

@@ -51,7 +51,7 @@ class Resolution:
             raise UserError("resolution: cells_per_ridge and cells_min must be 1 or more")
         if self.instants < 3 or self.instants % 2 == 0:  # noqa: PLR2004 - one harmonic needs three
             raise UserError(
-                f"resolution: instants must be an odd number of 3 or more, but is {self.instants}"
+                f"resolution: instants must be odd and at least 3, but is {self.instants}"
             )
 
 
@@ -79,8 +79,8 @@ class FilmState:
     thickness : ndarray, shape (cells, instants)
         H of equation (2), averaged over each cell.
     conductance : ndarray, shape (cells, instants)
-        H³ at the outer face of each cell, divided by the distance from the centre of the cell to
-        the centre of the next cell (or to the edge).
+        Flow conductance of the outer face of each cell: H³ at the face, divided by the distance
+        between the centres of the two cells (for the last cell, from its centre to the edge).
     squeeze_number, storage_exponent : float
         σ of equation (4), and m = 1/n, where n is the polytropic exponent.
     flow_imbalance : float
@@ -227,7 +227,7 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return the number of values of σ to solve, which increase by a factor of at most 4."""
+    """Return the number of squeeze numbers to solve; each is at most 4 times the previous one."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 

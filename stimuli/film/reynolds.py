@@ -81,9 +81,9 @@ _TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
 def time_constant_s(point: WorkingPoint, resolution: Resolution | None = None) -> float:
     """Return the time in which the overpressure completes 63 % of its response to a small step.
 
-    The time is computed from equation (3), linearised about the periodic state
-    (`FilmState.decay_rate`), and limits how fast friction can follow a change in amplitude. For
-    small amplitudes, the film responds much more slowly, because gas leaves a narrow gap slowly.
+    This time constant limits how fast friction can follow a change in amplitude. It is computed
+    from equation (3), linearised about the periodic state (`FilmState.decay_rate`). For small
+    amplitudes, the film responds much more slowly, because gas leaves a narrow gap slowly.
 
     Raises
     ------
@@ -117,7 +117,7 @@ def sweep(
     workers: int = 2,
     show_progress: bool = False,
 ) -> list[FilmState]:
-    """Solve many working points in parallel, and return the states in the order of ``points``."""
+    """Solve many operating points in parallel, and return their states in the same order."""
     cases = list(points)
     if workers == 1:
         return list(_shown((solve(case, resolution) for case in cases), len(cases), show_progress))

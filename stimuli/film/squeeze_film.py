@@ -136,7 +136,7 @@ def film_thickness_um(
     Parameters
     ----------
     position_mm, phase_rad : array_like
-        Position x, and phase ω0·t of the vibration. The two are broadcast against each other.
+        Position x, and phase ω0·t of the vibration. Positions and phases are broadcast.
     """
     mean, depth, ridge = gap(amplitude_um_peak, roughness_um, finger)
     x = 2 * np.pi * np.asarray(position_mm) * MILLI / (finger.ridge_period_um * MICRO)

@@ -12,7 +12,7 @@ def test_runs_flags_events_and_consent_are_shown_without_an_answer(visitor, reco
     assert "Participant 01" in page
     assert "run 01 complete" in page
     assert "not asked" in page
-    assert "No fault, pause, note or voided trial." in page
+    assert "There were no faults, pauses, notes or voided trials." in page
     assert "um" not in page.split()
     assert 'href="/person?label=02"' in visitor.see("/")
     assert 'href="/person?label=02"' in visitor.see("/data")

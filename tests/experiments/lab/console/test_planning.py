@@ -40,7 +40,7 @@ def test_the_sliders_choose_a_condition_of_the_grid(visitor, words_of):
     computed(study_text("biet2007"), {(12, 1): 0.6, (20, 1): 0.85, (12, 2): 0.7, (20, 2): 0.9})
     page = words_of(visitor.see("/planning"))
     assert "60 % of simulated studies" in page  # the study's own number of participants
-    assert "At least 20 participants reach the target" in page
+    assert "At least 20 participants are needed to reach the target" in page
     page = visitor.see("/planning?participants=1&repetitions=1")
     assert "90 % of simulated studies" in words_of(page)
     assert re.findall(r"<output>(.*?)</output>", page) == ["20", "2", "1"]

@@ -110,7 +110,7 @@ def test_the_study_is_compared_with_the_version_of_the_last_run(visitor, recorde
     (lab / "used.toml").write_text(used)
     (lab / "slipscale.toml").write_text('study = "used.toml"\nplate = "serial:COM9"\n')
     same = words_of(visitor.see("/study"))
-    assert re.search(r"The study has not changed since the last run, by participant 0[12]", same)
+    assert re.search(r"The study has not changed since the last run \(participant 0[12]\)", same)
     (lab / "used.toml").write_text(re.sub(r"(?m)^title = .*$", 'title = "<Other>"', used))
     visitor.console.state.now(fresh=True)
     page = visitor.see("/study")
