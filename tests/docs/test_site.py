@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from html.parser import HTMLParser
+from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
@@ -92,6 +93,12 @@ def site(made_once):
 @pytest.fixture(scope="module")
 def pages(site):
     return {path: Page(path.read_text(encoding="utf-8")) for path in site.rglob("*.html")}
+
+
+def test_a_python_page_bears_the_name_with_which_its_package_is_imported(site):
+    stems = {path.stem for path in (site / "reference/python").glob("*.html")} - {"index"}
+    assert "slipscale.stimuli.film" in stems
+    assert all(find_spec(stem) for stem in stems)
 
 
 def test_every_page_of_docs_is_built_and_in_the_menu_under_its_folder(pages, site):

@@ -29,7 +29,7 @@ def pages() -> dict[str, str]:
     rows = [
         [
             f"[{Path(path).stem}]({Path(path).name})",
-            summary(ROOT.joinpath(*Path(path).stem.split("."))),
+            summary(ROOT.joinpath("src", *Path(path).stem.split("."))),
         ]
         for path in made
     ]
@@ -53,8 +53,8 @@ def modules(package: Path) -> list[Path]:
 
 
 def package_name(folder: Path) -> str:
-    """Return the dotted name of a package's folder."""
-    return ".".join(folder.relative_to(ROOT).parts)
+    """Return the name with which a package is imported."""
+    return ".".join(["slipscale", *folder.relative_to(ROOT).parts])
 
 
 def summary(package: Path) -> str:
