@@ -162,7 +162,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
     each = (twice - once) / study.number
     number = study.number + math.floor((minutes - once) / each + 1e-9)
     if number < 1:
-        least = once - (study.number - 1) * each
+        least = math.ceil(10 * (once - (study.number - 1) * each)) / 10
         raise UserError(
             f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
             f"{study.amount} = 1; expected at least this duration"

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from functools import cache
 
 import numpy as np
@@ -83,6 +84,14 @@ def test_a_study_is_filled_up_to_the_minutes_and_not_beyond():
         assert filled.minutes(PEOPLE) == pytest.approx(4.0, rel=0.12)
         assert more.minutes(PEOPLE) > 4.0
         assert f"{filled.amount} = {filled.number}" in filled.text
+
+
+@pytest.mark.parametrize("name", ["biet2007", "detection_threshold", "constant_stimuli"])
+def test_minutes_that_an_error_suggests_are_enough(name):
+    with pytest.raises(UserError) as error:
+        filling(study(name), 0.01, PEOPLE)
+    suggested = float(re.search(r"takes about ([\d.]+) minutes", str(error.value))[1])
+    assert filling(study(name), suggested, PEOPLE).number == 1
 
 
 def test_what_a_study_answers_is_told_by_its_tasks():
