@@ -193,6 +193,7 @@ def test_a_study_s_page_has_its_source_effect_assumed_values_analysis_and_file()
     assert "in task detectionthreshold: 0 to 120 V peak; frequency: 80 Hz, 180 Hz" in adaptive
     assert '\n  rule = "staircase"\n' in adaptive
     assert " = None" not in adaptive
+    assert "analysis of variance" not in adaptive  # thresholds: no estimates to test
     assert "the stimulus: 0.9, 1.15, 1.4 µm peak to peak; initial level: 0.1 µm p-p, 2.2" in page
     assert '| `force = "load_cells:/dev/ttyUSB0"` | your sensor |' in page
     assert "The exponent is the mean of participants' regression slopes" in page

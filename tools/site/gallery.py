@@ -19,6 +19,7 @@ from slipscale.analysis.tasks.effects.factors.declaration import ANALYSIS as FAC
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.dataset.schema import columns
 from slipscale.experiments.protocol_parts.registry import load_protocol
+from slipscale.experiments.protocols.magnitude_estimation import MagnitudeEstimation
 from slipscale.experiments.running.rehearsal import dry_run
 from slipscale.experiments.running.study_commands import show
 from slipscale.experiments.steps.steps import Present
@@ -124,7 +125,8 @@ def _remarks(keys: str) -> Iterator[tuple[str, str]]:
 
 def _methods(study: Study) -> Iterator[str]:
     """Yield the report's methods sentences on a study's tasks: the chosen, named results."""
-    kinds = [FACTORS] if study.factors else []
+    estimated = any(isinstance(options, MagnitudeEstimation) for options in study.tasks)
+    kinds = [FACTORS] if study.factors and estimated else []
     for options in study.tasks:
         header = frozenset(columns(load_protocol(options.protocol).for_task(options)))
         kinds += [kind for kind in KINDS if kind.trials and kind.trials.belongs(header)]
