@@ -64,7 +64,7 @@ def anova_sentence(
     return (
         f"In an analysis of variance of log estimates with {factor} and {quantity.name} as "
         f"within-participant factors (n = {n}, Greenhouse–Geisser-corrected), estimates "
-        f"{means} between {levels}, {effect_text(effects[0])}; the effect of "
+        f"{means} between {levels}, {effect_text(effects[0])}. The effect of "
         f"{quantity.name} {growth} between {levels} (interaction), "
         f"{effect_text(effects[2])}."
     )

@@ -23,8 +23,8 @@ WORDINGS_SHOWN = 40
 def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     fit = found.psychometric
     intervals = (
-        f"Proportion of “{quantity.yes}” at each {quantity.yes_no.each}, with Clopper–Pearson "
-        "intervals."
+        f"Proportion of “{quantity.yes}” answers at each {quantity.yes_no.each}, with "
+        "Clopper–Pearson intervals."
     )
     texts = [intervals]
     if fit:
@@ -53,7 +53,7 @@ def difference(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.figure(
             svgs["difference"],
             _caption(found, quantity),
-            f"Proportion of “{quantity.yes}”. "
+            f"Proportion of “{quantity.yes}” answers. "
             + ", ".join(
                 f"{step_label(step, quantity)}: {step.yes} of {step.n}" for step in found.steps
             )

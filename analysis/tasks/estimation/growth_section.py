@@ -28,7 +28,7 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
         html.figure(
             svgs["growth"],
             "Top: growth functions for all participants together. Bottom: power function on "
-            f"logarithmic axes, without {quantity.value(0)}; the slope is the exponent. Error "
+            f"logarithmic axes, excluding {quantity.value(0)}; the slope is the exponent. Error "
             "bars: t-based intervals across participants.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",

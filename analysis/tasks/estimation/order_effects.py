@@ -107,14 +107,14 @@ def not_identifiable(trials: pd.DataFrame, quantity: Quantity = PLATE_AMPLITUDE)
         return few(quantity.levels, min(people, 1), 2)
     if (rising | falling).all():
         return (
-            f"not identifiable: every participant's rows are sorted by {quantity.name}, which is "
-            "confounded with order (was the table sorted?)"
+            f"not identifiable, because every participant's rows are sorted by {quantity.name}, "
+            "which is confounded with order (was the table sorted?)"
         )
     alike = people > 1 and (counts == counts[0]).all()
     if alike and (amplitudes.reshape(people, -1) == amplitudes[: counts[0]]).all():
         return (
-            "not identifiable: every participant had the same order, which is confounded with "
-            f"{quantity.name}"
+            "not identifiable, because every participant had the same order, which is confounded "
+            f"with {quantity.name}"
         )
     return None
 
@@ -151,7 +151,8 @@ def _slope(products: Array, place: int, data: Prepared) -> MeanOverParticipants 
     )
     if not left > IDENTIFIABLE * max(own, np.finfo(float).tiny):
         return NotComputed(
-            f"not identifiable: order and {data.quantity.name} are confounded for every participant"
+            f"not identifiable, because order and {data.quantity.name} are confounded for every "
+            "participant"
         )
 
     def solve(sums: Array) -> Array:

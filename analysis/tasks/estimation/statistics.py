@@ -244,8 +244,8 @@ ORDER: Statistic[OrderEffects] = Statistic(
     meaning="drift over a session, and carry-over from the preceding surface",
     compute=of_estimates(order_effects),
     parts=lambda found: {
-        "Order: trial position": found.log_slope_per_trial,
-        "Order: preceding {q.stimulus}": found.log_slope_per_um_pp_before,
+        "Order (trial position)": found.log_slope_per_trial,
+        "Order (preceding {q.stimulus})": found.log_slope_per_um_pp_before,
     },
     families=(
         Family(

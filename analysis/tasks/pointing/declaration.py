@@ -63,7 +63,7 @@ def _answers(task: TaskPointing, confidence: float, _q: Quantity) -> list[str]:
 
 
 def _throughput(task: str, found: FeedbackPointing, confidence: float) -> str:
-    named = f"{task}, feedback {found.feedback}"
+    named = f"{task}, feedback condition “{found.feedback}”"
     people = counted(len(found.people), "participant", "participants")
     return fold(
         found.throughput_bit_s,
@@ -96,8 +96,8 @@ def _remarks(task: TaskPointing, _confidence: float, _q: Quantity) -> list[str]:
     sentences = []
     for each in task.conditions:
         sentences.append(
-            f"Feedback {each.feedback}: movement time = a + b × index of difficulty, with "
-            f"a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
+            f"Feedback condition “{each.feedback}”: movement time = a + b × index of difficulty, "
+            f"with a = {_mean(each.intercept_s, 3)} s and b = {_mean(each.slope_s_per_bit, 3)} "
             "s/bit."
         )
         if each.left_out:

@@ -81,7 +81,7 @@ def _both(found: BothExponents, confidence: float) -> str:
         f"{number(found.production)} and the exponent of {found.counterpart} was "
         f"{number(found.estimation)} (geometric means). The ratio was {number(found.ratio)}, "
         f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. The usual remedy "
-        "(Stevens & Greenbaum, 1966) is the geometric mean of both exponents, "
+        "(Stevens & Greenbaum, 1966) is the geometric mean of the two exponents, "
         f"{number(found.combined)}, CI {bracketed(found.combined_interval)}."
     )
 

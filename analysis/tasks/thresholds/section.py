@@ -135,11 +135,11 @@ def _fitted(found: PsychometricFunction) -> list[str]:
 
 
 def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
-    called = f"Proportion of “{quantity.more}”"
+    called = f"Proportion of “{quantity.more}” answers"
     text = (
-        f"{called if task.method == COMPARED else 'Proportion correct'} against the level. Pale: "
-        "individual psychometric functions; blue: all answers pooled. Bottom: individual "
-        f"thresholds with {level:g} % intervals"
+        f"{called if task.method == COMPARED else 'Proportion correct'} as a function of the "
+        "level. Pale: individual psychometric functions; blue: all answers pooled. Bottom: "
+        f"individual thresholds with {level:g} % intervals"
     )
     if computed(task.population) is None:
         return f"{text}."

@@ -117,7 +117,7 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
             ),
             lambda reason: f"not computed ({reason})",
         )
-        return f"{each.condition}: {value}" if each.condition else value
+        return f"{value} ({each.condition})" if each.condition else value
 
     left_out = sum(each.left_out for each in found.conditions)
     tracks = sum(each.tracks for each in found.conditions)
@@ -126,8 +126,8 @@ def _reversals(found: Reversals, confidence: float, quantity: Quantity) -> str:
     )
     means = "; ".join(map(mean, found.conditions))
     return (
-        f"Mean of the last {found.last} reversals per track (Levitt, 1971), which estimates the "
-        f"level with about {100 * found.proportion:.0f} % correct answers: {means}."
+        f"The mean of the last {found.last} reversals per track, which estimates the level with "
+        f"about {100 * found.proportion:.0f} % correct answers (Levitt, 1971), was {means}."
         f"{short if left_out else ''}"
     )
 

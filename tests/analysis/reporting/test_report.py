@@ -66,7 +66,7 @@ def test_a_study_of_differences_alone_does_not_speak_of_estimates(dataset, page)
 
 def test_the_parts_of_order_that_were_not_computed_say_why(table_by_hand, page):
     text = page(analyse(few(table_by_hand, "ab", (0, 1, 2))))
-    assert "Order and carry-over: not identifiable: every participant" in text
+    assert "Order and carry-over: not identifiable, because every participant" in text
 
 
 @pytest.mark.parametrize(

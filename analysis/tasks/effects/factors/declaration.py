@@ -48,7 +48,7 @@ def sentences(analysis: Analysis) -> list[str]:
         if isinstance(anova, NotComputed):
             texts.append(f"The analysis of variance with {name} was not computed: {anova.reason}.")
         else:
-            names = (name, f"conditions of {name}")
+            names = (name, f"{name} conditions")
             texts.append(anova_sentence(names, anova.effects, anova.n, confidence, quantity))
         first = factor_level(each.factor, each.conditions[0].condition)
         for change in each.changes:

@@ -292,13 +292,13 @@ FACTORS: Statistic[tuple[FactorEffects, ...]] = Statistic(
         Family(name="changes between conditions", corrected=True, read=_change_ps),
     ),
     methods="Each factor was tested together with {q.name} in a within-participant analysis of "
-    "variance of mean log estimates with the Greenhouse–Geisser correction [[greenhouse1959]], and "
-    "through each participant's changes in exponent and level from the first condition, with "
-    "Holm's correction [[holm1979]]. A mixed model of all trials, in which the intercept, exponent "
-    "and condition effects vary between participants, was fitted by restricted maximum likelihood "
-    "[[laird1982]].",
+    "variance of mean log estimates with the Greenhouse–Geisser correction [[greenhouse1959]]. "
+    "Each other condition was compared with the first condition by t tests of participants' "
+    "differences in mean log estimate and in exponent, with Holm's correction [[holm1979]]. A "
+    "mixed model of all trials, in which the intercept, exponent and condition effects vary "
+    "between participants, was fitted by restricted maximum likelihood [[laird1982]].",
     conclusions={
-        r"(.+)\.anova\.factor\.p": "conditions of {0} differ (analysis of variance)",
-        r"(.+)\.anova\.interaction\.p": "growth differs between conditions of {0}",
+        r"(.+)\.anova\.factor\.p": "{0} conditions differ (analysis of variance)",
+        r"(.+)\.anova\.interaction\.p": "growth differs between {0} conditions",
     },
 )

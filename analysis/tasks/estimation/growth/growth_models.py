@@ -310,7 +310,10 @@ def compare(
         return NotComputed("the estimates of each participant are all the same")
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
     if fits["power"].parameters["exponent"] < 0:
-        return NotComputed(f"estimates fall with {quantity.name}, but growth functions rise")
+        return NotComputed(
+            f"estimates decrease as {quantity.name} increases, but growth functions can only "
+            "increase"
+        )
     scores = {name: found.aicc for name, found in fits.items() if found.aicc is not None}
     if not scores:
         return NotComputed("there are too few points for the corrected Akaike criterion")

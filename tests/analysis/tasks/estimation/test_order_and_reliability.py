@@ -46,7 +46,7 @@ def test_one_order_for_all_is_not_identifiable():
     rng = np.random.default_rng(1)
     found = order_effects(ready(session(rng, 8, order=rng.permutation(12))))
     assert isinstance(found, NotComputed)
-    assert "not identifiable: every participant had the same order" in found.reason
+    assert "not identifiable, because every participant had the same order" in found.reason
 
 
 def test_a_sorted_table_is_not_identifiable():

@@ -38,7 +38,7 @@ def test_growth_functions_are_not_compared_if_estimates_fall():
     # The threshold model fitted such data best, with both parameters at the limits of the search.
     falling = pd.DataFrame(estimates(lambda x: x**-1.3), columns=STIMULI)
     assert compare(falling) == NotComputed(
-        "estimates fall with amplitude, but growth functions rise"
+        "estimates decrease as amplitude increases, but growth functions can only increase"
     )
     assert compare(-falling).best in {"power", "ekman", "threshold"}
 
