@@ -195,7 +195,7 @@ def test_a_study_s_page_has_its_source_effect_assumed_values_analysis_and_file()
     assert " = None" not in adaptive
     assert "analysis of variance" not in adaptive  # thresholds: no estimates to test
     assert "the stimulus: 0.9, 1.15, 1.4 µm peak to peak; initial level: 0.1 µm p-p, 2.2" in page
-    assert '| `force = "load_cells:/dev/ttyUSB0"` | your sensor |' in page
+    assert '| `force = "load_cells:/dev/ttyUSB0"` | replace with your sensor |' in page
     assert "The exponent is the mean of participants' regression slopes" in page
     assert "Each factor was tested together with final amplitude" in page
     assert study_text("monnoyer2016").strip() in page
