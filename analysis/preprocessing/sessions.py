@@ -6,7 +6,7 @@ import tomllib
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from slipscale.analysis.reading.label_order import numbers_first
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:

@@ -133,7 +133,7 @@ def numbers(
     outside = values.notna() & ~((values >= minimum) & (values <= LARGEST))
     for bad, expected in (
         (text, "a number"),
-        (outside, f"a number from {minimum:g} to {LARGEST:g}"),
+        (outside, f"a number of {minimum:g} or more (at most {LARGEST:g})"),
     ):
         shown = frame[bad].head(LISTED_PROBLEMS)
         problems.add_many(

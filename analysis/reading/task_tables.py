@@ -20,7 +20,6 @@ import pandas as pd
 from slipscale.analysis.reading.answer_codes import TRUE
 from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
 from slipscale.analysis.reading.delimited import Problems, Source, quantity_of
-from slipscale.analysis.reading.label_order import padded
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
     TaskTrials,
@@ -29,7 +28,7 @@ from slipscale.analysis.reading.labelled_tasks import (
     read_main_trials,
     with_people,
 )
-from slipscale.analysis.reading.surface_labels import plain
+from slipscale.analysis.reading.surface_labels import padded, plain
 from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
 
 #: Columns of all kinds of task.

@@ -9,7 +9,7 @@ from slipscale.analysis.planning.power.grid import Condition
 from slipscale.analysis.planning.power.yes_no_steps import StepTask
 from slipscale.analysis.planning.simulated.estimates import Task
 from slipscale.analysis.planning.simulated.fast_tests import DIVISORS, OMNIBUS, TESTS
-from slipscale.analysis.reading.label_order import numbers_first
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.experiments.participants.simulated_people.growth import people_for
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.protocol_parts.base import Context, Options

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import pandas as pd
 
-from slipscale.analysis.reading.label_order import numbers_first
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.analysis.reading.task_tables import BEFORE_CONDITION
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed

@@ -19,8 +19,7 @@ import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import own_answers
 from slipscale.analysis.reading.delimited import Problems
-from slipscale.analysis.reading.label_order import numbers_first
-from slipscale.analysis.reading.surface_labels import plain
+from slipscale.analysis.reading.surface_labels import numbers_first, plain
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,

@@ -21,7 +21,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.preprocessing.sufficiency import TINY, few
-from slipscale.analysis.reading.label_order import numbers_first
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed

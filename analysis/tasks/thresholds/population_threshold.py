@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
-from slipscale.analysis.reading.label_order import numbers_first
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.not_computed import NotComputed

@@ -19,7 +19,7 @@ from slipscale.analysis.json_form import renamed
 from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
-from slipscale.analysis.reading.label_order import numbers_first
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import (

@@ -226,7 +226,7 @@ def test_an_answer_that_no_parameters_allow_is_refused():
     rule = QuestPlus(levels=(10.0,), threshold_levels=(0.1,), slopes=(5.0,), lapses=(0.0,))
     with pytest.raises(UserError, match="allows a wrong answer at 10; allow lapses above 0"):
         rule.start().answered(correct=False)
-    with pytest.raises(UserError, match="allows one of the answers"):
+    with pytest.raises(UserError, match="one of the answers has probability 0"):
         QuestPlusBatch.start(rule, 2).answered(np.array([True, False]))
 
 
