@@ -222,8 +222,8 @@ class Reconstruction:
     title : str
         Title of the table.
     columns : tuple of ColumnAnswer
-        Result for each column: whether its numbers are consistent, and how many data sets give
-        them.
+        Result for each column: whether its numbers are consistent, and the number of data sets that
+        reproduce them.
     """
 
     title: str

@@ -6,8 +6,8 @@ names defines a method ``json_form`` that returns the keys in order. Rules for a
 - amplitudes are written as ``0.5`` if they are keys; NaN is written as null;
 - field names of result classes, and strings of the class `OurName`, are converted to names for the
   stimulus quantity of the data;
-- keys of plain mappings are not converted. They are names of participants, files or groups, or
-  names chosen by another package.
+- keys of plain mappings are not converted, because they are names of participants, files or
+  groups, or names chosen by another package.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def form(value: object, named: Callable[[str], str] = str) -> Json:
         return form(value.item())
     if isinstance(value, OurName):
         return named(value)
-    # Numbers first, because checking a million of them for a method would be too slow.
+    # Checked before `json_form`, because looking up a method of a million numbers is slow.
     if value is None or isinstance(value, str | int | float):
         return None if isinstance(value, float) and not math.isfinite(value) else value
     if _has_json_form(value):
@@ -95,7 +95,7 @@ def _has_json_form(value: object) -> TypeGuard[HasJsonForm]:
 
 
 def record(value: object) -> JsonObject:
-    """Convert a result to a JSON object. Raises TypeError if the result has no keys."""
+    """Convert a result to a JSON object; raise TypeError if it becomes a list or a plain value."""
     found = form(value)
     if not isinstance(found, dict):
         raise TypeError(f"{type(value).__name__}: has no keys")

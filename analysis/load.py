@@ -180,7 +180,7 @@ def _files(
     Raises
     ------
     UserError
-        If ``wanted`` is not the label of a task for which only one label is analysed.
+        If no magnitude estimation or descending difference has the label ``wanted``.
     """
     labels = sorted(label for kind in kinds if kind.label for label in found[kind.name])
     if wanted is not None and wanted not in labels:
@@ -252,7 +252,7 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
     trials = {}
     for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs)):
         if len(rows):
-            columns = tuple(kind.empty().columns)  # a table by hand contains no friction
+            columns = tuple(kind.empty().columns)  # tables made by hand have no friction
             trials[kind.name] = with_people(rows.reindex(columns=list(columns)), columns)
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,

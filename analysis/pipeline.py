@@ -54,8 +54,8 @@ def analyse(
         A key of `slipscale.analysis.preprocessing.normalisation.RULES`. The default is the rule in
         the study file or, if none is set, `default_rule` in that module.
     equivalence_ratio : float, optional
-        Largest ratio of the geometric means of two amplitudes that count as equivalent. The default
-        is the ratio in the study file.
+        Largest ratio of two geometric means at which the amplitudes count as equivalent. The
+        default is the ratio in the study file.
     bayesian : bool
         Whether to sample the hierarchical Bayesian power function as well, which requires the extra
         ``bayes``.

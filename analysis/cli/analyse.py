@@ -232,7 +232,7 @@ def run_analyse(args: Namespace) -> int:
         data = analysis.dataset
         out = Path(args.out) if args.out else default_folder(data, args.dataset)
         if args.in_session and not args.out:
-            out /= f"ses-{args.in_session}"  # Next to the results for all sessions combined.
+            out /= f"ses-{args.in_session}"  # separate from the results for all sessions
         if args.task and not args.out:
             out /= f"task-{args.task}"
         # Imported late, because importing Matplotlib takes a second.

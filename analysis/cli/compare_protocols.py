@@ -1,8 +1,4 @@
-"""Implement the comparisons that ``slipscale power`` makes between protocols or conditions.
-
-The option ``--protocols`` compares protocols. For studies with factors, thresholds are compared
-between conditions.
-"""
+"""Compare protocols, or thresholds between a study's conditions, for ``slipscale power``."""
 
 from __future__ import annotations
 
@@ -17,7 +13,7 @@ from slipscale.faults import ANSWER_IS_NO, DONE, UserError
 if TYPE_CHECKING:
     from slipscale.experiments.study.model import Study
 
-#: Number of simulated studies per protocol. It is low because answers are simulated step by step.
+#: Number of simulated studies per protocol: few, because answers are simulated step by step.
 STUDIES = 50
 WIDTH = 170
 #: Default numbers of participants to compare.

@@ -11,7 +11,7 @@ from slipscale.analysis.cli.progress_line import telling
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE, harmless
 
-#: Format -> description, in the order of writing.
+#: Descriptions of the formats, keyed by format, in the order in which they are written.
 FORMS = {
     "word": "report for a word processor (report.docx)",
     "pdf": "report on A4 pages (report.pdf)",

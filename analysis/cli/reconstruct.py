@@ -168,7 +168,7 @@ def _answer_intervals(table: PublishedTable, arguments: argparse.Namespace) -> i
     return ANSWER_IS_NO if wrong or any(t.verdict == "impossible" for t in tests) else DONE
 
 
-# Seconds from which computations are announced.
+# Shortest estimated duration of a computation that is announced, in seconds.
 WORTH_SAYING_S = 5.0
 
 
@@ -288,7 +288,7 @@ def _tests(table: PublishedTable, columns: list[Solutions]) -> list[PrintedTestA
 def _known_across(
     columns: list[Solutions], design: Design | None, arguments: argparse.Namespace
 ) -> Across | None:
-    """Return conclusions across columns; None without a design or at least two usable columns."""
+    """Compare the columns; return None if the design is unknown or fewer than two are usable."""
     usable = [
         s for s in columns if (s.targets.wanted and s.witness) or (not s.refused and s.consistent)
     ]

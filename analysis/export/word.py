@@ -104,7 +104,7 @@ def _table(document: Any, element: Any, _folder: Path) -> None:
     document.add_paragraph()
 
 
-#: HTML element -> function that writes it. All other elements are containers.
+#: Functions that write HTML elements, keyed by tag. Of other elements, only the content is written.
 WRITERS: dict[str, Callable[[Any, Any, Path], None]] = {
     "h1": _heading(0),
     "h2": _heading(1),

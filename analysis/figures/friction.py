@@ -87,7 +87,7 @@ def perception_figure(
         )
     axes.invert_xaxis()
     axes.set(
-        xlabel="Predicted relative friction µ'/µ (slippery to the right)",
+        xlabel="Predicted relative friction µ'/µ (more slippery to the right)",
         ylabel="Magnitude estimate of slipperiness",
         ylim=(0, 105),
         title="Perception against predicted friction",

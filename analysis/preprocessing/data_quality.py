@@ -29,10 +29,11 @@ FEW_LEVELS = 2
 #: Smallest number of trials for which drift is computed.
 TRIALS_FOR_DRIFT = 8
 
-#: Smallest number of catch steps for a flag: with one, attentive participants say "yes" too often.
+#: Smallest number of catch steps for the flag: after a single one, too many attentive participants
+#: would be flagged.
 CATCHES = 2
 
-#: Flag -> description, with a placeholder for the quantity ``q``.
+#: Descriptions of the flags, keyed by flag; ``q`` is a placeholder for the quantity.
 MEANINGS = {
     "non_monotone": "mean estimates {q.shrink} from one {q.level} to the next",
     "constant": "very few distinct numbers",
@@ -67,7 +68,7 @@ def measures(data: Dataset, thresholds: Thresholds) -> pd.DataFrame:
         if thresholds.falling_steps is None:
             falling = np.where(falling >= rarely_falling(means.shape[1]), falling, 0.0)
         found["non_monotone"] = _indexed(falling, means)
-        # With few amplitudes, even a different number for each of them makes few numbers.
+        # With few amplitudes, one number per amplitude is not suspicious.
         levels = by["amplitude_um_pp"].nunique()
         found["constant"] = by["estimate"].nunique().where(levels > FEW_LEVELS)
         felt = trials[trials["amplitude_um_pp"] > 0]
@@ -89,8 +90,8 @@ def rarely_falling(levels: int) -> int:
     """Return the smallest number of decreases with a chance probability of at most 1 in 20.
 
     If a participant feels no difference, every order of the means is equally likely, so the number
-    of orders with a given number of decreases is an Eulerian number. The means of participants who
-    feel a difference decrease less often.
+    of orders with a given number of decreases is an Eulerian number. If a participant feels a
+    difference, decreases are less likely.
 
     >>> [rarely_falling(levels) for levels in (2, 3, 4, 5, 8)]
     [2, 3, 3, 4, 6]
@@ -140,7 +141,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
 
 
 def _spreads(left: np.ndarray, what: np.ndarray) -> np.ndarray:
-    """Return the robust standard deviation for each residual.
+    """Return a robust standard deviation for scaling each residual.
 
     The spread is larger at small amplitudes, so a common spread would flag half of the participants
     with many answers. With few people, the spread at a single amplitude is uncertain. The result
@@ -178,8 +179,9 @@ def _split_half(
         return np.where(below > TINY, (first * second).sum(1) / below, np.nan)
 
 
-#: Flag -> function of measures and thresholds that returns the flagged participants. NaN is never
-#: flagged. Add new flags to `slipscale.experiments.study.analysis_choices.QualityFlag` as well.
+#: Functions that select the flagged participants from measures and thresholds, keyed by flag. NaN
+#: is never flagged. Add each new flag to
+#: `slipscale.experiments.study.analysis_choices.QualityFlag` as well.
 DECISIONS: dict[str, Callable[[pd.Series[float], Thresholds], pd.Series[bool]]] = {
     "non_monotone": lambda m, t: m >= (t.falling_steps or 1),
     "constant": lambda m, t: m <= t.distinct_numbers,

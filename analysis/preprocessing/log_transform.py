@@ -58,7 +58,7 @@ def _half_minimum(values: pd.Series[float]) -> PositiveEstimates:
     )
 
 
-#: Zero rule -> function that applies the rule to normalised estimates.
+#: Functions that apply a zero rule to normalised estimates, keyed by rule.
 ZERO_RULES: dict[str, Callable[[pd.Series[float]], PositiveEstimates]] = {
     "exclude": _exclude,
     "refuse": _refuse,
@@ -85,8 +85,8 @@ class Prepared:
     zero_sentence : str
         Sentence on how zeros were treated; empty if there are no zeros.
     refused : bool
-        Whether no results are computed on logarithms, because there are estimates of zero and the
-        zero rule is "refuse".
+        Whether results on logarithms are omitted, because there are estimates of zero and the zero
+        rule is "refuse".
     quantity : Quantity
         Quantity of the amplitudes.
     """

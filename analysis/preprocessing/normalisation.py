@@ -1,7 +1,7 @@
 """Normalise estimates to a common scale, using named rules.
 
 The paper states only that estimates "were multiplied in order to bring them to 100" (Section IV-B).
-This statement can be interpreted in several ways, which are compared in docs/how-to/your-data.md.
+Several rules fit this sentence; docs/how-to/your-data.md compares them.
 Every rule except ``modulus_equalisation`` divides by a positive number, so zeros remain zeros and
 the exponents of participants' power functions do not change.
 """
@@ -28,7 +28,7 @@ class Rule:
     divisor : callable
         Function that returns each trial's divisor; NaN or 0 if the rule does not apply.
     top : float
-        Normalised value of an estimate that equals the divisor.
+        Value to which an estimate equal to the divisor is normalised.
     formula : str
         Description for the report, in which ``q`` is a placeholder for the quantity.
     zeros : str
@@ -38,7 +38,7 @@ class Rule:
     source : str
         Reference that describes the rule.
     needs : str
-        Data that the rule requires, as named in the error message.
+        Data that the rule requires, for the error message if they are missing.
     unit : str
         Unit of the result for axis labels, in which ``q`` is a placeholder for the quantity.
     """
@@ -242,7 +242,7 @@ def normalise_by_all(trials: pd.DataFrame) -> dict[str, pd.Series[float]]:
 
 
 def _scaled(trials: pd.DataFrame, rule: str, below: pd.Series[float]) -> pd.Series[float]:
-    # Multiply first, so that 58 on a scale of 100 remains exactly 58.
+    # Multiplying before dividing keeps 58 on a scale of 100 exactly 58.
     return trials["estimate"] * RULES[rule].top / below
 
 

@@ -27,7 +27,7 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
     what = logs.columns.get_indexer(pd.Index(trials["amplitude_um_pp"]))
     table = logs.to_numpy(float)
     with warnings.catch_warnings():
-        # Participants and amplitudes without logarithms have no mean, but their trials are not
+        # The mean is empty for participants and amplitudes without logarithms, whose trials are not
         # used.
         warnings.filterwarnings("ignore", "Mean of empty slice", RuntimeWarning)
         rows, columns = np.nanmean(table, axis=1), np.nanmean(table, axis=0)

@@ -17,7 +17,7 @@ from slipscale.experiments.dataset.schema import SIDECAR
 from slipscale.experiments.study.file import study_hash
 from slipscale.faults import UserError
 
-#: Setting in the [analysis] table -> kind of deviation. All other settings are options.
+#: Kinds of deviation, keyed by setting of the [analysis] table. Other settings count as options.
 KIND_OF_CHOICE: Mapping[str, DeviationKind] = {
     "exclusions": "exclusions",
     "thresholds": "exclusions",
@@ -80,7 +80,7 @@ def _of_bundle(bundle: Bundle, _: Analysis) -> Iterator[str]:
 
 
 def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
-    """Yield deviations from the plan in the study file, seed and language."""
+    """Yield differences between the planned study file, seed and language and those used."""
     data, plan = analysis.dataset, bundle.manifest
     studies = sorted((data.folder / "code").glob("study*.toml")) if data.folder else []
     if not studies:
@@ -95,7 +95,7 @@ def _of_study(bundle: Bundle, analysis: Analysis) -> Iterator[str]:
             text = path.read_text(encoding="utf-8-sig")
             own = _flat(tomllib.loads(text))
         except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-            yield f"{path.name} cannot be read ({error}), so it cannot be compared."
+            yield f"{path.name} cannot be read ({error}), so it cannot be compared with the plan."
             continue
         known.add(study_hash(text))
         for key in sorted(planned.keys() | own.keys()):

@@ -15,7 +15,7 @@ from pathlib import Path
 from slipscale.faults import UserError
 from slipscale.hardware.plate_file import path_of
 
-#: Key for which a file can be named without folder and extension.
+#: Key whose file may be given by its name alone, without folder and extension.
 PLATE = "plate.file"
 LONGEST = 1000
 

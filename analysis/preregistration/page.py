@@ -159,10 +159,10 @@ def _remarks(power: dict[str, Any], participants: int) -> list[str]:
     if weakest >= float(power.get("target", 0)):
         return []
     remark = (
-        f"The planned {participants} participants do not reach the target: in {weakest:.0%} of "
-        "simulated studies every planned comparison is significant; the target is "
-        f"{float(power['target']):.0%}. State why the study is run nevertheless, or plan more "
-        "participants, fewer comparisons or more repetitions."
+        f"With the planned {participants} participants, every planned comparison is significant in "
+        f"{weakest:.0%} of simulated studies; the target is {float(power['target']):.0%}. State "
+        "why the study is run nevertheless, or plan more participants, fewer comparisons or more "
+        "repetitions."
     )
     return [remark]
 

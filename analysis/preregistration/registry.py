@@ -1,7 +1,7 @@
 """Answer the questions that registries ask about a study and its analysis.
 
-The questions are taken from the OSF and AsPredicted forms. Answers that only the authors can give
-are taken from the command's options. If an option is not given, the page shows "Not stated" as the
+The questions are taken from the OSF and AsPredicted forms. Authors give answers that cannot be
+computed as options of the command. If an option is not given, the page shows "Not stated" as the
 answer.
 """
 

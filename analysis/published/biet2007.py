@@ -84,7 +84,7 @@ def covers(amplitudes_um_pp: Iterable[object], quantity: Quantity) -> bool:
 def agrees(published: str, ours: float) -> bool:
     """Return whether a computed value rounds to the published number.
 
-    A value exactly half-way between two published decimals agrees with both of them.
+    A value exactly half-way between two rounded numbers agrees with both.
 
     >>> agrees("19.58", 235 / 12), agrees("19.58", 19.574)
     (True, False)

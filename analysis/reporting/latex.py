@@ -57,7 +57,7 @@ def latex_tables(analysis: Analysis) -> dict[str, str]:
 
 
 def _p(p: float) -> str | None:
-    """Format a p-value for print, with "<" for very small values, or return None for NaN."""
+    """Format a p-value, with "<" for very small values, or return None for NaN."""
     if math.isnan(p):
         return None
     text = p_cell(p)

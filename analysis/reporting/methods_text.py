@@ -68,7 +68,7 @@ def sentences(analysis: Analysis, software: Mapping[str, str]) -> list[str]:
     return [text for text in texts if text]
 
 
-#: Software to cite in a methods section -> text with a placeholder for the version.
+#: Citations of software in the methods section, keyed by package; {} is replaced by the version.
 CITED = {
     "scipy": "SciPy {} [[scipy2020]]",
     "pingouin": "pingouin {} [[pingouin2018]]",

@@ -20,7 +20,7 @@ SENTENCE = Markup('<p style="margin: .4rem 0"><b>{}.</b> {}</p>')
 TABLE = Markup(
     '<table style="border-collapse: collapse; font-size: inherit; margin: .6rem 0">{}{}</table>'
 )
-#: Column of Table III -> its heading; the level column is added separately.
+#: Headings of Table III, keyed by column; the level column is added separately.
 HEADS = {
     "n": "n",
     "mean": "mean",

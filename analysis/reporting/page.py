@@ -16,7 +16,7 @@ from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.writing import html
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
-#: Largest number of different answers to a question for which each answer is counted.
+#: Answers to a question are counted one by one if it has at most this many different answers.
 ANSWERS_LISTED = 8
 MODES = {"pilot": "pilot", "participant": "participants", "unknown": "not recorded"}
 

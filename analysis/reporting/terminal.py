@@ -49,7 +49,7 @@ def table3_table(analysis: Analysis) -> Table:
 
 
 def print_table3(analysis: Analysis, console: Console | None = None) -> None:
-    """Print Table III of an analysis, if it has magnitude estimates."""
+    """Print means and spreads as in Table III, if the analysis contains magnitude estimates."""
     if analysis.prepared is None:
         return
     (console or Console()).print(table3_table(analysis))

@@ -118,7 +118,7 @@ def labelled(label: str, text: str) -> Markup:
 
 
 def figure_if_drawn(svgs: Mapping[str, str], name: str, caption: str, alt: str) -> list[Markup]:
-    """Return a list with the figure of this file name; empty if the figure was not drawn."""
+    """Return a list with the named figure, or an empty list if the figure was not drawn."""
     return [figure(svgs[name], caption, alt)] if name in svgs else []
 
 

@@ -139,7 +139,7 @@ def unit_number(value: float, decimals: int = 2) -> str:
 
 
 def cell(result: T | NotComputed, write: Callable[[T], str]) -> str:
-    """Format a result with ``write``. Return a dash if the result was not computed."""
+    """Format a result using the function ``write``, or return a dash if it was not computed."""
     return fold(result, write, lambda _: DASH)
 
 

@@ -33,7 +33,7 @@ class Reference:
 
     @property
     def listed(self) -> str:
-        """Entry for a list of references."""
+        """Reference as an entry in a bibliography, with its title."""
         names = self.authors.replace(" and others", " et al.").replace(" and ", "; ")
         return f"{names} ({self.year}). {self.title}. {self._place}."
 

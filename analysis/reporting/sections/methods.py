@@ -14,7 +14,7 @@ from slipscale.analysis.writing.numbers import grouped
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 SEEDS_LISTED = 12
-#: `Dataset.unchanged` -> statement about the source and the time of the study's choices.
+#: Sentences on where and when the settings were chosen, keyed by `Dataset.unchanged`.
 FROZEN = {
     True: "Settings from the study file, fixed before data collection (the session records "
     "contain the file's SHA-256)",
@@ -32,7 +32,7 @@ def normalisations(analysis: Analysis) -> ReportSection:
         return section
     section.gist = _invariance(analysis)
     amplitudes, value = list(analysis.sensitivity[0].mean), analysis.dataset.quantity.value
-    #: Formatted results -> rules that give these results.
+    # Rules with the same results share a row.
     rules: dict[tuple[str, ...], list[RuleSummary]] = {}
     for row in analysis.sensitivity:
         cells = (f"{grouped(row.mean[a], 1)} ({grouped(row.sd_sample[a], 1)})" for a in amplitudes)

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.robustness import SubsetSummary
     from slipscale.analysis.tasks.kind import Analysis
 
-    #: A row of a pandas table.
+    #: One row of a DataFrame.
     Row: TypeAlias = pd.Series[Any]
 
 #: Largest number of participants listed in the report; quality.csv lists all.
@@ -143,8 +143,8 @@ def _estimate(value: float) -> str:
     return significant(value) if 0 < value < SMALLEST_OF_TWO_DECIMALS else grouped(value, 1)
 
 
-#: Column of `analysis.reporting.individuals` -> heading, with a placeholder for the quantity ``q``,
-#: and function that formats the cell of a row.
+#: Heading of a column, and function that formats the column's cell in a row, keyed by column of
+#: `analysis.reporting.individuals`; ``q`` in headings is a placeholder for the quantity.
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
