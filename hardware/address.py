@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from slipscale.hardware.plate_file import PlateFile
 
 
-PAIR, SPLIT = "pair:", "+"  # separates two backends, see `slipscale.hardware.backends.pair`
+# For pairs of actuators, see `slipscale.hardware.backends.pair`.
+PAIR, SPLIT = "pair:", "+"
 
 
 def parts(spec: str) -> tuple[str, ...]:
@@ -101,7 +102,7 @@ def calibration(text: str) -> Calibration:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Plate:
-    """Plate selected by an address: its limits, calibration and plate file."""
+    """Limits, calibration and plate file of the plate in an address."""
 
     limits: PlateLimits
     calibration: Calibration | None

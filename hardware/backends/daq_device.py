@@ -1,8 +1,8 @@
 """Emulate a data acquisition device in memory, with the interface of ``nidaqmx``.
 
 The emulated input reads the voltage of the emulated output. Like a real device, the emulated device
-rejects voltages outside its range and a second task on a channel, and its output keeps the last
-voltage after a task ends.
+rejects voltages outside its range and a second task on a channel. When a task ends, the output
+keeps its last voltage.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ class Error(Exception):
 
 
 class AcquisitionType(Enum):
-    """Sampling mode of a task."""
+    """Number of samples in a task: a fixed number, or samples until the task is stopped."""
 
     FINITE = "finite"
     CONTINUOUS = "continuous"
@@ -91,7 +91,7 @@ class Task:
         return list(islice(cycle(volts), number_of_samples_per_channel))
 
     def close(self) -> None:
-        """Release the output without changing its voltage."""
+        """Free the output channel for other tasks; its voltage does not change."""
         if self._reserves:
             TERMINALS.reserved = self._reserves = False
         TERMINALS.ask()

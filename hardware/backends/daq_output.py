@@ -12,9 +12,10 @@ vibrotactile actuator below 1 kHz (level as acceleration or displacement). SPEC:
 ``rate``        samples per second (100 per period)
 ==============  ==================================================================
 
-The user must measure ``per_volt`` at the given frequency. With ``readback``, the level is computed
-from the sine at the terminal ("applied"); without it, the commanded level is reported
-("commanded"). The channel ``emulated/ao0`` selects an emulated device.
+The user must measure ``per_volt`` at the given frequency. If ``readback`` is given, the reported
+level is computed from the voltage measured at that input (readback "applied"). Otherwise, the
+commanded level is reported (readback "commanded"). The channel ``emulated/ao0`` selects an emulated
+device.
 
 **This backend has not been tested on a real device.** If the computer fails, the device keeps
 playing until an interlock at the amplifier switches it off.
@@ -183,7 +184,7 @@ class DaqOutput(PlateDriver):
         self._level = level
 
     def _zero(self) -> None:
-        """Stop the sine and hold 0 V; raise `ConnectionLost` unless both are confirmed."""
+        """Stop the sine wave and set the output to 0 V. Raises `ConnectionLost` if either fails."""
         self._close()
 
         def hold() -> None:

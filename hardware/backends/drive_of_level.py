@@ -66,8 +66,8 @@ def stated(backend: str, options: Mapping[str, Any], plate: addresses.Plate) -> 
     Raises
     ------
     UserError
-        If the plate's quantity is in µm, if the plate has a calibration, or if the options do not
-        fit the quantity or the frequency limits.
+        If the plate's quantity is in µm, if the plate has a calibration, if the quantity requires
+        other options, or if the frequency is outside the limits.
     """
     if not OPTIONS.keys() & options.keys():
         return None

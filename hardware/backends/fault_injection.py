@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
-EVERY = ""  # phase that counts all commands
+EVERY = ""  # phase of faults that are counted over the commands of all phases
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ def _parse(word: str, faults: Collection[str], phases: Collection[str]) -> Injec
 
 
 class Schedule:
-    """Count commands, and return the faults to inject at each command.
+    """Schedule that determines the faults to inject at each command.
 
     >>> schedule = Schedule([Injection("lost", "present", 2)])
     >>> [schedule.due(phase) for phase in ("present", "read_back", "present")]
@@ -79,9 +79,9 @@ class Schedule:
         self._injections.clear()
 
     def due(self, phase: str, *, everywhere: bool = True) -> list[str]:
-        """Register a command of the given phase, and return the faults to inject at this command.
+        """Count a command that belongs to a phase, and return the faults to inject at this command.
 
-        If ``everywhere`` is True, the command is also counted for faults without a phase.
+        If ``everywhere`` is False, the command does not count for faults without a phase.
         """
         counted = [phase, EVERY] if everywhere else [phase]
         self._counts.update(counted)

@@ -23,7 +23,8 @@ def agreed_gain(
     calibration : Calibration
         Calibration, which records the gain that was used to make it.
     unknown : str
-        Error message for an unknown gain; must start with the backend's name and a colon.
+        Error message if no source defines the gain. It must start with the backend's name and a
+        colon.
 
     Raises
     ------

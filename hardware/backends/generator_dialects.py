@@ -18,7 +18,7 @@ from dataclasses import dataclass
 
 from slipscale.faults import UserError
 
-WHOLE_ANSWER = r"^\"?([^,\"]+)"  # up to a comma; some makes use quotes
+WHOLE_ANSWER = r"^\"?([^,\"]+)"  # Answer up to the first comma; some generators add quotes.
 INFINITE_OHM = 9e37  # SCPI's infinity is 9.9E+37
 HIGHEST_ZERO_V = 1e-3
 
@@ -156,7 +156,7 @@ def number(text: str) -> float:
 
 
 def _bswv(parameter: str) -> Item:
-    """Return a setting of Siglent's basic wave; answers contain all parameters of the wave."""
+    """Return a parameter of Siglent's BSWV command, whose answer contains all parameters."""
     return Item(
         write=f"C{{channel}}:BSWV {parameter},{{value}}",
         ask="C{channel}:BSWV?",
@@ -200,7 +200,7 @@ KEYSIGHT = Dialect(
     channels=(("", ""), ("SOUR2:", "2")),
     fixed=(
         *_sine("{source}FUNC", "OUTP{channel}:LOAD", "{source}VOLT:OFFS"),
-        # Functions of both the 33220A and the 33500; BPSK and SUM exist only in the 33500.
+        # Only functions that the 33220A also has; BPSK and SUM exist only in the 33500.
         *_off(
             *(f"{{source}}{each}:STAT" for each in ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS"))
         ),
@@ -222,8 +222,8 @@ KEYSIGHT = Dialect(
             smallest_vpp=0.002,
             largest_vpp=20,
             resolution_vpp=1e-4,
-            source="33500 Series Operating and Service Guide, page 216: 20 Vpp into an open "
-            "circuit; smallest 1 mVpp into 50 Ω (data sheet, page not verified)",
+            source="33500 Series Operating and Service Guide, page 216: at most 20 Vpp into an "
+            "open circuit; data sheet: at least 1 mVpp into 50 Ω (page not verified)",
         ),
     ),
     attenuator=_off("{source}VOLT:RANG:AUTO")[0],

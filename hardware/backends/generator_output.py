@@ -58,8 +58,8 @@ class GeneratorOutput:
         self.dialect = chosen or KEYSIGHT  # Set when the generator is identified.
         self._chosen = chosen
         self.range: VoltageRange | None = None  # of the identified model
-        self._may_be_on = False  # reached, and not confirmed off since then
-        self._out_of_reach = False  # It was reported that the output could not be switched off.
+        self._may_be_on = False  # until the generator is identified
+        self._out_of_reach = False  # A failure to switch the output off was reported.
 
     def prepare(self, largest_vpp: float) -> PlateIdentity:
         """Identify the generator, switch its output off, and write the fixed settings.
@@ -83,8 +83,8 @@ class GeneratorOutput:
         found = self._chosen or dialect_of(fields[0], fields[1])
         if found is None:
             raise WrongDevice(
-                f"{resource}: '{fields[0]} {fields[1]}' is an unknown make; use dialect=... with "
-                f"one of: {', '.join(DIALECTS)}"
+                f"{resource}: '{fields[0]} {fields[1]}' is not a known generator; use dialect=... "
+                f"with one of: {', '.join(DIALECTS)}"
             )
         self.dialect, self.range = found, found.range_of(fields[1])
         self._may_be_on = True

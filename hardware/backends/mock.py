@@ -79,7 +79,7 @@ class MockPlate(PlateDriver):
     limits : PlateLimits
         Limits of the plate.
     calibration : Calibration
-        Calibration, which narrows the limits.
+        Calibration; the plate is limited to the calibrated range.
     plate_file : PlateFile
         Plate file, which is stored with the data.
     injections : iterable of Injection

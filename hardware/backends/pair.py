@@ -53,7 +53,7 @@ class PlatePair(PlateDriver):
         return self.first.unfelt or self.second.unfelt
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
-        """Check that the second actuator supports its level, and the first the surface."""
+        """Check the second actuator's level, and return the first actuator's loop for a surface."""
         self.second.check_supported(VirtualSurface(level=self.second_level))
         return super().check_supported(surface, sensors=sensors)
 
@@ -119,7 +119,10 @@ class PlatePair(PlateDriver):
         self._both(lambda plate: plate.close())
 
     def _both(self, action: Callable[[PlateDriver], None]) -> None:
-        """Perform an action on both actuators, even if one fails; raise the most serious error."""
+        """Perform an action on both actuators, even if one fails.
+
+        If both fail, the more serious error is raised: a signal, `StillVibrating`, any other error.
+        """
         raised: list[BaseException] = []
         for plate in (self.first, self.second):
             try:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Checked(Protocol):
-    """Driver interface required for the device check."""
+    """Attributes that the device check requires of a driver."""
 
     name: ClassVar[str]
     simulated: ClassVar[bool]

@@ -54,13 +54,12 @@ def fit_resonance(points: Sequence[Point]) -> Peak:
     frequency_hz = np.array([each.frequency_hz for each in points])
     voltage_v = np.array([each.voltage_v for each in points])
     if np.any(voltage_v == 0):
-        raise UserError("frequency sweep: the voltage of a point is 0")
+        raise UserError("frequency sweep: at least one point was measured at 0 V")
     per_volt = np.array([each.amplitude_um_pp for each in points]) / voltage_v
     if np.ptp(per_volt) == 0:
         raise UserError(NO_RESONANCE)
     top = int(np.argmax(per_volt))
-    # The initial estimate of Q is based on the band within which the squared height is at least
-    # half.
+    # The initial estimate of Q is based on the half-power bandwidth.
     band = frequency_hz[per_volt > per_volt[top] / np.sqrt(2)]
     width_hz = max(float(np.ptp(band)), float(np.ptp(frequency_hz)) / len(points))
     guess = (frequency_hz[top], frequency_hz[top] / width_hz, per_volt[top])
@@ -120,7 +119,7 @@ def fit_gain(points: Sequence[Point]) -> Gain:
         um_pp_per_v_ci95=half_width,
         residual_um=_rms(left_um, len(points) - 1),
         voltage_max_v=highest_v,
-        # Use the largest reading if it is below the line, because the plate may saturate.
+        # A plate that saturates does not reach the amplitude on the fitted line.
         amplitude_max_um_pp=min(slope * highest_v, float(amplitude_um.max())),
     )
 
@@ -134,7 +133,7 @@ def _fitted(
     weights = np.ones_like(frequency_hz)
     best = np.array(guess)
     with warnings.catch_warnings():
-        # If the covariance cannot be estimated, it is infinite, which the caller checks.
+        # If the covariance cannot be estimated, `curve_fit` returns infinity; the caller checks it.
         warnings.simplefilter("ignore", optimize.OptimizeWarning)
         for _ in range(WEIGHTING_ROUNDS):
             best, covariance = optimize.curve_fit(
@@ -160,7 +159,7 @@ def _weights(
     fitted, left : ndarray
         Fitted values, and residuals (reading minus fitted value).
     before : ndarray
-        Weights of the previous fit, also used to fit the squared residuals.
+        Weights used in the fit, which also weight its squared residuals.
 
     Returns
     -------

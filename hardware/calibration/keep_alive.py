@@ -1,8 +1,8 @@
 """Ask questions at the terminal while keeping the connection to a vibrating plate alive.
 
-A board silences the plate if it receives nothing for its watchdog time. While `typed` waits for an
-answer, it therefore calls a function repeatedly. It waits in short steps, so that signals are
-handled without delay.
+A board silences the plate if it receives nothing for its watchdog time. To prevent this, `typed`
+calls a function repeatedly while it waits for an answer. It waits in short steps, so that signals
+are handled without delay.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def typed(question: str, alive: Callable[[], object]) -> str:
     print(question, end="", flush=True)
     try:
         descriptor = sys.stdin.fileno()
-    except (io.UnsupportedOperation, ValueError):  # not a file: does not block
+    except (io.UnsupportedOperation, ValueError):  # Input that is not a file does not block.
         return _whole(sys.stdin.readline().encode())
     read = bytearray()
     reader = Thread(target=_read_line, args=(descriptor, read), name="typed line", daemon=True)

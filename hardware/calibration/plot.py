@@ -61,7 +61,7 @@ def draw(calibration: Calibration) -> Figure:
 
 
 def _panel(pair: np.ndarray, x: np.ndarray, points: list[Point], fitted: np.ndarray) -> None:
-    """Plot readings with the fit, and the residuals below."""
+    """Plot readings and fit in the upper panel, and residuals in the lower panel."""
     above: Axes = pair[0]
     below: Axes = pair[1]
     measured_um = np.array([each.amplitude_um_pp for each in points])

@@ -25,7 +25,7 @@ DRIVE_COLUMNS = ("sweep", "frequency_hz", "voltage_v")
 UM_PER_MM = 1000.0
 PERIODS_MIN = 5.0
 SAMPLES_PER_PERIOD_MIN = 4.0
-UNEVEN = 0.01  # tolerance of sample times, as instruments print few digits
+UNEVEN = 0.01  # tolerance for sample intervals, because instruments round printed times
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -55,7 +55,7 @@ class Trace:
         step_s = float(np.mean(steps_s))
         if not (step_s > 0 and np.all(np.abs(steps_s - step_s) < UNEVEN * step_s + 1e-15)):
             raise ValueError(
-                "the times are not evenly spaced; expected evenly spaced times in seconds"
+                "the times are not evenly spaced; expected times in seconds at equal intervals"
             )
         if frequency_hz * step_s * SAMPLES_PER_PERIOD_MIN > 1:
             raise ValueError(
@@ -156,7 +156,7 @@ def _of_a_trace(reading: _Reading) -> float:
     return um_pp_from_velocity(volts_v * reading.mm_s_per_v, reading.frequency_hz)
 
 
-# Column of the measured quantity -> function that converts a reading to µm peak to peak.
+# Functions that convert a reading to µm peak to peak, keyed by the column of the reading.
 QUANTITIES: dict[str, Callable[[_Reading], float]] = {
     "amplitude_um_pp": _number,
     "velocity_mm_s_peak": _of_a_velocity,

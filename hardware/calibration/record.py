@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.records import PlateIdentity
 
-OLD_DAYS = 180  # Older calibrations cause a note.
+OLD_DAYS = 180  # The operator is notified of older calibrations.
 EXPIRED_DAYS = 365  # Older calibrations are rejected.
 MISFIT = 0.05  # allowed deviation from the fit, relative to the largest reading
 CHECKSUM = "sha256"  # the file's key
@@ -68,7 +68,7 @@ class DriveChain(FrozenTable):
 
     voltage_convention: VoltageConvention = "V peak"
     amplifier_gain: Positive = 1.0
-    # Largest voltage before the amplifier, from which a later change of the gain is detected.
+    # Largest voltage before the amplifier, which reveals whether the gain was changed later.
     source_max_v: Positive | None = None
 
     @property
@@ -129,7 +129,7 @@ class Calibration(FrozenTable):
     def _range_was_measured(self) -> Calibration:
         measured_v = [each.voltage_v for each in self.points if each.sweep == "voltage"]
         if not measured_v or self.gain.voltage_max_v > max(measured_v) * (1 + 1e-9):
-            raise ValueError("gain.voltage_max_v is larger than every voltage in points")
+            raise ValueError("gain.voltage_max_v is larger than every voltage in 'points'")
         half_width_hz = self.resonance.frequency_hz / (2 * self.resonance.quality_factor)
         for each in self.points:
             apart_hz = abs(each.frequency_hz - self.resonance.frequency_hz)
@@ -177,14 +177,14 @@ class Calibration(FrozenTable):
         return apart / math.sqrt(len(readings)) / largest_um_pp
 
     def expected_um_pp(self, point: Point) -> float:
-        """Return the amplitude in µm p-p that the fit predicts at the frequency and voltage."""
+        """Return the amplitude in µm p-p that the fit predicts at a point's drive settings."""
         resonance = self.resonance
         detuning = (point.frequency_hz - resonance.frequency_hz) / resonance.frequency_hz
         lost = math.hypot(1, 2 * resonance.quality_factor * detuning)
         return self.gain.um_pp_per_v * point.voltage_v / lost
 
     def characteristics(self) -> dict[str, float]:
-        """Return the characteristic values, keyed by their names in plate files."""
+        """Return resonance, quality factor and gain, keyed by their names in plate files."""
         return {
             "resonance_hz": self.resonance.frequency_hz,
             "quality_factor": self.resonance.quality_factor,

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
     from slipscale.hardware.calibration.record import Calibration, Point
 
-OFFSET = 0.05  # of the largest reading
-FALLS = 0.02  # of the largest reading, from one voltage to the next
-DRIFT = 0.03  # of the readings on the way up
-LOWEST = 0.2  # of the largest voltage: below it, noise hides a drift
-CURVED = 0.08  # allowed relative difference between the slopes of both halves
+OFFSET = 0.05  # largest offset at 0 V, as a fraction of the largest reading
+FALLS = 0.02  # largest decrease between successive voltages, as a fraction of the largest reading
+DRIFT = 0.03  # largest relative difference between downward and upward readings
+LOWEST = 0.2  # fraction of the largest voltage below which noise hides a drift
+CURVED = 0.08  # In the upper half of the sweep, the gain may be lower by twice this fraction.
 SECOND_PEAK = 0.1  # largest deviation from one resonance, as a fraction of the peak
 FEWEST = 4
 
@@ -32,7 +32,7 @@ BOUNDS: Mapping[str, tuple[float, float]] = {
     "quality_factor": (5.0, 2_000.0),
     "um_pp_per_v_peak": (0.005, 2.0),
 }
-# Ratios of a wrong gain to the correct gain that result from wrong units.
+# Ratios of wrong to correct gain that result from mistaken units.
 MISTAKES: tuple[tuple[float, str], ...] = (
     (1000.0, "nanometres mistaken for micrometres, or µm/s for mm/s"),
     (0.001, "millivolts mistaken for volts, or m/s for mm/s"),
@@ -41,7 +41,7 @@ MISTAKES: tuple[tuple[float, str], ...] = (
     (math.sqrt(2), "peak values mistaken for RMS values"),
     (1 / math.sqrt(2), "RMS values mistaken for peak values"),
 )
-MISTAKEN = 0.08  # relative tolerance of these ratios
+MISTAKEN = 0.08  # relative tolerance for the ratios in `MISTAKES`
 CHANGED = 0.2  # relative change of the gain between two calibrations of one plate
 
 
@@ -165,9 +165,11 @@ def mistake(ratio: float, amplifier_gain: float) -> str:
     >>> mistake(0.5, 1.0)
     'peak values mistaken for peak-to-peak values'
     >>> mistake(20.5, 20.0)
-    'volts before the amplifier mistaken for volts at the plate'
+    'the voltage before the amplifier mistaken for the voltage at the plate'
     """
-    gains = ((amplifier_gain, "volts before the amplifier mistaken for volts at the plate"),)
+    gains = (
+        (amplifier_gain, "the voltage before the amplifier mistaken for the voltage at the plate"),
+    )
     for factor, what in (*MISTAKES, *(gains if amplifier_gain != 1 else ())):
         if abs(ratio / factor - 1) < MISTAKEN:
             return str(what)

@@ -27,7 +27,9 @@ from slipscale.hardware.calibration.record import (
 from slipscale.hardware.calibration.soundness import unsound
 
 if TYPE_CHECKING:
-    Measure = Callable[[float, float], float | None]  # Hz, V -> µm p-p
+    # Function that returns the amplitude in µm p-p at a frequency in Hz and a voltage in V, or None
+    # to repeat the previous point.
+    Measure = Callable[[float, float], float | None]
 
 COARSE_POINTS, FINE_POINTS, VOLTAGE_POINTS = 41, 21, 12
 FINE_WIDTHS = 1.5  # width of the fine sweep to either side, in half-power widths

@@ -56,11 +56,12 @@ HEARTBEAT_S = 0.1
 ATTENTION_S = 5.0
 POLL_S = 0.002
 LONGEST_SETTLING_S = 2.0
-# Delay from `follow` to the plate, including the board's 25 ms ramp, which restarts at each
-# command, and the line. For measurements, see the table in docs/how-to/finger.md.
+# Delay between `follow` and the plate's response, including the serial line and the board's 25 ms
+# ramp, which restarts at each command. For measurements, see the table in docs/how-to/finger.md.
 FOLLOW_LAG_S = 0.017
-# Smallest level during `follow`, as a fraction of the largest. At 0, the board would open its
-# output stage. Below the noise of its sensor, it would correct the voltage according to noise.
+# Smallest level that `follow` commands, as a fraction of the largest level. At a level of 0, the
+# board would open its output stage. At levels below its sensor's noise, the board would adjust the
+# voltage to noise.
 FOLLOWED_SHARE = 0.02
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
@@ -242,7 +243,7 @@ class SerialBoard(PlateDriver):
                 watched, reached_s = active, now_s
             try:
                 status = self._status(link)
-                # The status belongs to that presentation only if no command was sent in between.
+                # If the presentation changed during the query, the status may describe either one.
                 if active is not None and active is self._active:
                     watch.check_status(status, active, self.limits, port=self.port)
                 reached_s = now_s
@@ -255,7 +256,7 @@ class SerialBoard(PlateDriver):
                 return
 
     def _attend(self) -> BoardLink:
-        """Mark the session as alive. Return the link, or raise a pending fault."""
+        """Record that the session is alive. Return the connection, or raise the stored fault."""
         self._attended_s = self._machine.now()
         if self._fault is not None:
             raise self._fault
@@ -362,7 +363,7 @@ def open_plate(address: str, *, clock: Clock, seed: int) -> PlateDriver:  # noqa
     Raises
     ------
     UserError
-        If the address contains no port or an unknown option.
+        If the address lacks a port or contains an unknown option.
     """
     port, options, plate = addresses.opened(address, SerialBoard.name, OPTIONS)
     if not port:

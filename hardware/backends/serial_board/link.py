@@ -24,7 +24,7 @@ from slipscale.hardware.errors import (
 )
 
 REPLY_TIMEOUT_S = 0.08
-ATTEMPTS = 4  # in total shorter than the board's watchdog time
+ATTEMPTS = 4  # All attempts together take less than the board's watchdog time.
 GREETING_S = 3.0  # many boards restart when their port is opened
 CHATTER_S = 1.0  # Many boards send arbitrary text while they start.
 FOREIGN_LINES = 3  # number of invalid lines after which the device is not a board
@@ -136,8 +136,8 @@ class BoardLink:
     def _await(self) -> wire.BoardReply | None:
         """Return the reply to the current command, and discard all other replies.
 
-        Received bytes are processed before the time-out is checked, so that a delayed thread still
-        finds the reply.
+        Received bytes are processed before the time-out is checked, so that a reply is not missed
+        if the thread was delayed.
         """
         end_s = self._clock.now() + REPLY_TIMEOUT_S
         while True:

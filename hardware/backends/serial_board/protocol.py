@@ -16,17 +16,18 @@ from slipscale.stimuli.modulation import Loop
 PROTOCOL: Final = "slipscale-plate-1"  # the model field of *IDN?
 UNIT: Final = "um_pp"  # unit of amplitudes if the board does not answer UNIT?
 STOP: Final = b"!"  # byte that silences the plate immediately, valid anywhere
-LONGEST_LINE: Final = 96  # bytes without the line feed
+LONGEST_LINE: Final = 96  # maximum line length in bytes, without the line feed
 LAST_SEQUENCE: Final = 65_535
-WATCHDOG_MS: Final = (400, 2_000)  # allows for three lost commands
-POINTS_A_LINE: Final = 8  # points per LIST:AMPL that fit even with the largest numbers
+WATCHDOG_MS: Final = (400, 2_000)  # allowed range; the shortest time covers three lost commands
+POINTS_A_LINE: Final = 8  # amplitudes that fit in one LIST:AMPL line even with the most digits
 
 VIBRATING: Final = ("RAMP", "HOLD", "SAT", "LIST", "OPEN")  # states in which the output is on
 
+# SCPI defines the negative error codes; positive codes are specific to the device.
 OK: Final = 0
-DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113  # defined by SCPI, like the next
+DATA_TYPE, MISSING_PARAMETER, UNDEFINED_HEADER = -104, -109, -113
 SETTINGS_CONFLICT, OUT_OF_RANGE = -221, -222
-TOO_HOT, BUSY = 101, 102  # Positive codes are specific to the device.
+TOO_HOT, BUSY = 101, 102
 
 MEANINGS: Final = {
     OK: "No error",
@@ -252,7 +253,7 @@ def _require(condition: bool, otherwise: str) -> None:
 
 
 def list_commands(loop: Loop) -> list[str]:
-    """Return the commands that play a loop on a settled plate.
+    """Return the commands that play a loop; the plate must have settled before.
 
     >>> from slipscale.stimuli.modulation import Loop
     >>> list_commands(Loop(levels=(2, 0.4), step_s=0.025, edge_s=0.002, mean_level=1.2))

@@ -20,7 +20,7 @@ from slipscale.hardware.errors import (
 )
 
 try:
-    from termios import error as termios_error  # passed through by pyserial; not an OSError
+    from termios import error as termios_error  # pyserial can raise it; it is not an OSError.
 except ImportError:  # Windows has no termios
     termios_error = OSError  # type: ignore[misc, assignment]  # the same name, for the table below
 

@@ -32,8 +32,8 @@ SILENCED: dict[str, tuple[type[PlateFault], str]] = {
 }
 
 
-# Number of periods within which the board must correct the mean of a list. It corrects by 5 % per
-# period, so four corrections are enough if Q drops from 60 to 50. It reads a period after its end.
+# Number of periods within which the board must correct the mean of a list. The board corrects by
+# 5 % after each period, so four corrections are enough if Q drops from 60 to 50.
 CORRECTED_PERIODS = 6
 # State of a plate that follows a finger between ramps; the board does not report this state.
 FOLLOWS = "FOLLOWS"

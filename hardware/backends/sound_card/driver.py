@@ -60,7 +60,7 @@ PASSBAND = 0.45  # highest usable frequency, as a fraction of the sampling rate
 CHANNELS = 2
 ATTENTION_S = 5.0
 POLL_S = 0.002
-ENDS_S = 1.0  # longest time until a device requests the samples of a ramp
+ENDS_S = 1.0  # time, in addition to `RAMP_S`, for the device to request the samples of a ramp
 
 
 def _channel(text: str) -> int:
@@ -101,7 +101,7 @@ class SoundCard(PlateDriver):
     channel : int
         Output channel, 1 or 2.
     attention_s : float
-        Time without a command or `check` after which the carrier stops; 0 means never.
+        The carrier stops if this time passes without a command or `check`; 0 means never.
     drive : DriveOfLevel
         Drive voltage per level, for plates whose levels are not in µm; by default, taken from the
         calibration.

@@ -259,7 +259,7 @@ def test_volts_of_the_file_are_volts_peak_to_the_driver(calibration):
         (lambda text: text.replace("frequency_hz = ", "frequency_hz = nan # ", 1), "resonance"),
         (
             lambda text: text.replace("voltage_max_v = 16.0", "voltage_max_v = 99.0"),
-            "is larger than every voltage in points",
+            "is larger than every voltage in 'points'",
         ),
         (lambda text: text.replace("[made]", "[made]\ntemperature_c = inf"), "temperature_c"),
         (lambda text: text.replace("[gain]", "[gian]"), "gian: unknown key"),

@@ -219,7 +219,7 @@ def test_units_are_bounded_by_default(factor, plausible):
         (1 / math.sqrt(2), 1, "RMS values mistaken for peak values"),
         (1000, 1, "nanometres mistaken for micrometres"),
         (0.001, 1, "millivolts mistaken for volts"),
-        (20, 20, "volts before the amplifier"),
+        (20, 20, "the voltage before the amplifier"),
         (1.2, 20, ""),
     ],
 )
