@@ -69,7 +69,7 @@ def _variant_json(variant: Variant) -> Json:
 
 
 def across_json(answer: Across) -> Json:
-    """Convert the results across columns to JSON data, with null for infinity."""
+    """Convert the results of comparing columns to JSON data, with null for infinity."""
     return {
         "always": [_finite(asdict(found)) for found in answer.bounds if found.decided],
         "depends": [_finite(asdict(found)) for found in answer.bounds if not found.decided],
@@ -175,7 +175,7 @@ def interval_lines(column: IntervalColumn) -> Iterator[str]:
         return
     of = "natural logarithms" if column.logarithms else "the values"
     mean, sd = (_join(*(f"{end:.5g}" for end in ends)) for ends in (column.mean, column.sd))
-    yield f"  mean of {of} {mean}, SD {sd}"
+    yield f"  mean of {of}: {mean}; SD: {sd}"
 
 
 def _finite(entry: Json) -> Json:
@@ -265,7 +265,7 @@ def _bound_lines(found: Conclusion) -> Iterator[str]:
 
 
 def ratings(labels: Sequence[str], table: Sequence[Sequence[float]]) -> str:
-    """Format a table as one list of ratings per column, in the same order of participants."""
+    """Format a table as text, with the ratings of each column in the same order of participants."""
     return "; ".join(
         f"{label}: {' '.join(f'{v:g}' for v in row)}"
         for label, row in zip(labels, table, strict=True)

@@ -1,4 +1,4 @@
-"""Compute bounds on statistics of two or more columns that hold in every data set and pairing.
+"""Compute bounds on statistics of two or more columns, valid for every data set and pairing.
 
 A published table does not state which ratings in different columns are from the same participant,
 so bounds must hold for every pairing of ratings. A sharp bound is attained by data sets and a
@@ -20,7 +20,7 @@ Table = tuple[tuple[int, ...], ...]
 
 # Maximum number of pairs of data sets that are searched exhaustively.
 SEARCHED = 60_000_000
-# Number of rows with extreme sums that are tried first.
+# Number of rows that are tried first because their sums are the largest or smallest.
 CANDIDATES = 200
 
 
@@ -54,7 +54,7 @@ def as_table(*rows: Array) -> Table:
 
 
 def larger(x: Array, y: Array) -> Range:
-    """Return the range of the number of participants with y > x over all pairings.
+    """Return the smallest and largest possible number of participants with y > x.
 
     Parameters
     ----------
@@ -75,8 +75,8 @@ def larger(x: Array, y: Array) -> Range:
 def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]:
     """Return the largest r such that the r largest of `upper` can exceed the r smallest of `lower`.
 
-    Also returns a row of `upper` and a row of `lower` for which this is the case. If no rows are
-    returned, r is only an upper bound.
+    Also returns a row of `upper` and a row of `lower` that attain this r. If no rows are returned,
+    r is only an upper bound.
     """
     n = upper.shape[1]
     shown, rows = 0, (upper[0], lower[0])
@@ -95,18 +95,19 @@ def _largest(upper: Array, lower: Array, compare: np.ufunc) -> tuple[int, Table]
 def _beats(
     upper: Array, lower: Array, r: int, compare: np.ufunc
 ) -> tuple[Array, Array] | Literal[False] | None:
-    """Return rows in which the r largest values of `upper` exceed the r smallest of `lower`.
+    """Find a row of `upper` whose r largest values exceed the r smallest of a row of `lower`.
 
-    Returns False if no such rows exist, and None if there are too many rows to search.
+    Returns both rows, False if no such rows exist, or None if there are too many to search.
     """
     tall, small = upper[:, upper.shape[1] - r :], lower[:, :r]
-    # In most cases, rows with extreme sums are already a solution.
+    # Rows with extreme sums are tried first, because they usually are a solution.
     first, second = _largest_sums(tall), _largest_sums(-small)
     won = compare(tall[first][:, None], small[second][None]).all(axis=2)
     if won.any():
         i, j = np.unravel_index(won.argmax(), won.shape)
         return upper[first[i]], lower[second[j]]
-    # A row that does not beat the element-wise minimum of the other rows beats none of them.
+    # A row of `tall` that does not exceed the element-wise minimum of `small` exceeds no row of
+    # `small`, and vice versa.
     rows = 0, 0
     while rows != (len(tall), len(small)):
         rows = len(tall), len(small)
@@ -141,7 +142,7 @@ def log_mean(x: Array) -> Array:
 
 
 def of_rows(values: Array, rows: Array) -> Range:
-    """Return the range of the rows' values, with the rows of the smallest and largest value."""
+    """Return the smallest and largest value, with the rows in which they occur."""
     least, most = int(values.argmin()), int(values.argmax())
     at_ends = as_table(rows[least]), as_table(rows[most])
     return Range(float(values[least]), float(values[most]), *at_ends)

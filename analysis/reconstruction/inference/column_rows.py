@@ -1,9 +1,8 @@
-"""Group the data sets of a column by sum and sum of squares.
+"""Group the possible data sets of a column by their sum and sum of squares.
 
 Possible sums and sums of squares follow directly from the published numbers. To list or sample data
 sets, they must be counted first, which can be slow. If sums and sums of squares are sufficient, set
-`sums_first`. With this setting, data sets are not counted, and a search finds single data sets when
-they are needed.
+`sums_first`: data sets are then not counted, and single data sets are searched for when needed.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from slipscale.analysis.reconstruction.data_sets.sampling import Sampler
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.data_sets.witness import witness_of
 
-# Time above which a count is run only if sums and searches give no answer.
+# If counting data sets would take longer than this, `ColumnRows.quickest` sets `sums_first`.
 QUICK_S = 0.25
 # Number of data sets drawn if there are too many to list.
 DRAWN = 2000
@@ -57,7 +56,7 @@ class ColumnRows:
 
     @cached_property
     def moments(self) -> tuple[tuple[int, int], ...]:
-        """Sums and sums of squares, in steps above the minimum."""
+        """Pairs (sum, sum of squares) of the ratings, in steps above the scale minimum."""
         if self.sums_first:
             return tuple((m.total, m.squares) for m in self.solutions.targets.moments)
         return self.solutions.attained[0]
@@ -86,11 +85,11 @@ class ColumnRows:
         return Sampler(self.solutions).draw(DRAWN, np.random.default_rng(1))
 
     def rows(self, place: int) -> Array:
-        """Return the known data sets whose sum and sum of squares are ``moments[place]``."""
+        """Return the listed or drawn data sets with the sum and sum of squares at index `place`."""
         return self._groups.get(self.moments[place], np.zeros((0, self.n), dtype=np.int32))
 
     def some(self, place: int) -> Array:
-        """Return data sets whose sum and sum of squares are ``moments[place]``.
+        """Return data sets with the sum and sum of squares at index `place`.
 
         If no such data set is known, a search tries to find one.
         """

@@ -44,7 +44,7 @@ Ratings = tuple[tuple[float, ...], ...]
 
 @dataclass(frozen=True)
 class Conclusion:
-    """The answers to one question across all possible data sets.
+    """The range of answers to one question over all possible data sets.
 
     Parameters
     ----------
@@ -59,12 +59,12 @@ class Conclusion:
     decided : bool
         Whether all data sets and pairings give the same answer.
     sharp : bool
-        Whether both ends of the range are known to occur.
+        Whether `low` and `high` are both known to occur in a data set.
     labels : tuple of str
         Labels of the columns that the question is about.
     at_low, at_high : tuple of tuple of float
-        Tables that attain the ends of the range, with one row of ratings per column and the same
-        order of participants in all rows. Empty if no table is known.
+        Tables of ratings in which the statistic is `low` and `high`, with one row per column and
+        the same order of participants in all rows. Empty if no table is known.
     """
 
     name: str
@@ -80,7 +80,8 @@ class Conclusion:
     at_high: Ratings = ()
 
 
-# Time per pair of data sets in the search for the extreme paired t, measured on Table III.
+# Computing time per pair of data sets when searching for the extreme paired t (measured on Table
+# III).
 SECONDS_A_PAIR = 0.6e-9
 
 
@@ -119,7 +120,7 @@ def pairs(columns: list[Sampler], tell: Callable[[str], None] = lambda _: None) 
     every = list(combinations(columns, 2))
     for place, (a, b) in enumerate(every, start=1):
         one, other = labels([a.solutions, b.solutions])
-        tell(f"{other} against {one}, {place} of {len(every)} pairs of columns")
+        tell(f"comparing {other} with {one}, pair {place} of {len(every)}")
         for test, bound in ((signs, larger), (t_test, paired_t)):
             found.append(test([a.solutions, b.solutions], bound(a.listed, b.listed)))
     return found
@@ -132,7 +133,8 @@ def signs(columns: Sequence[Solutions], count: Range) -> Conclusion:
     n, (one, other) = columns[0].column.n, labels(columns)
     ps = [float(binomtest(int(k), n).pvalue) for k in range(int(count.low), int(count.high) + 1)]
     words = (
-        f"participants (of {n}) who rated {other} above {one} (sign test; ties count as not above)"
+        f"participants (of {n}) who rated {other} above {one} "
+        "(sign test; ties do not count as above)"
     )
     return _concluded("sign", words, columns, count, (min(ps), max(ps)))
 
@@ -142,7 +144,7 @@ def t_test(columns: Sequence[Solutions], t: Range) -> Conclusion:
     from scipy.stats import t as student  # noqa: PLC0415
 
     degrees, (one, other) = columns[0].column.n - 1, labels(columns)
-    # The value closest to 0 in the range is an end of the range or 0.
+    # The value of the range that is closest to 0 is an end of the range, or 0 itself.
     nearest = 0.0 if t.low < 0 < t.high else min(abs(t.low), abs(t.high))
     ps = [float(2 * student.sf(edge, degrees)) for edge in (max(abs(t.low), abs(t.high)), nearest)]
     words = f"paired t({degrees}) of {other} minus {one}"
@@ -169,8 +171,8 @@ def _concluded(
 ) -> Conclusion:
     """Create a conclusion from the range of a statistic and the range of its p-value.
 
-    The conclusion is decided if all p-values are below `LEVEL`, if no p-value is below `LEVEL`, or
-    if there is no test.
+    The conclusion is decided if the p-values are all below `LEVEL`, if none of them is, or if no
+    p-value was computed.
     """
     ps = p or (None, None)
     return Conclusion(
@@ -227,7 +229,7 @@ def of_moments(columns: Sequence[Solutions]) -> list[Conclusion]:
 
 
 def _exponents(columns: list[Sampler], listed: list[Array]) -> list[Conclusion]:
-    """Return conclusions about the exponents of the group means, if no mean can be zero."""
+    """Return conclusions about the exponents of those kinds of group means that cannot be zero."""
     logs = log_amplitudes([column.solutions for column in columns])
     if len(logs) < 2:  # noqa: PLR2004 - a slope needs two points
         return []

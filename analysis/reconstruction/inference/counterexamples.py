@@ -54,7 +54,7 @@ def why_not(extent: tuple[float, float]) -> str:
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Search for ratings that reproduce a published test. Return () if none are found."""
+    """Return ratings that reproduce a published test, or () if the search fails."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:

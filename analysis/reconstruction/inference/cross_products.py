@@ -1,12 +1,13 @@
 """Bound the sum of cross products, which is unknown if the pairing of ratings is unknown.
 
-For k columns of the same n participants, the sum of cross products is the sum of the products of
-all pairs of columns, with ratings in steps above the scale minimum. Together with the sums and sums
-of squares, it determines the paired t, Pearson's r and the repeated-measures F. For each pair of
-columns, the sum of products is largest if both are sorted in the same order, and smallest if they
-are sorted in opposite order (rearrangement inequality). If the data sets are not listed, bounds
-follow from the Cauchy-Schwarz inequality. To decide whether an intermediate value occurs, ratings
-are exchanged between participants and, for small n, all pairings are tried.
+For k columns of the same n participants, the sum of cross products is the sum over all pairs of
+columns and all participants of the product of two ratings, in steps above the scale minimum.
+Together with the sums and sums of squares, it determines the paired t, Pearson's r and the
+repeated-measures F. For each pair of columns, the sum of products is largest if both are sorted in
+the same order, and smallest if they are sorted in opposite orders (rearrangement inequality). If
+the data sets are not listed, bounds follow from the Cauchy-Schwarz inequality. To find a pairing
+with a given sum of cross products, ratings are swapped between participants and, for small n, all
+pairings are tried.
 """
 
 from __future__ import annotations
@@ -26,15 +27,16 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.inference.column_rows import ColumnRows
 
-# Up to `CHOICES` choices of a sum and a sum of squares per column are all examined. If there are
-# more, `SOME` random choices are examined.
+# If there are at most `CHOICES` combinations of a sum and a sum of squares per column, all are
+# examined, and otherwise a random selection of `SOME`.
 CHOICES = 3_000_000
 SOME = 300_000
 # Numbers of choices searched for an example (most promising, and random), and number of tables per
 # choice.
 SOUGHT = 40
 TABLES = 12
-# Maximum number of pairings for an exhaustive search. With more, a test may remain undecided.
+# Maximum number of pairings for an exhaustive search. If there are more pairings, a test may remain
+# undecided.
 PAIRINGS = 2_000_000
 # Maximum number of participants for which all orders of a column are listed.
 ORDERED = 8
@@ -47,7 +49,7 @@ class Choices:
     Parameters
     ----------
     places : ndarray of int, shape (choices, columns)
-        Index of the pair (sum, sum of squares) of each column.
+        For each column, the index of its sum and sum of squares in `ColumnRows.moments`.
     sums, squares : ndarray of int, shape (choices, columns)
         Sums and sums of squares, in steps above the scale minimum.
     least, most : ndarray of int, shape (choices,)
@@ -67,7 +69,7 @@ class Choices:
     n: int
 
     def error(self, cross: Array) -> Array:
-        """Return the error sum of squares for each sum of cross products, multiplied by n k."""
+        """Return n k times the error sum of squares for given sums of cross products."""
         k = self.sums.shape[1]
         squares = self.squares.sum(axis=1)
         found: Array = self.n * (k - 1) * squares - self.between - 2 * self.n * cross
@@ -82,7 +84,7 @@ class Choices:
 
 
 def every_place(sizes: Sequence[int]) -> tuple[Array, bool]:
-    """Return combinations of one index per column, and whether all combinations are included."""
+    """Return combinations of indices, one per column, and whether they are complete."""
     if prod(sizes) <= CHOICES:
         return np.stack([m.ravel() for m in np.indices(sizes)], axis=1), True
     generator = np.random.default_rng(3)
@@ -105,7 +107,7 @@ def choices(columns: Sequence[ColumnRows]) -> Choices:
         low, high = _products(columns[i], columns[j], places[:, [i, j]])
         least += low
         most += high
-    # Participants' totals are whole numbers, which limits how similar they can be.
+    # Participants' totals are whole numbers, so that they cannot always be equal.
     grand = sums.sum(axis=1)
     low, rest = np.divmod(grand, n)
     equal = (n - rest) * low**2 + rest * (low + 1) ** 2
@@ -123,7 +125,7 @@ def _products(a: ColumnRows, b: ColumnRows, places: Array) -> tuple[Array, Array
             # Whole numbers below 2^53 are exact in floating point.
             high[pair] = int((x @ y.T).max())
             low[pair] = int((x @ y[:, ::-1].T).min())
-        at = at.reshape(-1)  # only NumPy 2.0 gives it the shape of its input
+        at = at.reshape(-1)  # only NumPy 2.0 returns a two-dimensional array
         return low[at], high[at]
     one, two = (
         np.array(column.moments, dtype=np.int64)[at]
@@ -145,23 +147,21 @@ def example(
     wanted: tuple[Array, Array],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Search for ratings with a given sum of cross products. Return () if none are found.
+    """Return ratings with an acceptable sum of cross products, or () if the search fails.
 
     Parameters
     ----------
     columns : sequence of ColumnRows
-        The data sets of each column.
     found : Choices
-        Combinations of sums and sums of squares.
     wanted : tuple of ndarray of int
-        Smallest and largest acceptable sum of cross products for each combination. A combination is
-        skipped if its smallest value exceeds its largest value.
+        Smallest and largest acceptable sum of cross products for each combination in `found`. A
+        combination is skipped if its smallest value exceeds its largest value.
     generator : numpy.random.Generator
         Random generator for selecting data sets and initial pairings.
     """
     width = wanted[1] - wanted[0]
     usable = np.flatnonzero(width >= 0)
-    # Values of C far from the extremes are most likely to occur.
+    # Intermediate sums of cross products are the most likely to occur.
     margin = np.minimum(wanted[1] - found.least, found.most - wanted[0])[usable]
     by_margin = usable[np.argsort(-margin, kind="stable")]
     some = generator.permutation(usable)[:SOUGHT]
@@ -186,10 +186,10 @@ def _starts(table: list[Array], generator: np.random.Generator) -> Iterator[Arra
 
 
 def _exchanged(table: Array, low: int, high: int) -> Array | None:
-    """Exchange ratings until the sum of cross products lies between `low` and `high`.
+    """Swap ratings within columns until the sum of cross products is from `low` to `high`.
 
-    Each step exchanges two ratings of a column, chosen so that the sum of cross products comes
-    closest to the nearer of these limits. Returns None if the search fails.
+    Each step swaps the two ratings that bring the sum closest to the nearer limit. Returns None if
+    the search fails.
     """
     k, n = table.shape
     for _ in range(n * n * k):
@@ -201,7 +201,7 @@ def _exchanged(table: Array, low: int, high: int) -> Array | None:
         best: tuple[int, int, int, int] | None = None
         for j in range(k):
             others = totals - table[j]
-            # Exchanging ratings i and h changes C by (others_i - others_h) (x_h - x_i).
+            # Swapping ratings i and h changes the sum by (others_i - others_h) (x_h - x_i).
             change = -np.subtract.outer(others, others) * np.subtract.outer(table[j], table[j])
             left = np.abs(missing - change)
             place = int(left.argmin())
@@ -219,8 +219,8 @@ def every(
 ) -> tuple[Array, ...] | None:
     """Try all pairings of all data sets until the sum of cross products is acceptable.
 
-    For `found` and `wanted`, see `example`. Returns () if no pairing has an acceptable sum of cross
-    products, and None if there are too many pairings to try.
+    For `found` and `wanted`, see `example`. Returns () if no pairing gives an acceptable sum, and
+    None if there are too many pairings to try.
     """
     n = found.n
     usable = np.flatnonzero(wanted[0] <= wanted[1])

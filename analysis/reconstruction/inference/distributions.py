@@ -1,8 +1,9 @@
 """Estimate distributions of test statistics over all data sets, for three kinds of pairing.
 
-Each sample contains one data set per column, selected uniformly at random. The columns are paired
-in three ways: at random, with the least favourable pairing, and with the most favourable pairing.
-The extreme pairings are computed exactly if possible, and otherwise by a heuristic.
+Each sample contains one data set per column, selected uniformly at random. The ratings of different
+columns are paired in three ways: at random, so that the statistic is smallest (least favourable
+pairing), and so that it is largest (most favourable pairing). The last two pairings are exact if
+possible, and otherwise found by a heuristic.
 """
 
 from __future__ import annotations
@@ -53,13 +54,13 @@ class Distribution:
     question : str
         The question as text.
     pairing : {"random", "least favourable", "most favourable"}
-        Way in which ratings are paired. The least favourable pairing gives the smallest statistic.
+        Pairing of the ratings. The least favourable pairing gives the smallest statistic.
     method : {"drawn", "exact", "heuristic"}
         Whether the pairing is random ("drawn"), the most extreme pairing possible ("exact"), or the
         most extreme pairing that a heuristic found ("heuristic").
     quantiles : tuple of (float, float)
         Pairs of probability and quantile. The quantiles for probabilities 0 and 1 are the smallest
-        and largest sampled value.
+        and largest sampled values.
     significant : float or None
         Proportion of samples with p < 0.05, or None if the statistic has no test.
     samples, seed, measure : int, int, str
@@ -209,9 +210,9 @@ def _search(
 
 
 def _extreme_t(tables: Array, _generator: np.random.Generator, *, sign: int) -> Array:
-    """Return the pairing of two columns with the smallest or the largest t.
+    """Pair the ratings of two columns so that t is smallest or largest.
 
-    If both columns have the same order, differences vary least and |t| is largest.
+    If both columns are sorted in the same order, differences vary least and |t| is largest.
     """
     rises = sign * (tables[:, :, 1] - tables[:, :, 0]).mean(axis=1) >= 0
     return np.where(rises[:, None, None], most_alike(tables), least_alike(tables))

@@ -45,8 +45,7 @@ def paired_t(x: Array, y: Array) -> Range:
 
     All combinations of sums and sums of squares are examined, except those that cannot widen the
     range because of the Cauchy-Schwarz inequality. If the lists are too long for a
-    nearest-neighbour search, the bounds on t are computed from this inequality, and the tables of
-    the result are empty.
+    nearest-neighbour search, the Cauchy-Schwarz bounds on t are returned without tables.
 
     Parameters
     ----------
@@ -105,7 +104,7 @@ def t_of_moments(x: Iterable[tuple[int, int]], y: Iterable[tuple[int, int]], n: 
 
 
 def _roots(moments: Iterable[tuple[int, int]], n: int) -> list[tuple[int, tuple[float, float]]]:
-    """Return each sum with its range of sqrt(n * sum of squared deviations)."""
+    """Return each sum with the smallest and largest sqrt(n * sum of squared deviations)."""
     ends: dict[int, tuple[float, float]] = {}
     for total, squares in moments:
         root = sqrt(n * squares - total**2)
@@ -129,7 +128,7 @@ def _t_of_scatter(difference: int, n: int, scatter: float) -> float:
 
 
 def _t(a: _Rows, b: _Rows, *, same: bool) -> tuple[float, Table]:
-    """Return the extreme t of two groups of rows, sorted in the same or in opposite order."""
+    """Return t for the rows with the largest (`same`) or smallest sum of products, and the rows."""
     difference, n = b.total - a.total, a.rows.shape[1]
     y = b.rows if same else b.rows[:, ::-1]
     # If the sums are equal, t is 0 for all rows.
@@ -175,7 +174,7 @@ def _nearest(few: Array, many: Array) -> tuple[int, int]:
 
     tree, best, at = cKDTree(many), inf, (0, 0)
     for first in range(0, len(few), BLOCK):
-        # Using all cores does not change the result, because points are independent.
+        # Using all cores does not change the result, because each point is searched independently.
         distances, places = tree.query(
             few[first : first + BLOCK], distance_upper_bound=best, workers=-1
         )

@@ -29,12 +29,12 @@ from slipscale.analysis.reconstruction.inference.printed_test_answer import (
 )
 from slipscale.analysis.reconstruction.inference.printed_windows import SLACK, windows
 
-# Maximum number of choices of moments for which examples are searched.
+# Maximum number of combinations of sums and sums of squares that are searched for an example.
 SHOWN_FOR = 60
 
 
 def of_independent_groups(case: Case) -> PrintedTestAnswer:
-    """Check a published test of independent groups, counting data sets only if necessary."""
+    """Check a published test of independent groups."""
     rows = [ColumnRows(solutions, sums_first=True) for solutions in case.columns]
     places, complete = cross_products.every_place([len(row.moments) for row in rows])
     means, variances, n = moments_of_groups(rows, places)
@@ -52,7 +52,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
         return impossible(case, rows, why_not(extent), extent, pairs)
     if shown := _shown(rows, places[left]):
         return case.said("possible", SHOWN, extent, pairs=pairs, example=shown)
-    # Some of these sums may not occur in any data set, so data sets are counted.
+    # No example was found. Data sets are counted, to exclude sums that do not occur in any of them.
     if any(solutions.not_drawn for solutions in case.columns):
         return case.said("not decided", UNFOUND, extent, pairs=pairs)
     counted = [ColumnRows(solutions) for solutions in case.columns]

@@ -1,8 +1,8 @@
 """Compute t, Welch's t and F for columns from different participants, over all data sets.
 
-Statistics of independent groups depend only on n, sums and sums of squares. The ranges therefore
-cover all pairs of sum and sum of squares that occur in a data set. If counting data sets is slow,
-the ranges cover all pairs that the published numbers allow.
+Statistics of independent groups depend only on n, sums and sums of squares. The range of a
+statistic therefore covers all pairs of sum and sum of squares that occur in a data set or, if
+counting data sets is slow, all pairs that the published numbers allow.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# Maximum number of pairs of sum and sum of squares per column that are all compared. If there are
-# more, only the extreme sums of squares for each sum are compared.
+# If a column has more pairs of sum and sum of squares, only the smallest and largest sum of squares
+# for each sum are compared.
 ALL_OF = 1000
 
 
 @dataclass(frozen=True)
 class Group:
-    """Possible pairs of mean and variance (n - 1) of one column."""
+    """Possible means and variances (with divisor n - 1) of one column."""
 
     label: str
     n: int
     mean: Array
     variance: Array
-    sharp: bool  # whether each pair occurs in a data set
-    complete: bool  # whether all pairs are included
+    sharp: bool  # whether every mean and variance occurs in a data set
+    complete: bool  # whether all means and variances are included
 
 
 def independent_conclusions(columns: Sequence[Solutions]) -> list[Conclusion]:
@@ -61,7 +61,7 @@ def group_of(solutions: Solutions) -> Group:
     """Return the possible means and variances of a column.
 
     If counting data sets is slow, the means and variances are derived from the published numbers
-    alone. In this case, some of them may not occur in any data set.
+    alone, and some of them may not occur in any data set.
     """
     column, rows = solutions.column, ColumnRows.quickest(solutions)
     pairs, sharp = rows.moments, not rows.sums_first
@@ -91,7 +91,7 @@ def moments_of_groups(rows: Sequence[ColumnRows], places: Array) -> tuple[Array,
     rows : sequence of ColumnRows
         The groups.
     places : ndarray of int, shape (choices, groups)
-        Index of the pair (sum, sum of squares) of each group.
+        For each group, the index of its sum and sum of squares in `ColumnRows.moments`.
     """
     found = [
         _means_and_variances(row.solutions.column, row.moments)[:, places[:, j]]
@@ -181,7 +181,7 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
     """Return the conclusion of the one-way F test.
 
-    Its bounds are known to be attained only if every column has a single possible sum.
+    The bounds on F are marked as sharp only if every column has a single possible sum.
     """
     from scipy.stats import f as fisher  # noqa: PLC0415
 
@@ -197,7 +197,7 @@ def _one_way_f(groups: Sequence[Group]) -> Conclusion:
 
 
 def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], tuple[Array, float]]:
-    """Choose the group means that minimise, and those that maximise, their weighted variance.
+    """Choose the group means with the smallest and the largest weighted variance.
 
     The weighted sum of squared distances from the weighted mean is a convex function of the means.
     It is largest if every mean is at an end of its range, and smallest if every mean is as close to
@@ -213,9 +213,9 @@ def extreme_between(ends: Array, weights: Array) -> tuple[tuple[Array, float], t
     Returns
     -------
     smallest : tuple of (ndarray, float)
-        Means with the smallest weighted variance, and their weighted sum of squares.
+        Means with the smallest weighted variance, and their weighted sum of squared deviations.
     largest : tuple of (ndarray, float)
-        Means with the largest weighted variance, and their weighted sum of squares.
+        Means with the largest weighted variance, and their weighted sum of squared deviations.
     """
     corners = np.array(np.meshgrid(*ends, indexing="ij")).reshape(len(ends), -1)
     centres = weights @ corners / weights.sum()

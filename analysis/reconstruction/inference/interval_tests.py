@@ -108,7 +108,9 @@ def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float
     (_, least), (_, most) = extreme_between(means, n)
     low, high = np.array([c.sd for c in columns]).T
     if test.kind in PAIRED:
-        # Error divided by n - 1, for the most similar and the most opposite columns.
+        # Smallest and largest error sum of squares, divided by n - 1. The error is smallest if
+        # columns correlate perfectly, and largest if their correlations are as negative as
+        # possible.
         (_, small), _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
         rest = high.sum() - high.max()
         large = float((high**2).sum()) - max(0.0, float(high.max() - rest)) ** 2 / k
@@ -117,7 +119,8 @@ def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float
         share = n.prod() / n.sum()
         small, large = (float((sd**2 / n).sum() * share) for sd in (low, high))
     else:
-        # Error, multiplied by the degrees of freedom between groups.
+        # The sum of squares within groups is scaled so that the sum between groups divided by it is
+        # F.
         share = (k - 1) / (n.sum() - k)
         small, large = (float(((n - 1) * sd**2).sum() * share) for sd in (low, high))
     ends = [
@@ -133,7 +136,7 @@ def _example(
     window: tuple[float, float],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Search for values that reproduce a published test. Return () if none are found."""
+    """Return values that reproduce a published test, or () if the search fails."""
     path = _Path(test, columns, generator)
     grid = np.linspace(0, 1, PLACES)
     values = np.array([path.value(at) for at in grid])
@@ -181,7 +184,7 @@ class _Path:
         self.shapes = first, last
 
     def rows(self, at: float) -> list[Array]:
-        """Return the columns at a position from 0 (smallest statistic) to 1 (largest statistic)."""
+        """Return the columns at a point of the path, from 0 (smallest statistic) to 1 (largest)."""
         means = self.means[0] + at * (self.means[1] - self.means[0])
         sds = self.sds[0] + at * (self.sds[1] - self.sds[0])
         found = []
@@ -192,14 +195,14 @@ class _Path:
         return found
 
     def value(self, at: float) -> float:
-        """Return |t|, F or r at a position from 0 to 1, or infinity if it is undefined."""
+        """Return |t|, F or r at a point of the path, or infinity if it is undefined."""
         (value,) = STATISTICS[self.test.kind]([row[None] for row in self.rows(at)])
         if np.isnan(value):
             return inf
         return float(value if self.test.kind == "correlation" else abs(value))
 
     def prints(self, at: float, value: float) -> bool:
-        """Return whether the columns at a position from 0 to 1 reproduce the published test."""
+        """Return whether the columns at a point of the path reproduce the published test."""
         if not np.isfinite(value):
             return False
         if self.test.kind in PAIRED:
@@ -215,7 +218,7 @@ class _Path:
 
 
 def _unit(rows: Array) -> Array:
-    """Return the rows with mean 0, orthonormalised if there are enough columns."""
+    """Centre the rows to mean 0, and orthonormalise them if there are more columns than rows."""
     centred = rows - rows.mean(axis=1, keepdims=True)
     if rows.shape[1] > rows.shape[0]:
         centred = np.linalg.qr(centred.T)[0].T

@@ -67,7 +67,8 @@ def of_pairs(case: Case) -> PrintedTestAnswer:
 def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
     """Return the sums of cross products that reproduce the published test.
 
-    Each list entry contains the smallest and the largest such sum for each combination in `found`.
+    Each list entry contains the smallest and the largest acceptable sum for each combination in
+    `found`.
     """
     n, k = found.n, found.sums.shape[1]
     allowed = windows(test, [n] * k)
@@ -89,7 +90,8 @@ def _wanted(test: PrintedTest, found: Choices) -> list[tuple[Array, Array]]:
     power = 2 if test.kind == "paired_t" else 1
     low, high = (value**power for value in allowed[0])
     top = (n - 1) * found.between.astype(float)
-    # Statistics are undefined if the error is 0, so n k times the error must be at least 1.
+    # The statistic is undefined if the error sum of squares is 0. Multiplied by n k, this sum is a
+    # whole number, so it must be at least 1.
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(top > 0, top / low if low > 0 else inf, inf if low <= SLACK else -inf)
         least = top / high if high > 0 else np.where(top > 0, inf, 0.0)
@@ -131,7 +133,8 @@ def _extent(test: PrintedTest, found: Choices) -> tuple[float, float]:
         return nan, nan
     top, largest, smallest = top[defined], largest[defined], smallest[defined]
     low = top / largest
-    # F is undefined if the error is 0; the next possible value is 1.
+    # F is undefined if the error is 0. Multiplied by n k, the smallest possible positive error is
+    # 1.
     high = top / np.maximum(smallest, 1)
     if test.kind == "rm_f":
         return float(low.min()), float(high.max())

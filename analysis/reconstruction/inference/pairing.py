@@ -1,14 +1,14 @@
 """Arrange columns of ratings into tables of participants, in random or extreme pairings.
 
 The function `most_alike` returns the pairing that is most favourable for detecting differences
-between columns. This pairing, in which all columns have the same order, is exact. It maximises the
-variation of participants' totals (rearrangement inequality for each pair of columns), which is
-removed from the error. The function `least_alike` returns the least favourable pairing. For two
-columns, the exact solution is to pair ascending ratings with descending ratings. For more than two
-columns, making participants' totals as equal as possible is a hard partition problem. The
-rearrangement algorithm (Puccetti and Rüschendorf, 2012) is used as a heuristic: each column in turn
-is sorted opposite to the sum of the other columns until nothing changes. The function `searched`
-optimises other statistics by exchanging ratings.
+between columns. It sorts all columns in the same order, which maximises the variation of
+participants' totals (rearrangement inequality for each pair of columns) and so minimises the error.
+The function `least_alike` returns the least favourable pairing. For two columns, this is exactly
+the pairing of ascending with descending ratings. For more than two columns, making participants'
+totals as equal as possible is a hard partition problem. The rearrangement algorithm (Puccetti and
+Rüschendorf, 2012) is used as a heuristic: each column in turn is sorted opposite to the sum of the
+other columns until nothing changes. The function `searched` optimises other statistics by swapping
+ratings.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     Statistic = Callable[[Array], Array]
 
 ROUNDS = 50
-# Number of exchanges to try per column and sweep. All exchanges are tried for up to 17
-# participants.
+# Maximum number of pairs of participants whose ratings are swapped on trial, per column and sweep.
+# 17 participants form 136 pairs.
 EXCHANGES = 136
 SWEEPS = 20
 
@@ -61,7 +61,7 @@ def least_alike(tables: Array) -> Array:
 def searched(
     tables: Array, statistic: Statistic, sign: int, generator: np.random.Generator
 ) -> Array:
-    """Optimise a statistic heuristically by exchanging ratings within columns.
+    """Optimise a statistic heuristically by swapping ratings within columns.
 
     Parameters
     ----------
@@ -72,13 +72,13 @@ def searched(
     sign : {+1, -1}
         Whether to search for large values (+1) or small values (-1).
     generator : numpy.random.Generator
-        Random generator for the random initial pairing. With more than 17 participants, it also
-        selects the exchanges to try.
+        Random generator for the random initial pairing. With more than 17 participants, the
+        generator also selects the pairs of ratings to swap.
 
     Notes
     -----
     The search starts from the best of a random pairing, `most_alike` and `least_alike`, and
-    ends when no exchange improves the statistic, or after `SWEEPS` sweeps.
+    ends when no swap improves the statistic, or after `SWEEPS` sweeps.
     """
     starts = [at_random(tables, generator), most_alike(tables), least_alike(tables)]
     values = np.stack([sign * statistic(start) for start in starts])
@@ -90,7 +90,8 @@ def searched(
     moving = rows
     for _ in range(SWEEPS):
         improved = np.zeros(len(tables), dtype=bool)
-        # The first column is not changed, because only relative order matters.
+        # Only the order of columns relative to each other matters, so the first column is not
+        # changed.
         for j in range(1, tables.shape[2]):
             for a, b in _some(pairs, generator):
                 trial = found[moving]

@@ -51,13 +51,14 @@ class PrintedTestAnswer:
         always undefined.
     pairs, pairs_left : int or None
         Number of combinations of one sum and one sum of squares per column, and number of these
-        combinations that can give the published test. None if the combinations were not examined
-        one by one.
+        combinations that can give the published test. Both are None if combinations were not
+        examined one by one.
     correlation_low, correlation_high : float or None
         Range of correlations that are compatible with the published test. None if this range is not
         computed, for example for independent groups.
     example : tuple of tuple of float
-        Ratings that reproduce the published test, one row per column. Empty if none are known.
+        Ratings that reproduce the published test, one row per column. Empty if no such ratings are
+        known.
     """
 
     kind: str
@@ -96,7 +97,7 @@ class Case:
         correlation: tuple[float, float] | None = None,
         example: Sequence[Array] = (),
     ) -> PrintedTestAnswer:
-        """Return an answer with this verdict.
+        """Return an answer with the given verdict.
 
         `example` contains one row of ratings per column, in steps above the scale minimum.
         """

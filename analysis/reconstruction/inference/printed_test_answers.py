@@ -7,10 +7,10 @@ the pairing is unknown (see `cross_products`).
 Verdicts:
 
 - *Impossible* means that no combination of sums, sums of squares and, for paired columns, sums of
-  cross products gives the published test, and that a search based on the definitions
-  (`definitions`) finds no counterexample.
-- *Possible* means that a search found an example table that reproduces the published test. Its
-  statistic was computed from the definition.
+  cross products reproduces the published test, and that a search with formulas taken from the
+  definitions (`definitions`) finds no counterexample.
+- *Possible* means that a search found an example table whose statistic, computed from the
+  definition, reproduces the published test.
 - All other tests are *not decided*.
 - An undefined statistic (t of equal differences, F or t without variation within groups, r of a
   constant column) never matches a published test.

@@ -1,4 +1,4 @@
-"""Convert a published test to the intervals of |t|, F or r that match all numbers of the test.
+"""Compute the intervals of |t|, F or r that match all numbers published for a test.
 
 The published statistic, p and effect size are each converted to an interval of the statistic, and
 these intervals are intersected. With fixed degrees of freedom, p decreases as |t| or F increases,
@@ -40,7 +40,7 @@ def size_of(printed: Printed | None, rule: str) -> Window:
 
 
 def p_between(test: PrintedTest) -> Window:
-    """Return the interval of p-values that match both `p` and `p_below`."""
+    """Return the interval of p-values that match the published `p` and `p_below`."""
     low, high = between(test.p, test.rounding)
     if test.p_below is not None:
         high = min(high, float(test.p_below.value))

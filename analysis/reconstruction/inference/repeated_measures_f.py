@@ -1,10 +1,10 @@
 """Find the smallest and largest repeated-measures F over all data sets and pairings.
 
 The published table determines the total sum of squares and the sum of squares between columns. The
-sum of squares between participants, which is removed from the error, depends on the pairing. This
-sum of squares and F are smallest if participants' totals are as equal as whole numbers allow, and
-largest if all columns have the same order (see `cross_products`). These bounds on F hold for
-columns of any size. A search then tries to find tables that attain the bounds.
+sum of squares between participants, which is subtracted from the error, depends on how ratings are
+paired. This sum of squares and F are smallest if participants' totals are as equal as whole numbers
+allow, and largest if all columns have the same order (see `cross_products`). These bounds on F hold
+for columns of any size. A search then tries to find tables whose F equals a bound.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
     Moments = tuple[tuple[int, int], ...]
 
-# Maximum number of combinations of sums. If there are more, no bound on F is computed.
+# If there are more combinations of sums, no bounds on F are computed.
 COMBINATIONS = 100_000
 # Settings of the search: data sets per column, tables per round, rounds, and seed.
 DRAWN = 2000
@@ -39,7 +39,7 @@ SEED = 1
 
 @dataclass(frozen=True)
 class _Case:
-    """One sum and one sum of squares per column, with the smallest F that these sums allow."""
+    """The sum and the sum of squares of each column, with the smallest F of such columns."""
 
     f: float
     moments: Moments
@@ -60,7 +60,7 @@ def least_f(moments: Sequence[Moments], n: int) -> float | None:
 
 
 def attained_f(columns: Sequence[Sampler]) -> Range | None:
-    """Return the range of F, with tables that attain its ends if a search finds them."""
+    """Return the range of F and, if a search finds them, tables with the smallest and largest F."""
     moments = [column.solutions.attained[0] for column in columns]
     case = _least(moments, columns[0].solutions.column.n)
     if case is None:
@@ -72,7 +72,8 @@ def attained_f(columns: Sequence[Sampler]) -> Range | None:
 def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
     """Return an upper bound on F, and a table that attains it if a search finds one.
 
-    The bound is infinite if the error may be zero or if there are too many sums to examine.
+    The bound is infinite if the error sum of squares may be zero, or if there are too many
+    combinations of sums to examine.
     """
     found = choices(columns)
     if not found.complete:
@@ -85,7 +86,7 @@ def greatest_f(columns: Sequence[ColumnRows]) -> tuple[float, Table]:
 
 
 def _alike(columns: Sequence[ColumnRows], place: Array, most: int) -> Table:
-    """Search for sorted data sets whose sum of cross products is `most`.
+    """Search for sorted data sets with the sum of cross products `most`.
 
     For each column in turn, the search chooses the data set that correlates best with the sum of
     the other columns.
@@ -124,7 +125,8 @@ def _f_of(moments: Moments, n: int) -> float:
     sums, squares = [s for s, _ in moments], sum(q for _, q in moments)
     grand = sum(sums)
     low, rest = divmod(grand, n)
-    # Multiplied by n k: whole numbers are exact even if the error is small.
+    # Sums of squares are multiplied by n k, because whole numbers are exact even if the error is
+    # small.
     between = k * sum(s * s for s in sums) - grand**2
     participants = n * ((n - rest) * low**2 + rest * (low + 1) ** 2) - grand**2
     error = n * k * squares - grand**2 - between - participants

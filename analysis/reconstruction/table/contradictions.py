@@ -27,7 +27,7 @@ ORDERED = (
 )
 
 
-# Numbers that must lie on the scale.
+# Published numbers that must be within the range of the scale.
 INSIDE = (
     "mean",
     "median",

@@ -46,7 +46,7 @@ class IntervalColumn:
     printed : str
         All numbers published for the column, as text.
     reason : str
-        Reason why the mean and SD are impossible. Empty if they are possible.
+        Reason why the mean and SD are impossible. Empty if the mean and SD are possible.
     """
 
     label: str
@@ -59,7 +59,7 @@ class IntervalColumn:
     reason: str = ""
 
     def assumptions(self) -> Iterator[str]:
-        """Yield the assumptions about the values, as text."""
+        """Yield the assumptions about the column's values, as text."""
         kind = "logarithms of positive values" if self.logarithms else "continuous values"
         yield f"{kind}, with any number of decimals"
         yield f"n = {self.n} values, none of which is missing"

@@ -31,8 +31,8 @@ class PrintedTest(FrozenTable):
     sides : {2, 1}
         Whether the p-value of t or r is two-sided, or one-sided in the direction of the difference.
     d : Printed, optional
-        Cohen's d of a t test. It is the mean difference divided by the SD of the differences
-        (paired) or by the pooled SD (independent). The sign is ignored.
+        Cohen's d of a t test: the mean difference divided by the SD of the differences (paired) or
+        by the pooled SD (independent). The sign is ignored.
     partial_eta_squared : Printed, optional
         Partial η² of an F test.
     rounding : {"nearest", "half_up", "half_even", "truncated"}
@@ -67,11 +67,11 @@ class PrintedTest(FrozenTable):
             ),
             (
                 self.kind == "rm_f" and bool(self.p or self.p_below),
-                "omit the p of a repeated-measures F, because p depends on the correction",
+                "omit the p-value of a repeated-measures F, because it depends on the correction",
             ),
             (
                 self.kind in OF_F and self.sides == 1,
-                "omit sides, because the p of an F test is always one-sided",
+                "omit sides, because the p-value of an F test is always one-sided",
             ),
             (
                 self.d is not None and self.kind not in ("paired_t", "independent_t"),

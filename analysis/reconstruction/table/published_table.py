@@ -29,7 +29,7 @@ Convention = Literal["sample", "population"]
 CONVENTIONS: tuple[Convention, ...] = get_args(Convention)
 # Designs: columns from the same participants, or from different participants.
 Design = Literal["paired", "independent"]
-# Maximum range of ratings in steps, if no scale is printed.
+# Maximum range of ratings, in steps, if the paper does not state the scale.
 WIDEST_OPEN = 1_000_000_000
 # Maximum sum of squares in steps, so that it fits in a machine integer.
 LARGEST_SQUARES = 2**63 - 1
@@ -58,7 +58,7 @@ class OpenScale(FrozenTable):
     @model_validator(mode="before")
     @classmethod
     def _mean_of_items(cls, given: object) -> object:
-        """Convert the step between answers to one item to the step between means of all items."""
+        """Convert the step of the answers to one item to the step of the mean over all items."""
         items = given.get("items") if isinstance(given, dict) else None
         # The field's validation rejects anything other than a number above 0.
         if not isinstance(given, dict) or not str(items).isdecimal() or not int(str(items)):
@@ -154,7 +154,7 @@ class Summary(FrozenTable):
     percentages : tuple of (Fraction, Printed)
         Ratings, each with the percentage of participants who gave it.
     amplitude_um_pp : float, optional
-        Vibration amplitude in µm peak to peak, for exponents.
+        Vibration amplitude in µm peak to peak, for computing exponents.
     """
 
     label: str = ""
@@ -221,7 +221,7 @@ class Summary(FrozenTable):
         return float(stdtrit(self.n - 1, p) if self.ci_quantile == "t" else ndtri(p))
 
     def means(self) -> Iterator[tuple[Printed, Fraction]]:
-        """Yield each published form of the mean (such as a sum) with its ratio to the mean."""
+        """Yield the published mean, percentage and sum, each with its ratio to the mean."""
         for printed, factor in (
             (self.mean, Fraction(1)),
             (self.mean_percent, Fraction(100)),
@@ -324,9 +324,9 @@ def _farthest(summary: Summary) -> Fraction | None:
     if summary.sd is not None:
         sd = summary.sd.values(summary.rounding).high
     elif summary.se is not None:
-        # The root is rounded up.
+        # The square root of n is rounded up, so that the bound remains valid.
         sd = summary.se.values(summary.rounding).high * Fraction(sqrt(summary.n) + 1e-6)
     else:
         return None
-    # The factor (n - 1) / √n for a sample SD exceeds √(n - 1) for a population SD.
+    # √n exceeds the exact factors, (n - 1) / √n for a sample SD and √(n - 1) for a population SD.
     return sd * Fraction(sqrt(summary.n) + 1e-6)

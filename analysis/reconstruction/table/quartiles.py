@@ -1,12 +1,12 @@
 """Check quartiles under all common definitions, because papers rarely name the definition.
 
-Definitions differ in the position of the quartile among the sorted ratings x_1 to x_n. This
-position may lie between two ratings:
+Definitions differ in the position of the quartile among the sorted ratings x_1 to x_n. Four
+definitions are checked. They may give a position between two ratings:
 
 - linear at position (n - 1) / 4 + 1: R's default, NumPy, spreadsheets;
 - linear at position (n + 1) / 4: SPSS, Minitab, Stata's default for other percentiles;
 - median of the lower half, including the middle rating if n is odd: Tukey's hinges;
-- median of the lower half, excluding the middle rating if n is odd: school textbooks.
+- median of the lower half, excluding the middle rating if n is odd: used in schools.
 
 Published quartiles match if at least one definition gives both quartiles.
 """
@@ -60,7 +60,8 @@ def are_met(column: Column, rows: Array) -> Array:
         for at, allowed in _printed(column, place):
             below = int(at)
             share = at - below
-            # Multiplied by the denominator of the fraction, so that numbers are whole.
+            # The quartile is multiplied by the denominator of the fraction, to compute in whole
+            # numbers.
             top, bottom = share.numerator, share.denominator
             values = (bottom - top) * rows[:, below - 1].astype(np.int64)
             if top:

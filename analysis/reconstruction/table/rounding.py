@@ -14,7 +14,7 @@ from math import ceil, floor
 
 @dataclass(frozen=True)
 class Interval:
-    """An interval between two fractions that includes both, one or none of its ends."""
+    """An interval between two fractions, which may be closed, half-open or open."""
 
     low: Fraction
     high: Fraction
@@ -81,16 +81,16 @@ def _truncated(value: Fraction, unit: Fraction) -> Interval:
     return Interval(value, value + unit, high_closed=False)
 
 
-# Name of a rule -> exact values that it rounds to `value`, in units of `unit`.
+# For each rounding rule, the exact values that it rounds to `value`, a multiple of `unit`.
 RULES = {
-    "nearest": _nearest,  # both ends included, for all ways of rounding a half
+    "nearest": _nearest,  # both ends are included, because the rule for halves is unknown
     "half_up": _half_up,
     "half_even": _half_even,
     "truncated": _truncated,
 }
 
 
-# Longer numbers are not measurements, and would make computations with fractions slow.
+# Longer numbers are not measurements, and would slow down computations with fractions.
 DECIMAL = re.compile(r"[+-]?(\d{1,15}(\.\d{0,15})?|\.\d{1,15})", re.ASCII)
 
 

@@ -286,7 +286,7 @@ def _from_row(entry: Mapping[str, str], place: int) -> Column:
 
 
 def _of_row(error: ValidationError, names: list[str]) -> Iterator[Fault]:
-    """Yield the errors in a row, including missing values, with column names as in the header."""
+    """Yield the errors in one table row, with column names as in the header."""
     for place, fault in faults_in(error):
         of_scale = len(place) > 1 and place[0] == "scale"
         name = f"{SCALE}{place[1]}" if of_scale else str(place[0]) if place else ""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# Printed entries of a column, in the order of the description.
+# Names of the published numbers, in the order in which a description lists them.
 NAMES = {
     "mean": "mean",
     "mean_percent": "mean in percent",

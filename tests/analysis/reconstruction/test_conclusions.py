@@ -118,7 +118,7 @@ def test_what_is_compared_is_told(column):
     samplers = [Sampler(Solutions(column(5, mean, "1.14", maximum=9))) for mean in ("2.40", "6.40")]
     told = []
     conclusions(samplers, told.append)
-    assert told == ["x against x, 1 of 1 pairs of columns", "the least F"]
+    assert told == ["comparing x with x, pair 1 of 1", "the least F"]
 
 
 def test_the_time_that_conclusions_take_is_guessed_from_the_lists():
