@@ -1,6 +1,6 @@
 """Define the space for each text on the screen, and check that texts fit and can be drawn.
 
-The space is measured in lines and in letters of average width.
+Space is measured in lines and in letters of average width.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from itertools import chain
 
 @dataclass(frozen=True, slots=True)
 class Room:
-    """Space for a text on the screen.
+    """Space that is available for a text on the screen.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ FOOT = Room("a line of small print at the bottom of a screen", 72, 2)
 WORD = Room("a few words shown briefly", 40, 3)
 BANNER = Room("the one-line strip at the top of a pilot's screens", 90, 1)
 
-# Pattern for keys -> place; the first match applies.
+# The space for each pattern of text keys; the first matching pattern applies.
 ROOMS: tuple[tuple[str, Room], ...] = (
     ("window.yes_key", LETTER_KEY),
     ("window.no_key", LETTER_KEY),
@@ -135,7 +135,7 @@ def room_of(key: str) -> Room:
 
 
 def not_drawn(text: str) -> str:
-    """Return the reason if a text cannot be drawn, otherwise an empty string.
+    """Return the reason why a text cannot be drawn, or an empty string if it can.
 
     >>> not_drawn("Größe?"), not_drawn("שלום")[:23]
     ('', 'it is written from righ')
@@ -145,7 +145,7 @@ def not_drawn(text: str) -> str:
             "it is written from right to left, which the participant's screen cannot display"
             f"{_fonts(text)}"
         )
-    # Letters with marks are combined if there is a single character.
+    # A letter and its accent are merged if Unicode has a single character for them.
     signs = unicodedata.normalize("NFC", text)
     strange = dict.fromkeys(each for each in signs if each not in LETTERS and each != "\n")
     if not strange:
@@ -166,7 +166,7 @@ def _fonts(text: str) -> str:
 
 
 def too_long(key: str, text: str) -> str:
-    """Return an error message if a text is too long for its place, otherwise an empty string."""
+    """Return an error message if a text is too long for the screen, otherwise an empty string."""
     room = room_of(key)
     lines = [
         line

@@ -23,12 +23,12 @@ from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWord
 
 Texts = Mapping[str, str]
 ENGLISH = "en"
-# Not translated, because the [keys] of the study set it.
+# Not translated, because the table [keys] of the study file sets these texts.
 SET_BY_KEYS = ("window.go_on_key", "window.again_key", "window.touch")
 # Code of a language (BCP 47), such as de, pt-BR or zh-Hant.
 CODE = re.compile(r"[a-z]{2,3}(-[A-Za-z0-9]{2,8})*")
 FEWEST_ANSWERS, NUMBER_KEYS = 2, 9  # number of answers, each with a number key
-MOST_OPTIONS = 99  # in a scrolling list, which has two-digit numbers
+MOST_OPTIONS = 99  # a scrolling list has numbers of at most two digits
 
 
 def languages() -> list[str]:

@@ -11,8 +11,9 @@ if TYPE_CHECKING:
     from slipscale.experiments.steps.steps import Adjust, ParticipantStep
     from slipscale.hardware.contact.source import Finger
 
-# Called on every frame while a participant reads, explores or answers. It checks the plate and the
-# operator's commands, and may raise an exception (for a plate fault, a pause or a stop).
+# A function that is called on every frame while a participant reads, explores or answers. The
+# function checks the plate and the operator's commands, and may raise an exception (for a plate
+# fault, a pause or a stop).
 # Participant classes must let the exception propagate, and must be able to start the same step
 # again afterwards.
 Watch = Callable[[], None]
@@ -51,8 +52,8 @@ class Participant(Protocol):
     """
 
     kind: ClassVar[Kind]
-    # Before a question: the initial contents of the answer field. If `perform` raises an exception:
-    # the contents at that time.
+    # The initial contents of the next answer field. If `perform` raises an exception, the contents
+    # at that time are stored here.
     unfinished: Unfinished
     # The finger's measured position, for screens that show it; set by the session.
     cursor_mm: tuple[float, float] | None
@@ -85,7 +86,7 @@ class Participant(Protocol):
         """
 
     def hold(self, text: str, until: Callable[[], bool]) -> None:
-        """Show ``text`` during a pause or a rig repair, until ``until()`` returns True."""
+        """Show ``text`` during a pause or a repair of the rig, until ``until()`` returns True."""
 
     def __enter__(self) -> Self: ...
 

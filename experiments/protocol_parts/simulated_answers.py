@@ -107,7 +107,7 @@ class SimulatedPerson(Protocol):
         """Return the person's verbal report of what disappeared when the level decreased."""
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random number stream for a given purpose in this trial."""
+        """Return the random number stream of this person and trial for a purpose."""
 
 
 #: Answers a question. For an `Adjust` it is called after each notch and returns 1 (up), -1 (down),

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     Texts = Mapping[str, str]
 
 CARET = "|"
-BACK_Y = -0.46  # below the hint, and below the touch keys
+BACK_Y = -0.46  # vertical position below the hint and the touch keys
 
 
 class Asking(Unmoved):
@@ -79,7 +79,7 @@ class Asking(Unmoved):
         hint = () if self._touch else (scene.hint(self._hint),)
         if not self._notice:
             return hint
-        # Touch keys cover the usual position of the notice, but not that of the hint.
+        # Touch keys cover the usual position of the notice, so the notice replaces the hint.
         notice = scene.notice(self._notice)
         return (replace(notice, y=scene.HINT_Y),) if self._touch else (notice, *hint)
 
@@ -124,7 +124,7 @@ class Asking(Unmoved):
         return self._entry.content
 
     def offer(self, typed: str) -> None:
-        """Restore an interrupted entry by entering its characters one by one."""
+        """Restore an interrupted entry, one character at a time."""
         for character in typed:
             self._entry.press(character)
 

@@ -3,8 +3,8 @@
 When the connection breaks, Xlib calls ``exit(1)`` during any call and in any thread, without
 running ``finally`` blocks. This module installs a handler that only records that the
 connection is broken. The next frame then raises `WindowLost`, which ends the session like any other
-rig fault. X must not be called after the connection has broken, so the window stays open, and the
-process ends before libraries can close the window.
+rig fault. A program must not call Xlib after the connection has broken. The window is therefore not
+closed, and the process ends before other libraries try to close it.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ class Connection:
         """Record a broken connection. Xlib calls this handler in the thread of the failed call."""
         self._lose()
         if threading.current_thread() is not threading.main_thread():
-            threading.Event().wait()  # a library's thread can end here
+            threading.Event().wait()  # blocks this thread until the process ends
         return 0
 
 
@@ -102,7 +102,7 @@ _KEPT: list[Any] = []
 
 
 def _stay(_display: int, _data: int) -> None:
-    """Return instead of exiting, so that the next frame can end the session."""
+    """Keep Xlib from exiting the process, so that the next frame can end the session."""
 
 
 def _end() -> NoReturn:

@@ -33,7 +33,8 @@ from slipscale.hardware.contact.source import Touch
 from slipscale.hardware.signals import raise_if_ended
 
 SMALLEST = 0.6  # relative size of a text that must shrink to fit
-FRAME_S = 0.010  # minimum frame duration; without vertical sync the loop would occupy a whole core
+# Minimum frame duration. Without vertical sync, a loop without pauses would use a whole CPU core.
+FRAME_S = 0.010
 
 
 @contextmanager
@@ -62,7 +63,7 @@ def import_visual() -> Any:
             "no display: DISPLAY is not set. Log in at the machine's own screen, or use a virtual "
             "display: xvfb-run slipscale run ..."
         )
-    # Programs that we start must not see PsychoPy's own package folder.
+    # Child processes must not inherit PsychoPy's own package folder.
     os.environ.setdefault("PSYCHOPYNOPACKAGES", "1")
     try:
         with bare_argv():
@@ -178,7 +179,7 @@ class Display:
             units="pix",
             color=COLOURS["ground"],
             colorSpace="rgb255",
-            checkTiming=False,  # saves 0.6 s; frames are paced here
+            checkTiming=False,  # PsychoPy's measurement of the frame rate takes 0.6 s
             autoLog=False,
             gammaErrorPolicy="ignore",
         )
@@ -259,7 +260,7 @@ class Display:
             self._visual.Circle(
                 self._window,
                 radius=disc.diameter / 2 * self._unit,
-                edges=64,  # PsychoPy cannot choose a number without a line width
+                edges=64,  # PsychoPy derives its default from the line width, which is 0
                 pos=(disc.x * self._unit, disc.y * self._unit),
                 fillColor=COLOURS[disc.colour],
                 lineWidth=0,
@@ -324,8 +325,8 @@ class Display:
     def _letters(self, text: Text, size: float) -> Any:
         unit = self._unit
         left = text.align == "left"
-        # Capitals and digits are drawn low in their line; this correction centres the letter on a
-        # key.
+        # PsychoPy draws capitals and digits below the middle of the line, so they are moved up to
+        # the centre of the key.
         lift = 0.08 * size if text.anchor == "center" else 0.0
         return self._visual.TextStim(
             self._window,

@@ -25,7 +25,8 @@ from slipscale.experiments.participants.psychopy_window.scene import (
     Text,
 )
 
-BASELINE = 1.069  # baseline below the top of a line, relative to the size: Noto Sans
+# Distance from the top of a line of Noto Sans to its baseline, relative to the font size.
+BASELINE = 1.069
 
 
 def drawn(scene: Scene, *, width_px: int, height_px: int, name: str) -> str:

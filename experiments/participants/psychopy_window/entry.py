@@ -41,7 +41,7 @@ AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
 
 @dataclass(frozen=True, slots=True)
 class Accepted:
-    """The value of a valid entry."""
+    """A valid entry, with the value of the answer."""
 
     value: Value
 
@@ -98,7 +98,7 @@ def judge_number(entry: str, *, positive: bool = False) -> Accepted | Refused:
     refusals = {
         "window.too_large": not math.isfinite(value),
         "window.too_small": value < 0,
-        # The stored number must equal the typed number, and a float has about 16 digits.
+        # A float has about 16 digits, so a longer number would be stored with a different value.
         "window.too_many_digits": math.isfinite(value)
         and Decimal(repr(value)) != Decimal(text.replace(",", ".")),
         "window.not_positive": positive and value == 0,
@@ -219,7 +219,7 @@ class KeyEntry:
         """Do nothing, because single-key answers are not edited."""
 
     def turn(self, notches: int) -> None:
-        """Do nothing, because this field has no selection to move."""
+        """Do nothing, because a single-key answer has no selection to move."""
 
 
 class ListEntry:
@@ -249,7 +249,7 @@ class ListEntry:
             return self._judge()
         else:
             digit = AZERTY.get(character, character)
-            # Only ASCII digits are allowed, and no more than in the longest number.
+            # Only ASCII digits are allowed, and at most as many as in the largest item number.
             if digit not in "0123456789" or len(self.content) >= len(str(len(self._values))):
                 return self._refused(self.content + character)
             self.content += digit

@@ -20,21 +20,21 @@ Kind = Literal["character", "erase", "escape", "turn", "move", "point"]
 Source = Literal["ptb", "window"]
 # A press stamped up to this time before the previous poll may reach the window only now.
 LATE_S = 0.050
-# The stamping thread may lag this far behind the window.
+# The thread that timestamps key presses may lag this far behind the window.
 EARLY_S = 0.004
 # A held key starts repeating within this time (X11: 0.66 s, Windows: at most 1 s).
 REPEAT_S = 1.1
 PAGE_NOTCHES = 5  # notches of the wheel, for Page Up and Page Down
-TO_THE_END = 1_000_000  # notches; more than any line or list has
+TO_THE_END = 1_000_000  # notches, for Home and End; longer than any line or list
 
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """One input; ``kind`` is "character", "erase", "escape", "turn", "move" or "point".
+    """One input from the keyboard, the mouse or the touch screen.
 
     ``repeated`` marks inputs that come from holding a key or dragging the mouse. ``notches`` is the
-    size of a turn (up or down) or a move (right or left). ``x`` and ``y`` are the coordinates of a
-    point in pixels, measured from the window's lower left corner.
+    number of notches of a "turn" (up or down) or a "move" (right or left). ``x`` and ``y`` are the
+    coordinates of a point in pixels, measured from the window's lower left corner.
     """
 
     kind: Kind
@@ -159,9 +159,9 @@ class Keyboard:
             key.SCROLLLOCK, key.MODESWITCH,
         }  # fmt: skip
         self._held: set[int] = set()
-        self._sign_s = clock.now()  # the last press or repetition
-        self._fresh: int | None = None  # the press whose character is still missing
-        self._presses = 0  # received since the last poll
+        self._sign_s = clock.now()  # time of the last key press or repetition
+        self._fresh: int | None = None  # index of the press whose character is not yet known
+        self._presses = 0  # number of key presses since the last poll
         self._typed: list[tuple[Key, int | None]] = []
         self._unclaimed: list[float] = []
         self._poll_s = clock.now()
@@ -225,7 +225,7 @@ class Keyboard:
             self._unclaimed += self._stamps.read()
             stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
             if self._presses and not stamps:
-                self._clock.sleep(EARLY_S)  # let the stamping thread catch up
+                self._clock.sleep(EARLY_S)  # the thread that timestamps key presses may lag behind
                 self._unclaimed += self._stamps.read()
                 stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
             newest_s = stamps[-1] if stamps else now_s - 1.0

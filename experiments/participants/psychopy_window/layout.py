@@ -27,11 +27,11 @@ from slipscale.experiments.participants.psychopy_window.scene import (
 FILE = "NotoSans-Regular.ttf"
 SMALLEST = 0.6  # relative size of a text that must shrink to fit
 SHRINK = 0.94
-LINE = 1.362  # line spacing, relative to the size: Noto Sans
+LINE = 1.362  # line spacing of Noto Sans, relative to the font size
 HALF_WIDTH, HALF_HEIGHT = 0.67, 0.5  # of a scene
 MEASURED_AT = 100.0  # points
 WIDER = 1.12  # width of letters in DejaVu Sans, relative to Noto Sans
-# Tolerated excess over an area, and tolerated overlap: measurements are accurate to 1 %.
+# Tolerances for texts that exceed an area or overlap; sizes are measured with 1 % accuracy.
 SLACK, SHARED = 0.012, 0.003
 LEAST_CONTRAST = 4.5  # contrast between letters and background: WCAG 2.2, 1.4.3
 MOST_NAMED = 50  # maximum length of a text quoted in a message
@@ -119,7 +119,7 @@ def lay(text: Text) -> Laid:
     wide, high = max(width for _, width in lines), len(lines) * LINE * size
     left = text.x - (text.width if text.align == "left" else wide) / 2
     bottom = text.y - {"top": high, "center": high / 2, "bottom": 0.0}[text.anchor]
-    blank = (LINE - 1) / 2 * size  # above the first line and below the last
+    blank = (LINE - 1) / 2 * size  # blank space above the first and below the last line
     return Laid(
         content=text.content,
         lines=tuple(line for line, _ in lines),

@@ -67,7 +67,7 @@ class Marking:
         )
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Submit the answer on the `go_on` key or Enter, if the mark was set in time."""
+        """Submit the rating on the `go_on` key or Enter, if a mark was set in the time limit."""
         if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
             return None
         return self._hand_in(elapsed_s)
@@ -89,7 +89,7 @@ class Marking:
         return None
 
     def erase(self) -> None:
-        """Do nothing, because nothing is typed."""
+        """Do nothing, because a rating line has no text field."""
 
     @property
     def typed(self) -> str:

@@ -30,7 +30,7 @@ DESIGN_WIDTH = 1.34  # maximum width of a scene, in screen heights; narrower scr
 UP, DOWN = "up", "down"  # labels of the arrow keys
 TITLE, BODY, HINT, DIGITS = 0.062, 0.042, 0.036, 0.13
 HINT_Y = -0.4
-WIDTH = 1.3  # line width of a text; the narrowest monitors (5:4) are 1.25 wide, see `display`
+WIDTH = 1.3  # line width of a text, in screen heights
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     Texts = Mapping[str, str]
 
-# Keys that have a name in the texts; any other key is named by its character.
+# Keys with a translated name; any other key is named by its character.
 NAMED_KEYS = {"space": " ", "enter": "\r"}
 
 

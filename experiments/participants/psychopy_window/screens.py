@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 class Screen(Protocol):
     """Common interface for screens.
 
-    If ``single_key`` is True, a single key press ends the screen. Keys that are still held from the
-    previous screen must therefore be released first. If ``pointed`` is True, the screen is
-    operated with the mouse, and the pointer is visible.
+    If ``single_key`` is True, a single key press ends the screen, so the participant must first
+    release keys held since the previous screen. If ``pointed`` is True, the screen is operated with
+    the mouse, and the pointer is visible.
     """
 
     single_key: bool

@@ -8,7 +8,7 @@ from slipscale.experiments.participants.psychopy_window import scene
 from slipscale.experiments.participants.psychopy_window.entry import CLEAR, ENTER, ERASE
 from slipscale.experiments.participants.psychopy_window.scene import Area, Arrow, Box, Scene, Text
 
-# Rows in the order of a keypad: 7 above 4 above 1.
+# Rows from top to bottom, as on a keypad.
 DIGITS = ("789", "456", "123")
 CAP, PITCH = 0.098, 0.108
 ROWS_SHOWN = 8
@@ -16,7 +16,7 @@ TOP, ROW = 0.19, 0.054
 
 
 def number_pad(content: str, texts: Mapping[str, str]) -> Scene:
-    """Return a field with the entry, and keys for digits, decimal mark, delete and Enter."""
+    """Return the answer field, and touch keys for digits, decimal mark, delete and Enter."""
     left, top = -0.27, 0.005
     keys = [
         (label, left + column * PITCH, top - row * PITCH)

@@ -63,13 +63,13 @@ class Waiting(Unmoved):
         return None
 
     def erase(self) -> None:
-        """Do nothing, because nothing is typed."""
+        """Do nothing, because the screen has no text field."""
 
     def offer(self, typed: str) -> None:
-        """Do nothing, because nothing is typed."""
+        """Do nothing, because the screen has no text field."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the maximum duration has passed."""
+        """Return a time-out if the maximum duration of the screen has passed."""
         if self._maximum_s is not None and elapsed_s >= self._maximum_s:
             return ScreenResult(timed_out=True)
         return None
@@ -158,7 +158,7 @@ class Resting(Waiting):
         self._texts = texts
 
     def scene(self, elapsed_s: float) -> Scene:
-        """Return the text, the progress, and a hint on how to continue or how long to wait."""
+        """Return the rest text, the progress, and a hint on how to continue or how long to wait."""
         step = self._step
         progress = self._texts["window.progress"].format(done=step.done, total=step.total)
         wait_s = self.wait_s(elapsed_s)
@@ -190,7 +190,7 @@ class Telling(Waiting):
         return None
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """End the screen after its duration. This does not count as a time-out."""
+        """End the screen after its duration, without reporting a time-out."""
         return ScreenResult() if elapsed_s >= self._step.duration_s else None
 
 
@@ -240,7 +240,7 @@ class Adjusting(Waiting):
         return (task, *keys, *left, *going_on(self._texts, "window.turned"))
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """End the screen if the key is the continue key or requests the reference."""
+        """End the screen on the key to continue, or on the key to feel the reference again."""
         again = self._texts["window.again_key"].casefold()
         if self._step.again and character.casefold() == again:
             return ScreenResult(value=FEEL_AGAIN)

@@ -22,7 +22,7 @@ from slipscale.experiments.steps.replies import Reply
 from slipscale.experiments.steps.steps import Adjust, ParticipantStep
 from slipscale.hardware.clock import Clock
 
-# Number of wheel notches per touch of a drawn arrow key.
+# Number of notches by which one touch of an on-screen arrow key adjusts the surface.
 TURNS = {scene.UP: 1, scene.DOWN: -1}
 RELEASE_PATIENCE_S = 0.5  # time allowed for releasing a key that was just pressed
 
@@ -114,16 +114,16 @@ class PsychoPyWindow:
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
         """Carry out one step and return what the participant did.
 
-        The onset is the time of the first frame. Time spent on the stop question is excluded from
-        the response time and from the time limit.
+        The onset is the time of the first frame. Time spent on the question whether to stop is
+        excluded from the response time and from the time limit.
 
         Parameters
         ----------
         step : Instruct, Explore, Ask or Rest
             The step to show.
         watch : callable
-            Called on every frame. Its exceptions propagate, and the step can then be performed
-            again.
+            Function to call on every frame. If it raises an exception, the exception propagates,
+            and the step can be performed again.
 
         Raises
         ------
@@ -164,7 +164,7 @@ class PsychoPyWindow:
                     break
                 notches += key.notches if key.kind == "turn" else 0
                 if notches and turn and key.character:
-                    turn(notches)  # turns before the confirming key are part of the answer
+                    turn(notches)  # wheel turns before the confirming key press count
                     notches = 0
                 outcome = self._hand_over(key, screen, elapsed_s)
                 if outcome:
@@ -234,7 +234,7 @@ class PsychoPyWindow:
             self._show(() if patient else scene.message(self._texts["window.release_keys"]))
 
     def _ask_to_stop(self, watch: Watch) -> float:
-        """Ask whether to stop. If the participant answers no, return the time taken in s.
+        """Ask whether to stop. If the answer is no, return the time that the question took in s.
 
         Raises
         ------

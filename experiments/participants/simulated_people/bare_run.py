@@ -51,7 +51,7 @@ PERFORMED = (Instruct, Rest, Feedback, Explore, Ask, Adjust, EndBlock)
 
 
 class BareStep(NamedTuple):
-    """A step, its answer and the time taken by the person; the plate responds immediately."""
+    """A step, its answer and its duration, without any time for the plate to respond."""
 
     step: Step
     answer: Answer

@@ -2,8 +2,8 @@
 
 Biet 2007 reports sensations for four amplitudes of one plate (`population`). For other quantities,
 we assume that the lowest and highest levels of a study feel like those in Biet 2007, and that
-people differ as much as the participants of Biet 2007. Between these levels, sensation follows the
-table `GROWTH`.
+people differ as much as the participants of Biet 2007. The table `GROWTH` specifies how sensation
+grows between the lowest and the highest level.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Growth:
         if ``weber`` is given.
     weber : float or None
         Weber fraction: the smallest relative change that is detected in 75 % of forced choices. If
-        given, sensation grows with the logarithm of the level.
+        ``weber`` is given, sensation grows with the logarithm of the level.
     falls : bool
         Whether sensation decreases with the level.
     """
@@ -53,20 +53,20 @@ class Growth:
     falls: bool = False
 
 
-#: Keyed by the judged attribute and by the level's name or unit. The first match applies; ""
-#: matches everything.
+#: Growth of sensation, keyed by the judged attribute and by the level's name or unit. The first
+#: match applies; "" matches everything.
 GROWTH = {
     # Roughness of square gratings decreases with the period over the range studied, with a Weber
     # fraction of 14 %: Saleem, Yilmaz and Basdogan 2020 (abstract).
     ("roughness", "spatial period"): Growth(weber=0.14, falls=True),
     ("", "spatial period"): Growth(weber=0.14),
     # Electrovibration: the electrostatic force on the finger, and therefore friction, grows with
-    # the square of the voltage (Bau and others 2010; Meyer and others 2013; from memory). We found
-    # no published exponent for the sensation.
+    # the square of the voltage (Bau and others 2010; Meyer and others 2013; cited from memory). We
+    # found no published exponent for the sensation.
     ("", "V"): Growth(exponent=2.0),
-    # A vibrating contactor: about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans. Man-Mach. Syst. 11;
-    # abstract). According to Stevens 1968 (Percept. Psychophys. 3, 223-228; abstract), the exponent
-    # is 1.0 at 60 Hz and half its maximum near 250 Hz.
+    # For a vibrating contactor, the exponent is about 0.89 up to 350 Hz (Verrillo 1970, IEEE Trans.
+    # Man-Mach. Syst. 11; abstract). According to Stevens 1968 (Percept. Psychophys. 3, 223-228;
+    # abstract), the exponent is 1.0 at 60 Hz and half its maximum near 250 Hz.
     ("", "m/s²"): Growth(exponent=0.89),
 }
 #: Any other quantity: sensation is proportional to the level (our assumption).

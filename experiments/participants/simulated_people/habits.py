@@ -21,7 +21,7 @@ Share = Annotated[float, Field(ge=0, le=1)]
 SETTLING_S = 20.0
 # Rounded estimates are multiples of a twentieth of the scale, for example 5 on a scale of 100.
 ROUND_TO_PERCENT = 5.0
-LEAST_PERCENT = 0.5  # replaces a sensation of zero when a logarithm is taken
+LEAST_PERCENT = 0.5  # lower limit of sensations in logarithms and ratios
 
 
 class Habits(BaseModel):
@@ -31,7 +31,7 @@ class Habits(BaseModel):
 
     rounding: Share = setting(
         0.0,
-        "Proportion of estimates that are rounded to a twentieth of the scale. According to "
+        "Proportion of estimates that are rounded to a multiple of 5 % of the scale. According to "
         "Honda 2022, Scientific Reports 12, multiples of 5 and 10 are most frequent. Rounding is "
         "visible in the proportion of round estimates.",
         realistic=0.7,
@@ -40,9 +40,9 @@ class Habits(BaseModel):
         0.0,
         "Change in the log estimate per µm (peak to peak) of the previous surface: values above "
         "0 mean assimilation. Carry-over was reported by Jesteadt, Luce and Green 1977, Journal of "
-        "Experimental Psychology: Human Perception and Performance 3, 92-104; the realistic value "
-        "is our assumption. Carry-over is visible as log_slope_per_um_pp_before in the analysis "
-        "result `order`.",
+        "Experimental Psychology: Human Perception and Performance 3, 92-104; the value in the "
+        "realistic population is our assumption. Carry-over is visible as "
+        "log_slope_per_um_pp_before in the analysis result `order`.",
         realistic=0.03,
         unit="1/µm",
     )
@@ -57,7 +57,7 @@ class Habits(BaseModel):
         0.0,
         "Fraction by which log estimates shrink towards the mean log sensation of all trials so "
         "far. Source: Poulton 1979, Psychological Bulletin 86, 777-803. Regression is visible as "
-        "a smaller exponent.",
+        "a smaller exponent of the estimates.",
         realistic=0.1,
     )
     range_effect: Share = setting(
@@ -86,32 +86,33 @@ class Habits(BaseModel):
         0.0,
         "Fraction of the sensation that is missing at first touch and builds up during contact "
         "with a time constant of 20 s. After a rest, the sensation builds up again from the "
-        "beginning. The time constant is from Dzidek 2017, PLoS ONE 12, e0188000; the realistic "
-        "fraction is our assumption. Settling is visible as a positive log_slope_per_trial in the "
-        "analysis result `order`.",
+        "beginning. The time constant is from Dzidek 2017, PLoS ONE 12, e0188000; the value in the "
+        "realistic population is our assumption. Settling is visible as a positive "
+        "log_slope_per_trial in the analysis result `order`.",
         realistic=0.1,
     )
     interval_bias: Annotated[float, Field(ge=-3, le=3)] = setting(
         0.0,
         "Bias towards the last interval of a comparison, in units of the noise in judging a "
         "difference. Interval bias was reported by García-Pérez and Alcalá-Quintana 2011, "
-        "Frontiers in Psychology 2, 96; the realistic value is our assumption. Interval bias is "
-        "visible in the proportion of answers that choose the last interval.",
+        "Frontiers in Psychology 2, 96; the value in the realistic population is our assumption. "
+        "Interval bias is visible in the proportion of answers that choose the last interval.",
         realistic=0.2,
         unit="d'",
     )
     anchoring: Share = setting(
         0.0,
-        "Fraction of the distance between the start position of a mark and the intended rating by "
-        "which the mark falls short. Anchoring was described by Tversky and Kahneman 1974, Science "
-        "185, 1124-1131; the realistic value is our assumption. Anchoring is visible as "
+        "Distance between a mark and the intended rating, as a fraction of the distance between "
+        "the mark's start position and the intended rating. Anchoring was described by Tversky and "
+        "Kahneman 1974, Science 185, 1124-1131; the value in the realistic population is our "
+        "assumption. Anchoring is visible as "
         "start_effect in the analysis result `ratings`.",
         realistic=0.05,
     )
     misread: Share = setting(
         0.0,
         "Proportion of people who rate how sticky a surface is instead of how slippery. Our "
-        "assumption. Misreading is visible in the quality flag non_monotone.",
+        "assumption. Misreading the question is visible in the quality flag non_monotone.",
         realistic=0.02,
     )
     dropout: Share = setting(
@@ -143,12 +144,12 @@ class History:
     Parameters
     ----------
     trials : int
-        Number of trials, including this one.
+        Number of trials so far, including this one.
     log_sum, log_least, log_largest : float or array
         Sum, minimum and maximum of the log of the population's mean sensation at the presented
         levels.
     before_level : float or array
-        Level of the previous surface in µm peak to peak. Undefined in the first trial.
+        Level of the previous surface in µm peak to peak. Not used in the first trial.
     contact_s : float or array
         Contact time of the finger with the plate since the last rest.
     """
@@ -217,10 +218,10 @@ def reported(percent: Numbers, habits: Habits, past: History, frame: Frame) -> N
 
 
 def distorts(habits: Habits) -> bool:
-    """Return whether any of the response habits changes sensations (see `reported`)."""
+    """Return whether any habit changes the sensations that a person reports (see `reported`)."""
     return any(getattr(habits, name) for name in DISTORTING)
 
 
 DISTORTING = ("carry_over", "regression", "range_effect", "fatigue", "settling")
-# Ranges of sensation below 5 % are not stretched.
+# The range effect is zero if the mean sensations of the presented levels differ by less than 5 %.
 LEAST_LOG_RANGE = 0.05

@@ -32,8 +32,9 @@ FELT_DIGITS = 2
 # Number of points of the stroke at which a surface is felt; the mean is rated. Only textures differ
 # between these points.
 TOUCHES = 32
-TURN_S = 0.6  # time per notch: turn, feel, decide
-MOST_TURNS = 1000  # more notches than any range has; ends an undecided adjustment
+TURN_S = 0.6  # time per notch for turning, feeling and deciding
+# Ends an endless adjustment. No adjustment range has this many notches.
+MOST_TURNS = 1000
 GAVE_UP = "the simulated participant gave up"
 
 
@@ -126,7 +127,7 @@ class SimulatedParticipant:
         )
 
     def adjust(self, step: Adjust, turn: Turn, watch: Watch, *, again: int = 0) -> Reply:
-        """Adjust the surface until the person accepts the surface or requests the reference."""
+        """Adjust the surface until the person accepts it or requests the reference."""
         watch()
         self._stop_if_enough()
 

@@ -1,7 +1,7 @@
 """Memory of a simulated person: the current trial and the finished steps.
 
-A step is remembered only after its answer has been written to disk. A person therefore remembers
-the same steps in a resumed pilot as in an uninterrupted pilot.
+A step is remembered only after its answer has been written to disk. A simulated person in a resumed
+pilot therefore remembers the same steps as in an uninterrupted pilot.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class Memory:
-    """Memory of one person during a run.
+    """What one simulated person remembers during a run.
 
     Parameters
     ----------
@@ -42,20 +42,20 @@ class Memory:
 
     def __init__(self, curves: Curves) -> None:
         self._curves = curves
-        # The step that the protocol is waiting for. Any other step repeats an earlier one (a lost
-        # surface is explored again) and has the same outcome as before.
+        # The protocol's current step. Any other step that a person performs repeats an earlier step
+        # (for example, if a surface was lost) and has the same outcome as before.
         self.now: Step | None = None
-        # The last two surfaces, for differences.
+        # The levels felt on the last two surfaces, whose difference can be judged.
         self.felt = (0.0, 0.0)
         # The levels felt in one trial, by interval, and the current question.
         self.trial: Trial | None = None
         self.of_trial: dict[int, float] = {}
-        self.standard_level = 0.0  # level felt last outside a trial
+        self.standard_level = 0.0  # last level felt outside a trial
         self.turned = 0
         self.felt_again = 0
         self.question = ""
         self.again: tuple[str | int, ...] = ()
-        # Finished steps, counted by `over`.
+        # State that `over` updates after each finished step.
         self.trials = 0
         self._asked: Counter[tuple[str, int, str]] = Counter()
         self._histories: dict[str, History] = {}
@@ -64,7 +64,7 @@ class Memory:
 
     @property
     def past(self) -> History:
-        """The sensations so far in the current task, and the contact time since the last rest."""
+        """The sensations in the current task so far, and the contact time since the last rest."""
         past = self._histories.get(self.trial.task, History()) if self.trial else History()
         return past.after_contact(self._contact_s)
 
@@ -84,7 +84,7 @@ class Memory:
         if step.trial != self.trial:
             self.trial, self.of_trial = step.trial, {}
             self.turned = self.felt_again = 0
-        # Part of the key of the random numbers, so it must not depend on the quantity.
+        # Random numbers depend on the question's name, which must not depend on the quantity.
         self.question = "" if isinstance(step, Explore) else step.name
         if isinstance(step, Adjust):
             self.question = in_um(step.name)
@@ -104,7 +104,7 @@ class Memory:
         self.of_trial[step.interval or 1] = felt_level
 
     def over(self, step: Step, answer: Answer) -> None:
-        """Update the memory after the answer to a step was written to disk."""
+        """Remember a step after its answer was written to disk."""
         trial = step.trial
         if isinstance(step, Ask | Adjust | Explore):
             self._asked[_place(step)] += 1

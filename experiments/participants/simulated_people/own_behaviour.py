@@ -34,7 +34,7 @@ class Behaviour:
         Slipscale's simulated person.
     """
 
-    #: Parameters that replace the shipped population's, with the keys of a population file.
+    #: Parameters that override those of the shipped population; keys as in a population file.
     population: ClassVar[Mapping[str, object]] = {}
 
     def __init__(self, person: SimulatedPerson) -> None:
@@ -62,7 +62,7 @@ class Behaviour:
 
     @property
     def turned(self) -> int:
-        """Net number of notches in an `Adjust` step."""
+        """Net number of notches by which the surface was adjusted in an `Adjust` step."""
         return self.person.turned
 
     @property
@@ -121,7 +121,7 @@ class Behaviour:
         return self.person.verbal_report()
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return this person's random number stream for a given purpose in this trial."""
+        """Return the random number stream of this person and trial for a purpose."""
         return self.person.stream(*purpose)
 
     def duration_s(self, step: Explore | Ask, usual_s: float) -> float:  # noqa: ARG002
@@ -146,7 +146,7 @@ class InstalledBehaviour(NamedTuple):
         return self.ask(lambda: self.kind(person))
 
     def ask(self, action: Callable[[], T]) -> T:
-        """Call code from the package, and convert its exceptions to error messages."""
+        """Call a function of the installed package, and report its exceptions as error messages."""
         return watched(self.point, action, self.named)
 
 

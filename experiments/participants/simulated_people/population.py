@@ -7,11 +7,11 @@ is
 
     sqrt(1 - t) (cos(angle(A)) intercept + sin(angle(A)) exponent) + sqrt(t) noise
 
-The intercept and the exponent are constant for each person; the noise differs in each trial. To
-people with a high intercept, all surfaces feel more slippery. People with a high exponent show a
-steeper growth of sensation. The function angle(A) increases with log(1 + A / 0.5 µm) from the
-lowest to the highest amplitude, so each person's sensation is a smooth function of amplitude. The
-distribution of sensations at an amplitude does not depend on the number of amplitudes in a study.
+The intercept and the exponent are constant for each person; the noise varies from trial to trial.
+People with a high intercept find all surfaces more slippery. People with a high exponent show a
+steeper growth of sensation. The weights of the intercept and the exponent change smoothly with the
+amplitude, because angle(A) is a linear function of log(1 + A / 0.5 µm). The distribution of
+sensations at an amplitude does not depend on the number of amplitudes in a study.
 
 `POPULATIONS` contains the shipped populations. A laboratory can define its own population in a TOML
 file with the same keys.
@@ -53,12 +53,12 @@ from slipscale.faults.validation import in_words
 AMPLITUDE_UM_PP = (0.0, 0.5, 1.2, 2.3)
 MEAN_SENSATION = (12.75, 19.58, 56.25, 81.33)
 SD_SENSATION = (12.75, 8.11, 8.82, 10.76)
-# We assume that a person's curve turns most where sensation increases most.
+# The constant in angle(A), in log(1 + A / 0.5 µm): our assumption.
 TURN_UM_PP = 0.5
-# Size of the cache of amplitudes; it is limited because adaptive methods keep presenting new ones.
+# Maximum number of cached amplitudes, because adaptive methods keep presenting new amplitudes.
 MOST_KEPT = 2**12
 OWN = "behaviour"
-IN_UM = "amplitude_um_pp"  # the key of the levels if they are in µm
+IN_UM = "amplitude_um_pp"  # key of the levels in a population file, if they are in µm
 
 Share = Annotated[float, Field(ge=0, le=1)]
 AboveZero = Annotated[float, Field(gt=0, allow_inf_nan=False)]
@@ -94,11 +94,11 @@ class Population(BaseModel):
     )
     shared: Share = setting(
         0.55,
-        "Proportion of the variance at the lowest and highest amplitudes that is due to the "
-        "person's intercept. The remaining variance, except for trial-to-trial variance, is due "
-        "to the exponent. Our assumption, which gives a correlation of 0.29 between a person's "
-        "mean sensations at the lowest and highest amplitudes. The published table does not show "
-        "which sensations belong to the same person.",
+        "Proportion of the variance at the lowest and highest amplitudes that comes from "
+        "differences between people's intercepts. The remaining variance, except for "
+        "trial-to-trial variance, comes from differences between exponents. Our assumption, which "
+        "gives a correlation of 0.29 between a person's mean sensations at the lowest and highest "
+        "amplitudes. The published table does not show which sensations belong to the same person.",
     )
     trial_to_trial: Share = setting(
         0.15,
@@ -113,18 +113,18 @@ class Population(BaseModel):
         default=(10.0, 20.0, 50.0, 100.0, 1000.0),
         min_length=1,
         description="Numbers from which participants choose the top of their scale. Our "
-        "assumption: with a free modulus, the tops of participants' scales are round numbers that "
-        "span several powers of ten, and the smallest step of a scale is a hundredth of its top.",
+        "assumption: with a free modulus, participants choose round numbers that span several "
+        "powers of ten, and the smallest step of a scale is a hundredth of its top.",
     )
     line_shift_sd: NotNegative = setting(
         0.3,
-        "Standard deviation, between people, of the logit of the rating that they give to a "
-        "sensation of 50. Our assumption.",
+        "Between-person standard deviation of the logit of the rating of a sensation of 50. Our "
+        "assumption.",
     )
     line_stretch_sigma: NotNegative = setting(
         0.2,
-        "Standard deviation, between people, of the logarithm of a person's stretch of the "
-        "rating line, a factor that multiplies the logit of each sensation. Our assumption.",
+        "Between-person standard deviation of the logarithm of the factor by which a person "
+        "multiplies the logit of each sensation on the rating line. Our assumption.",
     )
     criterion: NotNegative = setting(
         1.6,
@@ -138,13 +138,13 @@ class Population(BaseModel):
     noise: AboveZero = setting(
         2.2,
         (
-            "Noise in judging a difference, for the median person: the change in sensation that "
-            "gives d' = 1. Our assumption."
+            "Noise in judging a difference, given as the change in sensation for which the median "
+            "person has d' = 1. Our assumption."
         ),
     )
     threshold_sigma: NotNegative = setting(
         0.25,
-        "Standard deviation, between people, of the logarithm of the noise in judging a "
+        "Between-person standard deviation of the logarithm of the noise in judging a "
         "difference. Our assumption.",
     )
     exploration_s: AboveZero = setting(3.0, "Median duration of an exploration. Our assumption.")
@@ -168,7 +168,7 @@ class Population(BaseModel):
     )
     reading_sigma: NotNegative = setting(
         0.14,
-        "Standard deviation of the log reading speed between people. Brysbaert 2019: most "
+        "Between-person standard deviation of the logarithm of reading speed. Brysbaert 2019: most "
         "adults read 175 to 300 words per minute.",
     )
     screen_s: NotNegative = setting(
@@ -177,12 +177,12 @@ class Population(BaseModel):
     habits: Habits = setting(Habits(), "Response habits, which are all off by default.")
     effects: tuple[tuple[str, str, AboveZero], ...] = setting(
         (),
-        "Factor by which a condition multiplies sensation, by name and level of a study factor; "
+        "Number by which a condition multiplies sensation, for each level of a study factor; "
         "default: 1. The values come from `simulated` in the study file.",
     )
     growths: tuple[tuple[str, str, AboveZero], ...] = setting(
         (),
-        "Factor by which a condition multiplies the exponent of sensation; default: 1. The "
+        "Number by which a condition multiplies the exponent of sensation; default: 1. The "
         "values come from `simulated_growth` in the study file.",
     )
     effect_sds: tuple[tuple[str, NotNegative], ...] = setting(
@@ -198,7 +198,7 @@ class Population(BaseModel):
 
     @model_serializer(mode="wrap")
     def _as_before(self, numbers: SerializerFunctionWrapHandler) -> dict[str, object]:
-        # Empty new keys are omitted, so that pilots begun before these keys existed can be resumed.
+        # Keys of later versions are omitted if they are empty, so that older pilots can be resumed.
         content = {
             IN_UM if name == "levels" and not self.unit else name: value
             for name, value in numbers(self).items()
@@ -259,7 +259,7 @@ class Population(BaseModel):
         return percent * product(self.effects)
 
     def angle(self, level: float) -> float:
-        """Return angle(A) in radians, which weights a person's intercept and exponent at a level.
+        """Return angle(A) in radians, which sets the weights of the intercept and the exponent.
 
         The module's description contains the formula. At the lowest and highest level, the squared
         sine of this angle is the proportion of the variance between people that is due to the

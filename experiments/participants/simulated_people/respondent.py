@@ -1,9 +1,9 @@
 """Generate the answers of one simulated person, independently of plate, clock and files.
 
-Every answer depends only on the sensations and on the seed, participant, run, trial, question and
-number of previous answers to the question in that trial. Only answers on disk count as previous
-answers. Therefore, a resumed pilot gives the same data as an uninterrupted pilot, but a question
-that is asked again gets a new answer.
+An answer depends only on the sensations and on random numbers. The random numbers depend on the
+seed, participant, run, trial and question, and on how many answers to this question in this trial
+are already on disk. A resumed pilot therefore gives the same data as an uninterrupted pilot. If an
+answered question is asked again, the person gives a new answer.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.stimuli.attributes import AttributeWords
 
-LEAST_RATIO = 0.01  # nobody enters a ratio of 0
+LEAST_RATIO = 0.01  # smallest ratio that a person enters
 
 
 def unanswered(protocol: str, name: str) -> str:
@@ -73,8 +73,8 @@ class Respondent:
     visit : int
         Index of the participant's run. Each run of a person uses different random numbers.
     planned : int
-        Number of planned trials in the run. A dropout's last trial is selected at random
-        from these trials.
+        Number of planned trials in the run. If the person drops out, the last trial is selected
+        at random from the planned trials.
     language : str
         Language of the verbal reports. English is used if the language is not available.
     population : Population, optional
@@ -165,14 +165,14 @@ class Respondent:
         time_s = people.answer_s * self.pace * math.exp(people.answer_sigma * deviate)
         value = self._value(step)
         if isinstance(step.question, PointingQuestion) and (moved := Selection.of(value)):
-            time_s += moved.time_s  # the usual time is the time to reach the start
+            time_s += moved.time_s  # until here, time_s was the time to reach the start
         time_s = self._own_duration_s(step, time_s)
         if step.time_limit_s is not None and time_s > step.time_limit_s:
             return Reply(response_time_s=step.time_limit_s, timed_out=True)
         return Reply(value=value, response_time_s=time_s)
 
     def told(self, step: Ask | Adjust) -> Value:
-        """Return the answer from the task's own function for simulated answers."""
+        """Return the answer from the function that the task provides for simulated people."""
         task = step.trial.task if step.trial else getattr(step, "task", "")
         answer = self._answers.get((task, step.name))
         if answer is None:
@@ -186,7 +186,7 @@ class Respondent:
             raise UserError(f"{who} {wrong}")
         return value
 
-    # The interface for protocols: `protocol_parts.simulated_answers.SimulatedPerson`.
+    # The next members implement `SimulatedPerson`, through which protocols generate answers.
 
     @property
     def turned(self) -> int:
@@ -228,7 +228,7 @@ class Respondent:
         return max(range(len(liked)), key=liked.__getitem__)
 
     def says_yes(self, strength: float) -> bool:
-        """Return whether a difference exceeds the criterion, or a random answer after a lapse."""
+        """Return True if a difference exceeds the criterion, but answer at random in a lapse."""
         if self.lapses():
             return self._any_yes()
         return strength / self._threshold > self._criterion
@@ -258,8 +258,7 @@ class Respondent:
         """Return whether the last surface is at least ``ratio`` times as strong as the standard.
 
         Of the response habits, only regression, learning and misreading affect the answer.
-        Regression compresses the range of the adjusted variable, so the person produces a ratio
-        closer to 1.
+        With regression, the person produces a ratio closer to 1.
         """
         meant: float = ratio ** (1 - self._people.habits.regression)
         return self._felt_percent() >= meant * self._of_standard()
@@ -282,7 +281,7 @@ class Respondent:
         return self.stream(self.memory.question).choice(self._reports)
 
     def stream(self, *purpose: str | int) -> Stream:
-        """Return the random number stream for a purpose, which differs between repetitions."""
+        """Return the random number stream for a purpose; each repetition has its own stream."""
         place = (self.memory.trial.task, self.memory.trial.number) if self.memory.trial else ("", 0)
         return self.constant_stream(*self._visit, *place, *purpose, *self.memory.again)
 
@@ -303,15 +302,15 @@ class Respondent:
         raise TypeError(f"no simulated answer to {type(question).__name__}")
 
     def _own_duration_s(self, step: Explore | Ask, usual_s: float) -> float:
-        """Return a step's duration: from the package's behaviour class, if any, or ``usual_s``."""
+        """Return a step's duration: ``usual_s``, unless the package's behaviour sets another."""
         person, behaviour = self._person, self._behaviour
         if behaviour is None or not isinstance(person, Behaviour):
             return usual_s
         time_s: object = behaviour.ask(lambda: person.duration_s(step, usual_s))
         if not isinstance(time_s, int | float) or not 0 <= time_s < math.inf:
             raise UserError(
-                f"{behaviour.named} takes {time_s!r} for a step; expected a number of seconds, 0 "
-                "or more"
+                f"{behaviour.named}: the duration of a step is {time_s!r}; expected a number of "
+                "seconds, 0 or more"
             )
         return float(time_s)
 
@@ -347,7 +346,7 @@ class Respondent:
         return self.stream(self.memory.question, "lapse", "value").uniform() < 0.5  # noqa: PLR2004
 
     def _own(self, what: str) -> float:
-        """Return the person's standard normal deviate for a named parameter."""
+        """Return the person's value of a parameter, as a standard normal deviate."""
         return self.constant_stream(what).normal()
 
     def constant_stream(self, *purpose: str | int) -> Stream:

@@ -26,8 +26,8 @@ class Sensation:
         self._curves = curves(people)
         self._intercept = own("shared")
         self._exponent = own("exponent")
-        # The squared sigma is subtracted, so that the mean variance across people equals the
-        # population's.
+        # Subtracting the squared sigma makes the variance of the noise, averaged over people, equal
+        # to the population's value.
         self.noise = math.sqrt(people.trial_to_trial) * math.exp(
             people.noise_sigma * own("noise") - people.noise_sigma**2
         )
@@ -38,8 +38,7 @@ class Sensation:
     def percent(self, felt_level: float, noise: float = 0.0) -> float:
         """Return the sensation (0 to 100) at an amplitude in µm peak to peak.
 
-        ``noise`` is a normal deviate, randomly generated for the trial with the standard deviation
-        `noise` (an attribute).
+        ``noise`` is the trial's random deviate, with the standard deviation ``self.noise``.
         """
         intercept, exponent = self._curves.turns(felt_level)
         deviate = intercept * self._intercept + exponent * self._exponent + noise

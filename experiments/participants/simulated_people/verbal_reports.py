@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 from slipscale.stimuli.attributes import ATTRIBUTES, SLIPPERINESS, AttributeWords
 
-# Answers to the question of what has disappeared, for slipperiness; the first is from the paper
+# Simulated verbal reports of what has been removed, for slipperiness. The first is from the paper
 # ("less slippery", Section IV-B).
 VERBAL_REPORTS: Mapping[str, tuple[str, ...]] = {
     "en": (
@@ -33,7 +33,7 @@ OTHER_REPORTS: Mapping[str, tuple[str, ...]] = {
 
 
 def verbal_reports(language: str, words: AttributeWords | None) -> tuple[str, ...]:
-    """Return the verbal reports about a lower level, for the study's attribute."""
+    """Return possible verbal reports of a decrease in level, in words for the study's attribute."""
     if words is None or words in ATTRIBUTES[SLIPPERINESS].values():
         return VERBAL_REPORTS.get(language, VERBAL_REPORTS["en"])
     return tuple(map(words.fill, OTHER_REPORTS.get(language, OTHER_REPORTS["en"])))

@@ -145,7 +145,7 @@ def test_a_population_without_them_is_written_as_it_always_was():
     [
         ("faulty", r"raised ZeroDivisionError: nothing felt \(module .*test_behaviour, line"),
         ("wordy", "answered 'a lot' to 'estimate', expected a number of 0 or more"),
-        ("instant", "takes -1.0 for a step; expected a number of seconds"),
+        ("instant", "the duration of a step is -1.0; expected a number of seconds"),
         ("misnumbered", "its population is invalid: trial_to_tral: unknown key"),
         ("nobody", "expected a class derived from Behaviour"),
     ],
