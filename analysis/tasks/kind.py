@@ -2,13 +2,13 @@
 
 Each kind of task has a folder in `slipscale.analysis.tasks` or `slipscale.analysis.tasks.effects`,
 and corresponds to a `Protocol` of the session. The module ``declaration`` in this folder defines
-everything that the report and its files show about the kind; `slipscale.analysis.tasks.table` lists
-the declarations. Other packages declare kinds of task with an entry point; see
-`slipscale.analysis.tasks.outside`.
+everything that the report and its files show about the kind of task;
+`slipscale.analysis.tasks.table` lists the declarations. Other packages declare kinds of task with
+an entry point; see `slipscale.analysis.tasks.outside`.
 
 Shared code (loading, inference, page, files, plans) loops over `Analysis.kinds` and does not refer
-to specific kinds. Every callable in a declaration, except ``session_tables``, receives the whole
-`Analysis`. Every callable returns an empty result if there are no trials.
+to specific kinds. All functions in a declaration, except ``session_tables``, receive the whole
+`Analysis`, and all return an empty result if there are no trials.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class TaskAnalysis:
     questions : callable
         Returns the research questions with which the summary begins.
     design : callable
-        Returns phrases that state the numbers of trials and surfaces.
+        Returns descriptions of the design, such as the numbers of trials and surfaces.
     answers : callable
         Returns the sentences for the summary.
     doubts : callable
@@ -140,7 +140,7 @@ class Deviation:
     kind : str
         What the deviation concerns.
     what : str
-        A sentence that states what was planned and what was done.
+        A sentence that compares the plan with the data or analysis.
     """
 
     kind: DeviationKind

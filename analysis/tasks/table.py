@@ -53,7 +53,7 @@ KINDS = (
     identification.ANALYSIS,
     pointing.ANALYSIS,
 )
-#: Kinds in the order of ``inference.json``; statistics may use results of earlier ones.
+#: Statistics in the order of ``inference.json``. A statistic may use the results of earlier ones.
 STATISTICS = tuple(statistic for kind in KINDS for statistic in kind.statistics)
 #: Kinds for which studies can choose the task label, in the order in which their tables are
 #: recognised.

@@ -33,7 +33,7 @@ def _none(_task: object, _level: float, _quantity: Quantity) -> list[str]:
 def _concluding(
     answers: TaskTexts[T], remarks: TaskTexts[T], named: Callable[[T, Quantity], str] | None
 ) -> TaskTexts[T]:
-    """Return a function that writes a task's answers, and its remarks as one paragraph.
+    """Return a function that writes a task's answers, followed by its remarks in one paragraph.
 
     If ``named`` is given, the paragraph begins with the task's name.
     """
@@ -83,11 +83,11 @@ def of_one_statistic(
     Parameters
     ----------
     tasks : callable
-        Function that splits the statistic's result into one result per task. The default is for
-        results that are already a sequence with one item per task.
+        Function that splits the statistic's result into one result per task. It can be omitted if
+        the result is a sequence with one item per task.
     question, what, title : str
-        Question for the summary; description of the trials, such as "matching", for their number;
-        heading of the sentences in the results section.
+        Question for the summary, name of the trials (such as "matching"), and heading of the
+        sentences in the results section.
     named : callable
         Returns the name of a task, with its label and condition.
     answers, remarks, doubts : callable

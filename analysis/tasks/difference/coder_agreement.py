@@ -25,7 +25,7 @@ class CoderAgreement:
     coders : tuple of 2 str
         Names of the coders.
     reports : int
-        Number of reports that both coders coded.
+        Number of verbal reports with codes from both coders.
     kappa : float
         Cohen's kappa. Its 95 % confidence interval is in ``interval``.
     agreed : int

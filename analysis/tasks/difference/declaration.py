@@ -22,7 +22,7 @@ from slipscale.analysis.writing.numbers import counted
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import capitalised
 
-#: Columns of yes/no answers that are included unless they are empty.
+#: Columns of the table of yes/no answers; empty columns are omitted.
 ANSWERS = (
     *(PARTICIPANT, "session", "run", "series", "trial", "step"),
     *("amplitude_before_um_pp", "amplitude_um_pp", "catch", "difference_felt"),

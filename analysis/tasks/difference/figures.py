@@ -23,7 +23,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, VERMILION, styled
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity, capitalised
 
-#: Area of the ring for one participant, in square points.
+#: Area of the ring that represents one participant, in square points.
 RING = 34.0
 #: Height of a row in the upper panel, and of the lower panel, in inches.
 ROW, LOWER = 0.36, 2.9

@@ -3,9 +3,9 @@
     P(yes | step of size s, participant i) = Φ(d'_s + τ v_i - c - σ u_i)
     P(yes | catch step, participant i)     = Φ(-c - σ u_i),   u_i and v_i normal
 
-Both the criterion and the sensitivity differ between people. Without the term τ v_i, intervals
-contained the true value in only 80 to 90 % of simulations in which sensitivities had a standard
-deviation of 0.4. The likelihood is integrated over u and v; confidence intervals use the profile
+Both the criterion and the sensitivity differ between people. If sensitivities have a standard
+deviation of 0.4, intervals from a model without the term τ v_i contain the true value in only 80 to
+90 % of simulations. The likelihood is integrated over u and v; confidence intervals use the profile
 likelihood. Proportions of 0 or 1 need no correction. If participants felt every step, or no catch
 step, the interval has only a lower bound.
 """
@@ -33,16 +33,18 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     students_fall,
 )
 
-#: Search ranges for d', criterion and standard deviations. Counts cannot determine a larger d'.
+#: Search ranges for d', criterion and standard deviations. Larger values of d' cannot be estimated
+#: from counts.
 FARTHEST, LARGEST_SPREAD = 8.0, 4.0
-#: Smallest mean numbers of answers to steps and to catch steps per participant for which τ is
-#: estimated; with fewer, τ is 0, because counts cannot separate differences in sensitivity from
-#: differences in criterion. When τ was estimated from three steps and one catch step, the median d'
-#: was 15 % too large (30 people, d' = 3).
+#: Smallest mean number of answers per participant, to steps and to catch steps, for which τ is
+#: estimated. With fewer answers, τ is set to 0, because differences in sensitivity cannot be
+#: separated from differences in criterion. When τ was estimated from three steps and one catch
+#: step, the median d' was 15 % too large (30 people, d' = 3).
 FEWEST_OF_A_KIND = 5
 #: Smallest and largest number of nodes for u and v.
 FEWEST_NODES, MOST_NODES = 15, 161
-#: Number of nodes for u, per square root of a participant's number of answers; v has half as many.
+#: Number of integration nodes for u, divided by the square root of a participant's number of
+#: answers. There are half as many nodes for v.
 NODES = 8.0
 
 
@@ -109,7 +111,7 @@ def d_primes(
     shape = (people, len(kinds))
     total = np.bincount(who * len(kinds) + kind, minlength=people * len(kinds)).reshape(shape)
     yes = np.bincount(who * len(kinds) + kind, felt, people * len(kinds)).reshape(shape)
-    # Catch steps come first. People with the same counts are computed once.
+    # Catch steps come first. The likelihood is computed once for all people with the same counts.
     columns = [catch, *(place for place in range(len(kinds)) if place != catch)]
     counts = np.stack([yes, total - yes], axis=-1)[:, columns]
     patterns, times = np.unique(counts, axis=0, return_counts=True)
@@ -150,7 +152,7 @@ def d_primes(
 
 
 class _Probit:
-    """Probit model with parameters (d'..., criterion, σ, τ); kind 0 is the catch step."""
+    """Probit model with parameters (d'..., criterion, σ, τ). The first kind is the catch step."""
 
     def __init__(self, kinds: int) -> None:
         # Differences in sensitivity affect steps but not catch steps.

@@ -26,7 +26,7 @@ def read_steps(
 def divide(
     frame: pd.DataFrame, _problems: Problems, counts: dict[str, int]
 ) -> dict[str, pd.DataFrame]:
-    """Return the main steps that were answered."""
+    """Return the answered steps, without practice."""
     return {"differences": _keep_steps(frame, counts)}
 
 

@@ -113,7 +113,7 @@ def finding(found: Finding, quantity: Quantity) -> str:
 def answer(found: DescendingDifference, confidence: float, quantity: Quantity) -> list[str]:
     """Return a sentence with the main result: counts of participants, or the fitted curve.
 
-    Counts are returned if a plate produced the stimuli.
+    For stimuli other than plate amplitudes, the sentence describes the fitted curve.
     """
     if not quantity.stepped:
         return [psychometric(found.psychometric, confidence, quantity)]

@@ -48,7 +48,7 @@ class PsychometricCurve:
         Step size with 50 % "yes" answers; None if the curve does not rise.
     half_yes_interval : ConfidenceInterval or None
         Interval for ``half_yes`` by Fieller's theorem. None if the slope is not significantly above
-        0, because no size can then be excluded.
+        0, because the interval is then unbounded.
     correlation : float
         Correlation between answers of the same participant.
     n, answers : int

@@ -13,7 +13,7 @@ from slipscale.faults.frozen_table import FrozenTable
 from slipscale.faults.toml_file import read_toml
 
 Meaning = Literal["less_slippery", "more_slippery", "unclear"]
-#: A stem contains at least one letter; other stems could match every report.
+#: Stems must contain at least one letter or digit, because other stems could match every report.
 Word = Annotated[str, Field(pattern=r"\w")]
 SHIPPED = Path(__file__).parent / "codebook.toml"
 OTHER = "other"

@@ -88,7 +88,7 @@ class SignalDetection:
     Parameters
     ----------
     pooled : Sensitivity
-        Sensitivity from all answers pooled.
+        Sensitivity computed from the pooled answers of all participants.
     by_size : tuple of DPrimeOfSize or NotComputed
         d' for each step size, from a probit model that includes participant effects.
     all_sizes : DPrimeOfSize or NotComputed
@@ -170,7 +170,7 @@ class DescendingDifference:
     signal_detection, psychometric, verbal_reports, finding : object
         Results of the individual analyses; see their classes.
     weber : PsychometricCurve or NotComputed
-        Proportion of "yes" answers as a function of the step's Weber fraction.
+        Proportion of "yes" answers as a function of the step size, as a Weber fraction.
     thresholds : Mapping
         Threshold of each participant, halfway between the "yes" rates for catch steps and for the
         largest steps. NotComputed for participants with fewer than `TRIALS_FOR_OWN` answers.

@@ -88,7 +88,8 @@ def _equivalence(
 ) -> list[Markup]:
     """Return a table and a sentence on equivalence tests and Bayes factors.
 
-    The sentence covers pairs that differ and are not equivalent. The table lists all other pairs.
+    Pairs that differ and are not equivalent are summarised in the sentence. All other pairs are
+    rows of the table.
     """
     bound = tested[0][1].equivalence.bound
     within = f"within a ratio of {1 / bound:.3g} to {bound:.3g}"

@@ -85,8 +85,8 @@ def fig15(
     for number, (name, own) in enumerate(parts.items()):
         colour = (BLUE, VERMILION, GREEN, ORANGE, PURPLE)[number % 5]
         if len(logs) > 1:
-            # Lines are relative to the amplitude means, so that a missing amplitude does not shift
-            # them.
+            # Participants' means are computed relative to the means of amplitudes, so that a
+            # missing amplitude does not shift a participant's line.
             equalised = own.sub(own.sub(own.mean()).mean(axis=1), axis=0)
             _individuals(
                 axes, equalised.map(np.exp), amplitudes, PALE if groups is None else colour
@@ -117,7 +117,8 @@ def fig15(
             )
     if without_log:
         axes.plot([], "o", color=BLUE, markerfacecolor="white", label="without estimates of zero")
-    # Limits are set first, because a single value does not define them on a logarithmic axis.
+    # Axis limits are set explicitly, because Matplotlib cannot choose logarithmic limits for a
+    # single value.
     axes.set_ylim(axes.dataLim.y0 / 1.2, axes.dataLim.y1 * 1.2)
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(base=10, subs=(1, 2, 5)))

@@ -10,7 +10,7 @@ from slipscale.analysis.tasks.estimation.statistics import STATISTICS
 from slipscale.experiments.study.analysis_choices import Primary
 from slipscale.stimuli.quantity import Quantity
 
-#: Primary analysis -> name in a plan, with a placeholder for the quantity ``q``.
+#: Names of the primary analyses in a plan; ``q`` is a placeholder for the quantity.
 TITLES: dict[Primary, str] = {
     "ranks": "Friedman's test, and Wilcoxon's test for each pair of {q.levels}, Holm-corrected",
     "logarithms": "repeated-measures ANOVA of log estimates (Greenhouse-Geisser), and a paired t "
@@ -41,7 +41,7 @@ def _written(
 def primary_sentences(
     inference: Inference, primary: Primary, confidence: float, quantity: Quantity
 ) -> list[str]:
-    """Return the sentences on the primary analysis, or the reason why it was not computed."""
+    """Return the sentences about the primary analysis, or the reason why it was not computed."""
     found = list(_written(inference, primary, confidence, quantity, of_primary=True))
     if texts := [each for each in found if isinstance(each, str)]:
         return texts

@@ -64,7 +64,8 @@ def _part_textures(
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
     runs = [main[name] for name in IDENTITY]
-    # After a texture, the surface felt before is not the plain surface in the previous row.
+    # Marks trials that follow a texture: the table without textures shows a different previous
+    # surface.
     main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
     counts["textures"] = int(modulated.sum())
     if counts["textures"]:

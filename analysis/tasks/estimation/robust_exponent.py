@@ -62,7 +62,7 @@ def median_slope(x: NDArray[np.float64], y: NDArray[np.float64]) -> float:
     """
     order = np.argsort(x, kind="stable")
     x, y = x[order], y[order]
-    ends = np.flatnonzero(np.diff(x)) + 1  # ends of runs of points with the same x
+    ends = np.flatnonzero(np.diff(x)) + 1  # where x changes
     slopes = [
         (y[end:, None] - y[start:end]) / (x[end:, None] - x[start])
         for start, end in zip((0, *ends), ends, strict=False)

@@ -50,7 +50,7 @@ MODEL_NAMES = {
 }
 
 
-#: Largest number of means, and of pairs without a difference, listed in a sentence.
+#: Largest number of means, or of non-significant pairs, that a sentence lists.
 MOST_LISTED = 6
 #: Bayes factors above this value are reported as "> 100", below its reciprocal as "< 0.01".
 MOST_DECISIVE = 100.0

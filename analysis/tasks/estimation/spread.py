@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 #: Ratio of standard deviations above which rank tests of arithmetic means are unreliable.
 NOTICEABLE = 1.75
-#: Smallest number of within-cell differences for a comparison of standard deviations.
+#: Smallest number of differences between repetitions for which standard deviations are compared.
 FEWEST = 12
 
 

@@ -69,7 +69,7 @@ def _logs(pairs: Pairs) -> list[PairedT]:
 
 
 def slope_ps(slopes: Sequence[MeanOverParticipants | NotComputed]) -> list[float]:
-    """Return the p-values of the mean slopes that could be computed."""
+    """Return the p-values of the mean slopes, except slopes that were not computed."""
     return [slope.p for slope in slopes if isinstance(slope, MeanOverParticipants)]
 
 

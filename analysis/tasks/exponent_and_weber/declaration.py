@@ -25,7 +25,7 @@ from slipscale.analysis.writing.numbers import bracketed, counted, level_of, uni
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
-#: Verdict -> text that follows "The exponent".
+#: Ends of sentences that begin with "The exponent", keyed by conclusion.
 VERDICTS = {
     "agrees": "agrees with the Weber fraction",
     "does not agree": "does not agree with the Weber fraction",

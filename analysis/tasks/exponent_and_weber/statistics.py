@@ -31,7 +31,7 @@ EKMAN = 0.03
 #: brightness (0.079 and 0.33) to vibration at 60 Hz (0.036 and 0.95).
 PUBLISHED = (0.025, 0.035)
 #: The interval of k agrees with the law if it lies within this factor of `EKMAN` and overlaps the
-#: published range. The factor is a choice of Slipscale.
+#: published range. This factor is our choice; it is not published.
 FACTOR = 2.0
 
 Verdict = Literal["agrees", "does not agree", "undecided"]

@@ -6,7 +6,7 @@ without error.
 
 Information is overestimated if there are few trials. The first-order Miller-Madow correction
 (Miller 1955, in Information Theory in Psychology, 95-100) adds (occupied cells - 1) / (2 n ln 2) to
-each entropy. Corrected values cannot exceed the information in the presented surfaces. The report
+each entropy. Corrected values are limited to the entropy of the presented surfaces. The report
 contains a note if participants have fewer than five trials per cell of the confusion matrix on
 average.
 """

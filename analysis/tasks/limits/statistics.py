@@ -51,7 +51,7 @@ ASCENDING, DESCENDING = "ascending", "descending"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PersonLimits:
-    """Mean transition of one participant in each direction; NaN for a direction without any."""
+    """Mean transition of one participant in each direction; NaN if there is no transition."""
 
     participant: str
     ascending_um_pp: float
@@ -91,7 +91,7 @@ class TaskLimits:
 
 
 def transition_um_pp(rows: pd.DataFrame) -> float:
-    """Return the transition of a series (rows in order of presentation), or NaN without one."""
+    """Return the transition in a series of rows in order of presentation, or NaN without one."""
     rising = rows["direction"].iloc[0] == ASCENDING
     last, ended = float(rows["comparison_um_pp"].iloc[-1]), bool(rows["felt"].iloc[-1]) is rising
     levels = rows["comparison_um_pp"].to_numpy(float)

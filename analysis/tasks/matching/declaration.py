@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
     Task = list[MatchedReference]
 
-#: Fields of `MatchedReference` that become columns, before the tests of bias and direction.
+#: First columns of the table: fields of `MatchedReference`. Tests of bias and direction follow.
 TABULATED = (
     *("task", "reference_um_pp", "matches", "participants", "mean_um_pp", "variability_um_pp"),
     *("ascending_um_pp", "descending_um_pp", "felt_again", "catch_trials", "catch_error_um_pp"),

@@ -73,7 +73,7 @@ def evaluated(analysis: Analysis, faults: list[str]) -> Analysis:
 
 
 def _made(kind: TaskAnalysis, analysis: Analysis) -> TaskAnalysis:
-    """Return a copy of a kind whose functions return precomputed results."""
+    """Return a copy of a task kind whose functions return results computed now."""
     made = {part: getattr(kind, part)(analysis) for part in PARTS}
     parts: dict[str, Any] = {part: lambda _, value=value: value for part, value in made.items()}
     return replace(kind, **parts)
@@ -239,7 +239,7 @@ def _is_figure(value: object) -> bool:
     return True
 
 
-#: Parts of a kind that are computed only from the analysis.
+#: Fields of a declaration that depend only on the analysis, with the check of each result.
 _TEXTS = _Check([], "a list of strings", _is_text)
 PARTS: Mapping[str, _Check] = {
     "questions": _TEXTS,

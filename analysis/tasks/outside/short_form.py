@@ -40,8 +40,9 @@ class OwnInput:
     Parameters
     ----------
     dataset : Dataset
-        Trials, participants and analysis choices, without excluded participants and trials. Tables
-        are copies. Tables of tasks that Slipscale does not analyse are in ``dataset.others``.
+        Trials, participants and analysis choices. Excluded participants and trials are omitted, and
+        tables are copies. Tables of tasks that Slipscale does not analyse are in
+        ``dataset.others``.
     study : Study or None
         The study, or None if the data set has no readable study file.
     """
@@ -69,8 +70,7 @@ class OwnResult:
     figure : Figure, optional
         A Matplotlib figure.
     figure_caption, figure_alt : str
-        Caption, and text alternative for people who cannot see the figure. Both are required with a
-        figure.
+        Caption, and text alternative for people who cannot see the figure. A figure requires both.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def own_analysis(
 
 @dataclass(frozen=True)
 class _Short:
-    """The parts of a `TaskAnalysis` that are derived from an `OwnResult`."""
+    """Functions of a `TaskAnalysis` that format an `OwnResult`."""
 
     key: str
     title: str

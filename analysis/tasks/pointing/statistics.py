@@ -3,15 +3,15 @@
 The analysis follows ISO/TS 9241-411:2012 and Soukoreff and MacKenzie (2004, International Journal
 of Human-Computer Studies 61, 751-789). A cell contains the movements of one participant with the
 same feedback, distance and width, pooled across sessions. Movements that miss the target are
-included. Throughput and regressions omit cells with fewer than `FEWEST` movements, without spread,
-or with a mean movement away from the target. These cells are counted.
+included. Cells with fewer than `FEWEST` movements, with identical positions, or with a mean
+movement away from the target are counted, but not used for throughput and regressions.
 
 The effective width is 4.133 (the square root of 2 pi e) times the standard deviation of the
 selected positions along the movement; the effective distance is the mean of these positions. The
 effective index of difficulty is log2(distance / width + 1) in bits (Shannon formulation). A
 participant's throughput is the mean of effective index / movement time across cells.
 
-The line movement time = a + b * index is fitted to each participant's cells, with the nominal
+A line, ``movement time = a + b * index``, is fitted to each participant's cells, using the nominal
 distance and width. Means across participants have t-based intervals.
 """
 

@@ -2,9 +2,10 @@
 
 The amplitude is the response to a given number, so log amplitude is regressed on log number, and
 the exponent is the inverse of the slope. People compress the range of their responses (the
-regression effect). In production, responses are amplitudes, so the exponent is too large. In
-estimation, responses are numbers, so the exponent is too small. The usual remedy is the geometric
-mean of both exponents (Stevens and Greenbaum 1966, Perception and Psychophysics 1, 439-446).
+regression effect). The exponent from magnitude production is therefore too large, because the
+responses are amplitudes. The exponent from magnitude estimation is too small, because the responses
+are numbers. The usual remedy is the geometric mean of both exponents (Stevens and Greenbaum 1966,
+Perception and Psychophysics 1, 439-446).
 """
 
 from __future__ import annotations
@@ -57,14 +58,14 @@ LOW, HIGH = "low", "high"
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProducedNumber:
-    """Amplitudes produced for one number.
+    """The amplitudes that participants produced for one number.
 
     Parameters
     ----------
     number : float
         The number shown.
     participants, productions : int
-        Counts of participants and productions.
+        Number of participants, and number of amplitudes that they produced.
     amplitude_um_pp : float
         Geometric mean of participants' geometric means, µm peak to peak.
     interval : ConfidenceInterval or None
@@ -124,11 +125,13 @@ class TaskProductions:
     participants, answers, catch_trials : int
         Counts of participants, answers (without catch trials) and catch trials.
     catch_um_pp : float or None
-        Geometric mean of the amplitudes produced in catch trials, which show the standard's number.
+        Geometric mean of the amplitudes produced in catch trials, in which the number of the
+        standard is shown.
     at_bounds : int
-        Number of included productions that ended within one notch of the plate's limits.
+        Number of analysed trials in which the amplitude ended within one notch of the plate's
+        limits.
     numbers : tuple of ProducedNumber
-        Results for each number, in ascending order.
+        Results for each number shown, in ascending order.
     slope : MeanOverParticipants or NotComputed
         Mean of participants' slopes of log amplitude on log number.
     exponent : float or None
@@ -246,8 +249,8 @@ def _inverse(
 ) -> tuple[float | None, ConfidenceInterval | None]:
     """Return the inverse of a slope and the inverse of its interval.
 
-    Both are None if the slope is not above 0. The interval is also None if its lower bound is not
-    above 0.
+    Inverses are None if the slope is not above 0. The inverse of the interval is None if the
+    interval includes 0.
     """
     if not slope or slope.mean <= 0:
         return None, None

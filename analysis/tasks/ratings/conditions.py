@@ -80,7 +80,7 @@ def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> Fa
     cells = rows.assign(level=rows[name].astype(str)).pivot_table(
         index=[PARTICIPANT, "surface"], columns="level", values="rating", observed=True
     )
-    # Rounded, because equal means can differ in the last bits, and ranks would not be tied.
+    # Means are rounded, because equal means can differ in the last bits and would not be tied.
     table = cells.dropna().groupby(PARTICIPANT, observed=True).mean().round(TIED_DECIMALS)
     table = table[sorted(table.columns, key=numbers_first)]
     people = rows[PARTICIPANT].nunique()
@@ -176,7 +176,7 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
 
 
 def with_conditions(kind: TaskAnalysis) -> TaskAnalysis:
-    """Return a copy of a kind of task that also compares ratings between conditions."""
+    """Add the comparison of ratings between conditions to a declaration."""
     return replace(
         kind,
         statistics=(*kind.statistics, CONDITIONS),

@@ -149,7 +149,7 @@ class TaskRatings:
     categories : int or None
         Number of ordered categories; None for ratings on a line.
     resolution : float or None
-        Smallest difference between two possible ratings, or None if it was not constant.
+        Smallest difference between two possible ratings, or None if this differs between trials.
     surfaces : tuple of RatedSurface
         Surfaces in ascending order of amplitude, then textures.
     friedman : Friedman or NotComputed
@@ -274,7 +274,7 @@ def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
 
 
 def start_effect(main: pd.DataFrame, confidence: float) -> MeanOverParticipants | NotComputed:
-    """Return the slope of ratings on the starting position of the mark.
+    """Regress ratings on the starting position of the mark, and return the slope.
 
     Each participant's slope is fitted to ratings and starting positions that are centred within
     surfaces.

@@ -107,7 +107,7 @@ def ratios(found: TaskRatios, trials: pd.DataFrame, quantity: Quantity) -> Figur
     figure, axes = canvas(size=SIZE)
     main = trials[~trials["catch"] & (trials["standard_um_pp"] == found.standard_um_pp)]
     table = log_cells(main, "comparison_um_pp", "ratio")
-    table = table.loc[:, table.columns.to_numpy(float) > 0]  # no 0 on a logarithmic axis
+    table = table.loc[:, table.columns.to_numpy(float) > 0]  # 0 has no place on a logarithmic axis
     shown = [each for each in found.surfaces if each.comparison_um_pp > 0]
     amplitudes = table.columns.to_numpy(float)
     draw_people(axes, amplitudes, np.exp(table.to_numpy(float)))

@@ -138,7 +138,7 @@ def geometric(logs: pd.Series[float], confidence: float) -> tuple[float, Confide
 
 
 def catch_mean(catch: pd.DataFrame, value: str) -> float | None:
-    """Return the geometric mean in catch trials, with equal weight for each participant."""
+    """Return the geometric mean of the answers in catch trials, weighting participants equally."""
     if not len(catch):
         return None
     logs = catch.assign(log=np.log(catch[value].to_numpy(float)))

@@ -84,7 +84,7 @@ def _blocks(
 
 @styled
 def sensitivities(task: TaskPairs) -> Figure:
-    """Plot d' for each pair, averaged across participants and from pooled answers."""
+    """Plot d' for each pair: the mean across participants, and the value from pooled answers."""
     figure, axes = canvas(size=SIZE)
     for place, each in enumerate(task.pairs):
         if found := computed(each.mean_d_prime):

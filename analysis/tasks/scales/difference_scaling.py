@@ -23,9 +23,9 @@ Array = npt.NDArray[np.float64]
 LARGEST = 30.0
 #: Size of the step at which Fisher scoring stops, and largest number of steps.
 PRECISION, ITERATIONS = 1e-10, 50
-#: Smallest distance of probabilities from 0 and 1, so that variances are not rounding errors.
+#: Smallest distance of probabilities from 0 and 1, which keeps variances above rounding errors.
 EDGE = 1e-12
-#: Largest proportion of simulated data sets without a scale for which intervals are reported.
+#: Intervals are not reported if the fit fails for more than this proportion of simulated data sets.
 MOST_FAILED = 0.05
 
 
@@ -151,9 +151,9 @@ def _fit(design: Array, yes: Array, trials: Array) -> tuple[Array, Array] | NotC
 
 
 def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
-    """Fit scale values to several data sets by Fisher scoring; return shape (sets, surfaces).
+    """Fit scale values to several data sets by Fisher scoring. The shape is (sets, surfaces).
 
-    The likelihood has at most one maximum. If it has none, the scale values exceed `LARGEST`.
+    The likelihood has at most one maximum. Without a maximum, scale values grow beyond `LARGEST`.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def _likeliest(design: Array, yes: Array, trials: Array) -> Array:
         going = going[(np.abs(step).max(axis=1) > PRECISION) & (most <= LARGEST)]
         if not len(going):
             break
-    values[going] = np.inf  # these data sets did not converge
+    values[going] = np.inf  # the fits to these data sets did not converge
     return np.concatenate([np.zeros((len(yes), 1)), values], axis=1)
 
 
@@ -209,8 +209,8 @@ def _result(
     # The unit of a scale is its maximum, in simulated data sets as well.
     low, high = np.percentile(simulated / simulated[:, -1:], tails, axis=0)
     noise = 1 / scale[-1]
-    # With few answers, the fit overestimates discrimination. The simulated fits overestimate it
-    # again by about the same factor, which is therefore used for the correction.
+    # With few answers, fits overestimate discrimination. The fits to simulated answers show by how
+    # much, so the same factor corrects the interval.
     noise_low, noise_high = noise**2 / np.percentile(1 / simulated[:, -1], tails[::-1])
     inner = [
         ConfidenceInterval(float(a), float(b), confidence)

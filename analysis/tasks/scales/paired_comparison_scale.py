@@ -27,17 +27,17 @@ from slipscale.faults import UserError
 Array = npt.NDArray[np.float64]
 Model = Literal["Bradley-Terry", "Thurstone V"]
 
-#: Distribution function of z, and derivative of the log density at z with probability p.
+#: Distribution function, and derivative of the log density at z, where p is the distribution at z.
 MODELS: dict[Model, tuple[Curve, Callable[[Array, Array], Array]]] = {
     "Bradley-Terry": (CURVES["logistic"], lambda _z, p: 1 - 2 * p),
     "Thurstone V": (CURVES["normal"], lambda z, _p: -z),
 }
 
-#: Smallest number of participants for which intervals allow for correlated answers.
+#: Smallest number of participants for which intervals account for correlated answers.
 FEWEST_CLUSTERS = 3
-#: Smallest distance of probabilities from 0 and 1, so that variances are not rounding errors.
+#: Smallest distance of probabilities from 0 and 1, which keeps variances above rounding errors.
 EDGE = 1e-12
-#: Size of the step at which the search stops, and number of steps after which it fails.
+#: Step size at which the search has converged, and largest number of steps.
 PRECISION, ITERATIONS = 1e-10, 500
 
 
@@ -52,7 +52,7 @@ class ScaleTest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonScale:
-    """A scale of surfaces from paired comparisons.
+    """Scale values of surfaces, estimated from paired comparisons.
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ class ComparisonScale:
     values : tuple of float
         Scale values of the surfaces; their sum is 0.
     intervals : tuple of ConfidenceInterval
-        Intervals of the scale values.
+        Confidence intervals of the scale values.
     covariance : tuple of tuple of float
         Covariance matrix of the scale values.
     fit : ScaleTest or NotComputed
@@ -142,8 +142,8 @@ def _likeliest(model: Model, pooled: Array) -> _Fit | NotComputed:
         relative = np.asarray(curve.density(z) / (p * (1 - p)))
         weight = trials * relative * curve.density(z)
         # The information matrix is a graph Laplacian, and its pseudo-inverse is the covariance of
-        # values that sum to 0. The null space is the vector of equal values. An eigenvalue cut-off
-        # would not identify it if choices are nearly certain.
+        # values that sum to 0. The null space consists of equal values. An eigenvalue cut-off could
+        # miss the null space if choices are nearly certain.
         laplacian = np.diag(weight.sum(axis=1)) - weight
         equal = np.full_like(laplacian, np.trace(laplacian) / len(laplacian) ** 2)
         undetermined = 1 / (len(laplacian) ** 2 * equal)

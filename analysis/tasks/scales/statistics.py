@@ -1,7 +1,7 @@
 """Compute scales from comparisons of pairs and triads.
 
-Tables of trials contain labels of stimuli; for pairs, the third label is empty. ``response``
-is the number of the chosen interval (pairs) or of the larger step (triads).
+Each trial contains three stimulus labels; in trials with a pair, the third label is empty.
+``response`` is the number of the chosen interval (pairs) or of the larger step (triads).
 """
 
 from __future__ import annotations

@@ -80,7 +80,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
         )
         tossed[:, one, other] = 2 * first - trials
         few_or_fewer = _circular_triads(tossed - tossed.transpose(0, 2, 1)) <= circular
-        # The participant counts as one more simulated participant, so that p is never 0.
+        # The real participant is added to the simulated ones, so that p is never 0.
         p = float((1 + few_or_fewer.sum()) / (1 + SIMULATIONS))
     else:
         p = _p_so_few(k, round(circular))
@@ -100,8 +100,8 @@ def _circular_triads(more: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """
     k = more.shape[1]
     wins, ties = (more > 0).sum(axis=2), (more == 0).sum(axis=2) - 1
-    # A score is the number of wins plus a binomial number of broken ties. Its mean square follows
-    # from its mean and variance.
+    # A score is the number of wins plus a binomial number of broken ties. The mean square of a
+    # score follows from the mean and the variance.
     score = wins + ties / 2
     return np.asarray(comb(k, 3) - (score**2 + ties / 4 - score).sum(axis=1) / 2)
 
@@ -112,8 +112,9 @@ class StochasticTransitivity:
 
     Suppose that A is chosen over B, and B over C, at least half of the time. Weak transitivity
     requires that A is also chosen over C at least half of the time. Moderate transitivity requires
-    that this proportion is at least as large as the smaller of the first two proportions. Strong
-    transitivity requires that this proportion is at least as large as the larger of them.
+    that A is chosen over C at least as often as in the less clear of the other two pairs. Strong
+    transitivity requires that A is chosen over C at least as often as in the clearer of the other
+    two pairs.
     """
 
     triads: int
@@ -176,7 +177,7 @@ def _p_so_few(surfaces: int, circular: int) -> float:
     from scipy import stats  # noqa: PLC0415 - takes half a second to import
 
     df = surfaces * (surfaces - 1) * (surfaces - 2) / (surfaces - 4) ** 2
-    # Kendall's continuity correction applies to "at least"; the probability of "at most n" is the
-    # complement of "at least n + 1".
+    # Kendall's continuity correction applies to the probability of at least n + 1 triads, whose
+    # complement is returned.
     statistic = 8 / (surfaces - 4) * (comb(surfaces, 3) / 4 - circular - 0.5) + df
     return float(stats.chi2.sf(statistic, df))

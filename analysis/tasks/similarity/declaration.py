@@ -34,7 +34,7 @@ def _named(found: TaskMap | NotComputed) -> str:
 
 
 def _answer(found: TaskMap | NotComputed) -> str:
-    """Return a sentence on the stress of maps with different numbers of dimensions."""
+    """Return a sentence that gives the stress of the map for each number of dimensions."""
     if isinstance(found, NotComputed):
         return f"No map of the dissimilarities was computed: {found.reason}."
     stress = joined(

@@ -31,7 +31,7 @@ def _pairs(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
 
 
 def _separated(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
-    """Return all pairs of items that a participant sorted, based on each item's final group."""
+    """Convert sorted items to pairs: 1 if the final groups of two items differ, otherwise 0."""
     rows = []
     run = [name for name in COMMON if name not in ("trial", "catch")]
     answered = frame[frame["group"].notna() & (frame["item"] != "")].sort_values("trial")

@@ -2,8 +2,9 @@
 
 Each participant's dissimilarities are averaged over orders and repetitions, and divided by their
 root mean square, so that all participants have equal weight. In free sorting, the dissimilarity of
-a pair is the proportion of participants who put the two items into different groups. For a single
-participant, this dissimilarity is 0 or 1, so no weights are computed.
+a pair is the proportion of participants who put the two items into different groups. No participant
+weights are computed for free sorting, because a single participant's dissimilarities are only 0 or
+1.
 
 The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF function
 of scikit-learn starts from the classical solution and from random maps; the solution with the
@@ -29,12 +30,12 @@ from slipscale.analysis.statistics.statistic import Inputs, Statistic
 from slipscale.analysis.tasks.similarity.reading import RATED, SORTED, TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
-#: Smallest number of items; with fewer, any map fits.
+#: Smallest number of items. Maps of fewer items fit any dissimilarities.
 FEWEST_ITEMS = 4
-#: Largest number of dimensions, number of dimensions shown and weighted, and number of random
-#: starts.
+#: Largest number of dimensions, number of dimensions that are plotted and weighted, number of
+#: random starts, and random seed.
 MOST_DIMENSIONS, SHOWN, STARTS, SEED = 4, 2, 12, 1
-#: Number of iterations from every start, and for the two best solutions.
+#: Number of iterations from each start, and of further iterations for the two best solutions.
 SOME, MANY = 25, 300
 
 
@@ -182,7 +183,7 @@ def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
     random = np.random.default_rng(SEED)
     starts = [_classical(dissimilarities, dimensions)]
     starts += [random.normal(size=starts[0].shape) for _ in range(STARTS)]
-    # A few iterations from every start show which solutions have a low stress.
+    # A few iterations from each start show which starts lead to a low stress.
     begun = sorted((improved(start, SOME) for start in starts), key=lambda each: each[1])
     return min((improved(places, MANY) for places, _ in begun[:2]), key=lambda each: each[1])
 

@@ -25,9 +25,9 @@ class Caution(NamedTuple):
     applies : callable
         Function that returns whether the bias affects a task.
     observers : tuple of str
-        Rows of the benchmark table in which this bias explains the coverage.
+        Rows of the benchmark table that show the effect of this bias on coverage.
     coverage : tuple of (int, float)
-        Number of people and coverage of the 95 % interval, as pairs. Empty if the coverage is
+        Pairs of the number of people and the coverage of 95 % intervals. Empty if the coverage is
         between .93 and .97.
     """
 

@@ -60,7 +60,7 @@ def rows(task: TaskThresholds) -> list[JsonObject]:
 
 
 def _reversals(task: TaskThresholds, participant: str) -> JsonObject:
-    """Return one participant's mean of reversals in each condition."""
+    """Return one participant's mean level at the reversals in each condition."""
     if isinstance(task.reversals, NotComputed):
         return {}
     return {

@@ -1,11 +1,11 @@
 """Estimate thresholds and just noticeable differences in measured friction.
 
 Friction depends on the plate's amplitude and on the finger. If normal and lateral force were
-measured in each interval, the answers are also fitted against friction. The level of a trial is
-then the change in friction: the mean coefficient in the other intervals minus the coefficient in
-the target's interval. If friction increases with the plate's level, the sign is reversed, so that
-curves rise. Trials without a measurement in the target's interval, or without any measurement in
-the other intervals, are omitted and counted.
+measured in each interval, the answers are also fitted against friction. In these fits, the level of
+a trial is the change in friction: the mean coefficient in the intervals without the target minus
+the coefficient in the interval with the target. If friction increases with the plate's level, the
+sign is reversed, so that curves rise. Trials without a measurement in the target's interval, or
+without any measurement in the other intervals, are omitted and counted.
 
 Noise in single measurements flattens a curve and makes the just noticeable difference too large
 (Carroll et al. 2006, Measurement Error in Nonlinear Models). By default, a participant's changes in
@@ -30,7 +30,8 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES, OTHER_A
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 
 STEP = 0.1
-#: Columns for the measured coefficient in the target's interval, and for the mean in the others.
+#: Columns for the coefficient measured in the interval with the target, and for its mean in the
+#: other intervals.
 TARGET_FRICTION, OTHER_FRICTION = "target_friction", "other_friction"
 
 
@@ -41,7 +42,7 @@ class FrictionThreshold:
     Parameters
     ----------
     lower : bool
-        Whether changes are reductions in friction.
+        Whether a positive change is a reduction in friction.
     averaged : bool
         Whether changes were averaged per participant and plate level instead of taken from single
         trials.

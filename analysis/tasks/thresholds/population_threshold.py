@@ -32,7 +32,7 @@ from slipscale.faults import UserError
 
 #: Difference in log likelihood above which a curve is clearly better (a difference of 4 in AIC).
 CLEARLY = 2.0
-#: Separators between names, and between labels, of combined factors.
+#: Separator between the names of combined factors, and between their labels.
 COMBINED = ", "
 
 
@@ -378,8 +378,8 @@ def _factor(
     pairs = [] if COMBINED in name else list(combinations(range(len(names)), 2))
     changes, ps = [], []
     for first, second in pairs:
-        # The column of the pair's first level becomes the intercept, so the column of the second is
-        # the change from it.
+        # The first level of the pair becomes the intercept, so the coefficient of the second level
+        # is the change from the first.
         design, start = columns.copy(), of_levels.best.theta.copy()
         design[:, first] = 1.0
         start[: len(names)] -= np.where(np.arange(len(names)) == first, 0.0, start[first])

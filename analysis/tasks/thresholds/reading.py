@@ -37,7 +37,8 @@ COLUMNS = (
     *("task", "method", "trial", "track", "catch", "standard_um_pp", "level_um_pp"),
     *("correct", "response_time", "flag", TARGET_FRICTION, OTHER_FRICTION),
 )
-#: Column for the interval with the target: the odd stimulus, or the comparison.
+#: Columns that give the number of the interval with the target (the odd stimulus or the
+#: comparison).
 TARGET = ("target_interval", "comparison_interval")
 FRICTION = tuple(f"{INTERVAL}{number}_{COEFFICIENT}" for number in (1, 2, 3))
 
@@ -193,7 +194,7 @@ def _methods(frame: pd.DataFrame) -> dict[str, str]:
 
 
 def _one_sided(frame: pd.DataFrame, quantity: Quantity) -> None:
-    """Convert levels to differences and answers to right or wrong in one-sided tasks."""
+    """In one-sided tasks, replace levels by differences, and answers by right or wrong."""
     rows = frame["method"] == "two_interval"
     apart = (frame["level_um_pp"] - frame["standard_um_pp"])[rows]
     right = frame.loc[rows, "correct"].where(apart > 0, 1 - frame.loc[rows, "correct"])

@@ -80,7 +80,7 @@ class Reversals:
 def reversals(
     main: pd.DataFrame, rule: Interleaved | None, last: int | None, confidence: float
 ) -> Reversals | NotComputed:
-    """Return the means of the last reversals.
+    """Return the mean levels at the last reversals.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import Quantity, capitalised
 
 _HALF_WAY = "for a typical participant (n = {n}), half-way between chance and best performance"
-#: Method -> text before and after the threshold in a sentence.
+#: Text before and after the threshold in a sentence, keyed by method.
 MEANT = {
     "two_interval": ("", f"{_HALF_WAY} (two-interval forced choice)"),
     "three_interval": ("", f"{_HALF_WAY} (three-interval forced choice)"),
@@ -33,7 +33,7 @@ MEANT = {
     ),
 }
 
-#: Explanation of misfits if there are several sessions or conditions.
+#: Note on poor fits if a study has several sessions or conditions.
 POOLED = (
     "; each curve pools all sessions and conditions, so differences between them also count as "
     "misfit"
@@ -79,7 +79,7 @@ def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
 
 
 def doubts(task: TaskThresholds, _confidence: float, quantity: Quantity) -> list[str]:
-    """Return a caveat if the curve fits clearly better on the other axis, linear or logarithmic."""
+    """Return a caveat if another curve, such as one on a linear axis, fits clearly better."""
     if not task.population or not task.population.better_curve:
         return []
     better = task.population.better_curve

@@ -94,10 +94,10 @@ class TaskThresholds:
     population : PopulationThreshold or NotComputed
         Population threshold or, for a comparison, point of subjective equality.
     weber_fraction : Estimate or NotComputed
-        Population threshold divided by the standard. For a comparison, the half width of the curve
-        is divided by the standard instead.
+        Population threshold divided by the standard. For a comparison, half the distance between
+        the 25 % and 75 % points is divided by the standard.
     reversals : Reversals or NotComputed
-        Means of the last reversals, if requested in the study file.
+        Mean levels at the last reversals, if requested in the study file.
     friction : FrictionThreshold or NotComputed
         Population threshold as a change in measured friction, if requested in the study file.
     """

@@ -3,8 +3,8 @@
 A factor is a column declared in ``[[factors]]`` of the study file or with the option ``--factor``.
 Each factor is analysed together with the level, averaged over the other factors. There are three
 analyses, with increasingly strong assumptions: t-based intervals for participants' changes in
-exponent and in level; an analysis of variance of complete participants; and a mixed model of all
-trials, in which intercept, exponent and condition effects differ between participants.
+exponent and in level; an analysis of variance of the participants with complete data; and a mixed
+model of all trials, in which intercept, exponent and condition effects differ between participants.
 """
 
 from __future__ import annotations
@@ -227,7 +227,7 @@ def mixed_changes(prepared: Prepared, factor: str) -> Mapping[tuple[str, str], F
 def _mixed(
     prepared: Prepared, conditions: pd.Series[str], labels: list[str], confidence: float
 ) -> tuple[MixedFit, Mapping[tuple[str, str], FixedEffect]] | NotComputed:
-    """Fit ly ~ lx * condition by REML, with lx and condition as random effects of participants."""
+    """Fit ``ly ~ lx * condition`` by REML, with random effects of lx and condition."""
     from scipy import stats  # noqa: PLC0415 - takes a second to import
 
     usable = (prepared.trials["amplitude_um_pp"] > 0) & prepared.trials["log"].notna()

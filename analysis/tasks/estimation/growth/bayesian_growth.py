@@ -32,7 +32,7 @@ PREDICTIONS = 400  # number of data sets drawn from the posterior for the checks
 #: Chains agree if the potential scale reduction is below this limit (Vehtari et al. 2021, Bayesian
 #: Anal. 16, 667-718).
 LARGEST_R_HAT = 1.01
-#: Largest number of participants. With more, shrinkage is small and sampling takes minutes.
+#: Largest number of participants. In larger studies, shrinkage is small and sampling takes minutes.
 AT_MOST = 500
 
 

@@ -2,10 +2,10 @@
 
 All models describe the logarithm of an estimate, log y = a_i + log f(x; θ) + error, with a separate
 factor exp(a_i) for each participant. The error is therefore proportional to the estimate, and the
-normalisation does not affect the result. Functions are not compared if estimates fall, because most
-of the functions cannot decrease. The models are fitted to participants' mean logarithms at
-amplitudes above 0, where all models are defined, so that their information criteria can be
-compared.
+normalisation does not affect the result. Functions are not compared if estimates decrease with the
+stimulus, because most of the functions cannot decrease. The models are fitted to participants' mean
+logarithms at amplitudes above 0, where all models are defined, so that their information criteria
+can be compared.
 
 ============  ==================  ============================================================
 model         f(x; θ)             source
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GrowthFunction:
-    """The logarithm of a growth function, with starting points and bounds for its parameters.
+    """A growth function (its logarithm), with starting points and bounds for the fit.
 
     ``log_f(x, θ)`` requires stimuli above 0. ``starts(x)`` returns several starting points θ, and
     ``bounds(x)`` returns their lower and upper limits. ``logarithmic`` lists the parameters whose
@@ -74,11 +74,11 @@ class GrowthFunction:
 #: Models whose AICc exceeds the smallest AICc by less than this value are not ruled out (Burnham
 #: and Anderson 2002, Model Selection and Multimodel Inference, p. 70).
 UNDECIDED = 2.0
-#: A parameter counts as being at its search limit if the log likelihood there is lower by less than
-#: this value.
+#: A parameter counts as being at its search limit if moving it there lowers the log likelihood by
+#: less than this value.
 AT_BOUND = 1e-3
-#: Search range for stimulus parameters beyond the presented stimuli, a factor of 1,000 (natural
-#: logarithm).
+#: Stimulus parameters are searched up to a factor of about 1,000 (natural logarithm: 7) beyond the
+#: presented stimuli.
 OUTSIDE = 7.0
 
 
@@ -236,8 +236,8 @@ def fit(name: str, stimuli: Array, logs: Array) -> GrowthFit:
     model = MODELS[name]
     here = ~np.isnan(logs)
     centred = logs - np.nanmean(logs, axis=1, keepdims=True)
-    # Participants with the same stimuli have the same curve, so their mean and number are
-    # sufficient.
+    # Participants with the same stimuli have the same curve, so only their mean and number are
+    # needed.
     patterns, whose, people_of = np.unique(here, axis=0, return_inverse=True, return_counts=True)
     means = np.array([centred[whose == place].mean(axis=0) for place in range(len(patterns))])
     weights = np.sqrt(people_of)[:, None]
@@ -293,7 +293,7 @@ def compare(
     Parameters
     ----------
     logs : DataFrame, shape (participants, stimuli)
-        Mean natural logarithms of estimates; stimuli that are not above 0 are omitted.
+        Mean natural logarithms of estimates. Only stimuli above 0 are used.
     quantity : Quantity
         Quantity of the stimuli.
     """

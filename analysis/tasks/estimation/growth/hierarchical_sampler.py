@@ -8,8 +8,9 @@ geometric means of all stimuli and estimates::
     A ~ Normal(0, 2.5)   B ~ Normal(0, 1.5)   r ~ LKJ(2)
     ta ~ HalfNormal(1)   tb ~ HalfNormal(0.5)   s ~ HalfNormal(1)
 
-Exponents of all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and people's
-exponents differ by less than a factor of e. The priors therefore cover almost all published values.
+Published exponents of all senses lie between 0.3 and 3.5 (Stevens 1975, Psychophysics, ch. 1), and
+people's exponents differ by less than a factor of e. The priors therefore cover almost all
+published values.
 """
 
 from __future__ import annotations
@@ -114,7 +115,8 @@ def model(xx: Any, xy: Any, yy: Any, trials: Any) -> None:
     # For two variables, the LKJ distribution is a scaled beta distribution.
     r = 2 * numpyro.sample("half_r", dist.Beta(LKJ, LKJ)) - 1
     factor = jnp.array([[ta, 0.0], [tb * r, tb * jnp.sqrt(1 - r**2)]])
-    # Woodbury's identity for normal y with mean X mean and covariance s² + X factor factor' X'.
+    # Likelihood by Woodbury's identity: y is normal with mean X m and covariance s² I + X F F' X',
+    # where m is ``mean`` and F is ``factor``.
     rest = xy - xx @ mean
     squares = yy - 2 * xy @ mean + (xx @ mean) @ mean
     inner = jnp.eye(2) + factor.T @ xx @ factor / s**2

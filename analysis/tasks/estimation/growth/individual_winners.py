@@ -1,10 +1,10 @@
 """Find the growth function that fits each participant's trials best.
 
-For this choice, only the sums of squares are needed. All participants are therefore fitted in one
-batch, by the Levenberg-Marquardt method within bounds (Marquardt 1963, Journal of the Society for
-Industrial and Applied Mathematics 11, 431-441). In 8 of about 2,160 random fits, the sum of squares
-differed from the result of SciPy by more than a millionth: it was smaller in 5 fits (by at most 0.3
-%) and larger in 3.
+The choice depends only on sums of squares. All participants are therefore fitted in one batch, by
+the Levenberg-Marquardt method within bounds (Marquardt 1963, Journal of the Society for Industrial
+and Applied Mathematics 11, 431-441). In 8 of about 2,160 random fits, the sum of squares differed
+from the result of SciPy by more than a millionth: it was smaller in 5 fits (by at most 0.3 %) and
+larger in 3.
 """
 
 from __future__ import annotations
@@ -23,13 +23,14 @@ from slipscale.analysis.tasks.estimation.growth.growth_models import (
 if TYPE_CHECKING:
     import pandas as pd
 
-#: Smallest number of points: models have up to four parameters, for which AICc needs six points.
+#: Smallest numbers of trials and of stimuli. The AICc of models with four parameters requires six
+#: trials.
 FEWEST_TRIALS, FEWEST_STIMULI = 6, 3
 #: Largest number of steps per search, and smallest relative reduction in the sum of squares.
 STEPS, NO_GAIN = 300, 1e-13
-#: Damping at which no step in any direction improves the fit.
+#: Damping above which the search ends, because no step improves the fit.
 STUCK = 1e8
-#: Step for numerical derivatives; stimuli are scaled to a minimum of 1.
+#: Step for numerical derivatives, for stimuli scaled so that the smallest is 1.
 NUDGE = 1e-7
 #: Residual mean squares below this value are treated as rounding errors.
 ROUNDING = 1e-24

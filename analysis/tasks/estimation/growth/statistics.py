@@ -47,7 +47,7 @@ class FrictionGrowth:
         Comparison of functions that relate estimates to the predicted reduction in friction.
     exponent : MeanOverParticipants or NotComputed
         Mean exponent of the power functions that relate each participant's estimates to the
-        predicted reduction.
+        predicted reduction in friction.
     reduction : Mapping
         Predicted reduction in friction (0 to 1) by amplitude (µm peak to peak).
     shared_load : Mapping
