@@ -68,7 +68,7 @@ torture: set-test
 windows: set-test
 	$(BIN)/python -m tools.torture.windows $(ARGS)
 
-# So many texts of each kind of file, each used or refused in a sentence; docs/validation/index.md.
+# Each of TEXTS inputs per kind of file must be used or rejected; docs/validation/index.md.
 TEXTS = 10000
 fuzz: set-test
 	$(BIN)/python -m tools.fuzzing --texts $(TEXTS) $(ARGS)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-# Imported module -> extra in pyproject.toml that installs it.
+# Extra in pyproject.toml that installs each module.
 EXTRA_OF = {
     "joblib": "analysis",
     "openpyxl": "analysis",
@@ -29,7 +29,7 @@ EXTRA_OF = {
 
 
 def how_to_install(module: str) -> str | None:
-    """Explain how to install a module, or return None if no extra contains it.
+    """Explain how to install a module, or return None if no extra of Slipscale installs it.
 
     Parameters
     ----------

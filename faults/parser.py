@@ -18,8 +18,8 @@ UNKNOWN = "unrecognized arguments: "
 class Parser(ArgumentParser):
     """Argument parser that reports errors as single sentences.
 
-    Subcommands use the same parser class. ``loads``, if given, contains the name of a module and
-    the name of a command in its ``COMMANDS``. This module is imported on first use.
+    Subcommands use the same parser class. ``loads`` is None, or the name of a module and of a
+    command in the module's ``COMMANDS``. The module is imported on first use.
     """
 
     loads: tuple[str, str] | None = None

@@ -58,7 +58,7 @@ def called(point: EntryPoint, action: Callable[[], T], what: str) -> T:
     ----------
     point : EntryPoint
     action : callable
-        Calls the plug-in; takes no arguments.
+        Function without parameters that calls the plug-in.
     what : str
         Subject of the sentence, such as "analysis 'grip' of the package ourlab".
 

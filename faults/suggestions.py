@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-# Maximum number of expected words to list.
+# Maximum number of words listed in an error message.
 MOST_LISTED = 24
 
 
@@ -22,7 +22,7 @@ def nearest(word: object, known: Iterable[str]) -> str | None:
 
 
 def did_you_mean(word: object, known: Iterable[str], *, start: str = "") -> str:
-    """Return " (did you mean 'pilot'?)", or an empty string if no known word is similar.
+    """Return a suggestion in parentheses, or an empty string if no known word is similar.
 
     ``start`` is inserted before the suggested word, for example the name of a command.
 

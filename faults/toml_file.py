@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     Model = TypeVar("Model", bound=BaseModel)
 
 AT = re.compile(r"\(at (?:line (\d+), column \d+|end of document)\)")
-# Message from tomllib -> message with the expected syntax.
+# Error messages with the expected syntax, keyed by the start of tomllib's message.
 CAUSES = {
     "Invalid value": 'expected a value: words in "quotes", a number, true or false, or a [list]',
     "Expected '=' after a key": "expected key = value",
@@ -29,7 +29,7 @@ CAUSES = {
     "Cannot declare": "the table is given twice",
     "Expected ']' at the end of a table declaration": "expected ] after the table's name",
 }
-# Pattern of a list in which two integers are separated by a comma without a space.
+# Pattern for two integers in a list that are separated by a comma without a space.
 TIGHT_COMMA = re.compile(r"=\s*\[[^\].]*?(-?\d+,\d+)")
 # Limits on the nesting of tables and on the length of integers.
 DEEPEST = 20
@@ -150,7 +150,7 @@ def not_toml(text: str, said: str) -> str:
 
 
 def _decimal_commas(faults: list[tuple[int, str]], text: str) -> list[tuple[int, str]]:
-    """For each list that probably contains decimal commas, merge the errors into one."""
+    """Keep one error per list that probably contains decimal commas, and explain the commas."""
     lines = text.split("\n")
     found: dict[int, str] = {}
     rest = []

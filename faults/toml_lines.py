@@ -1,7 +1,7 @@
 """Find the line numbers of keys, tables and list items in a TOML document.
 
 `tomllib` reports line numbers only for syntax errors. The functions of this module require a valid
-document, in which keys can be found from words and brackets alone.
+document, because they find keys only by words and brackets.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ class Lines:
     def of(self, place: Place) -> int:
         """Return the line number of an entry, or 0 if it is unknown.
 
-        If the entry itself has no line, this is the line of its table or of its first content.
+        An entry that does not appear in the document, such as a missing key, has the line of its
+        table or of its first content.
         """
         for length in range(len(place), 0, -1):
             if place[:length] in self._exact:
@@ -54,7 +55,7 @@ class Lines:
 
 @dataclass(slots=True)
 class _Value:
-    """List or inline table that is not closed yet."""
+    """Unclosed list or inline table."""
 
     place: Place
     item: int | None = None  # index of the next item of a list

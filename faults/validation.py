@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 # Position of an error, and a record of the error as in pydantic, with "msg" and perhaps "input".
 Fault = tuple[Place, dict[str, Any]]
 
-# Type of error in pydantic -> message for users, with placeholders.
+# Message for users for each type of pydantic error, with placeholders.
 SENTENCES = {
     "extra_forbidden": "unknown key",
     "missing": "is missing",
@@ -98,8 +98,8 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
     ----------
     error : ValidationError
     model : type, optional
-        Pydantic model of the data. Its keys are suggested as corrections for misspelt keys. A key
-        is not reported as missing if a misspelling of this key is reported.
+        Pydantic model of the data. The model's keys are suggested as corrections for misspelt keys.
+        A key is not reported as missing if a misspelling of this key is reported.
     names : Names, optional
         Names of keys in the file, if they differ from the model's fields.
     """
@@ -112,7 +112,7 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
             found += [((*table, *place), fault) for place, fault in inner.faults]
         else:
             found.append((each["loc"], dict(each)))
-    # Of a value with several possible types, pydantic also names the type, such as dict[str, str].
+    # If a value has several possible types, pydantic adds the type to the position: dict[str, str].
     found = [
         (in_file(tuple(part for part in place if "[" not in str(part))), fault)
         for place, fault in found
@@ -129,11 +129,12 @@ def faults_in(error: ValidationError, model: Any = None, names: Names | None = N
 
 
 def _follows(fault: Fault, found: list[Fault], meant: set[Place]) -> bool:
-    """Return whether a fault is only a consequence of a different fault in ``found``."""
+    """Return whether a fault is only a consequence of another fault in ``found``."""
     place, kind = fault[0], fault[1].get("type")
     if kind == "too_short":
         return any(other != place and other[: len(place)] == place for other, _ in found)
-    if str(kind).endswith("_type"):  # of another type than the value has
+    if str(kind).endswith("_type"):
+        # Any other error shows that the value has another of the possible types.
         others = (str(other.get("type")) for at, other in found if at == place)
         return not all(other.endswith("_type") for other in others)
     return kind == "missing" and place in meant
@@ -192,7 +193,7 @@ class Told(NamedTuple):
 
 
 def told_in(said: str, source: str) -> list[Told]:
-    """Parse a message created by `complaint` into its faults.
+    """Split a message created by `complaint` into faults.
 
     >>> told_in("s.toml: line 7, seed: expected 0 or more, got -7", "s.toml")[0][:3]
     (7, 'seed', 'expected 0 or more, got -7')

@@ -56,7 +56,7 @@ finger_speed_mm_s = 50.0
 [[tasks]]"""
 TEXTURED = STUDY.replace("[[tasks]]", TEXTURES.lstrip(), 1)
 MEANS_UM_PP = {"ridges": 1.4, "waves": 0.9}
-OF_A_TEXTURE = 100  # added to the answers for a texture
+OF_A_TEXTURE = 100  # offset that marks estimates of textures
 
 
 def board_plan(text: str, *, seed: int) -> RunPlan:
@@ -67,9 +67,9 @@ def board_plan(text: str, *, seed: int) -> RunPlan:
 
 
 def felt(board: EmulatorProcess) -> float:
-    """Return ten times the plate's true amplitude; for a texture, based on its mean.
+    """Return ten times the plate's true amplitude or, for a texture, ten times its mean plus 100.
 
-    An estimate that does not match its row was therefore given for another surface.
+    Tests use this as the estimate, to check that each estimate is in the row of its surface.
     """
     state = board.state()
     if state["state"] == "LIST":  # at any point of its swing
@@ -110,7 +110,7 @@ def run_on_board(
 ) -> RunOutcome:
     """Run a session over the pseudo-terminal; ``connected`` is called once the plate is connected.
 
-    With ``first``, the SPEC of another plate, the board is the second of two actuators.
+    If ``first`` is the SPEC of another plate, the board is the second of two actuators.
 
     Raises
     ------

@@ -1,10 +1,10 @@
 """Link the package's folders into ``src/slipscale`` when the checkout is installed for development.
 
-An editable installation needs one folder that Python can import as it is. The repository keeps
-``analysis``, ``experiments`` and the others at its top, so this hook links them: junctions on
-Windows, which need no privilege, and symbolic links elsewhere. Git does not track the links, so a
-clone works on systems whose git cannot make them. A wheel needs no links: `pyproject.toml` maps the
-folders.
+An editable installation requires a single folder that contains the package. The repository keeps
+``analysis``, ``experiments`` and the other subpackages at its top level, so this hook links to
+them: with junctions on Windows, which need no special privileges, and with symbolic links
+elsewhere. Git does not track the links, because git cannot create them on all systems. A wheel
+needs no links, because `pyproject.toml` maps the folders into the package.
 """
 
 from __future__ import annotations

@@ -120,7 +120,7 @@ def test_the_campaign_goes_on_where_it_was_and_tries_its_finds_again(tmp_path, m
     monkeypatch.setattr(fuzzing, "chunk", chunk)
     words = ["--kind", "journals", "--processes", "1"]
     assert fuzzing.main([*words, "--texts", "5"]) == 1
-    assert "1 times E at x: y; python -m tools.fuzzing --show journals 3" in capsys.readouterr().err
+    assert "1 × E at x: y; python -m tools.fuzzing --show journals 3" in capsys.readouterr().err
     assert fuzzing.main([*words, "--texts", "8"]) == 1
     assert asked == [("journals", [0, 1, 2, 3, 4]), ("journals", [3]), ("journals", [5, 6, 7])]
     assert json.loads(fuzzing.STATE.read_text())["journals"]["tried"] == 8

@@ -40,7 +40,8 @@ from tools.console_pages.stage import COMMAND, Stage, laboratory
 AXE = "axe-core@4.14.1"
 WIDTHS = {"wide": 1400, "phone": 400, "4k": 3840}
 THEMES: tuple[Literal["light", "dark"], ...] = ("light", "dark")
-DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}  # scene -> height of the screenshot
+# Heights of the screenshots for the documentation.
+DOCUMENTED = {"today": 1000, "live": 1150, "data": 1150}
 GRAVE = ("serious", "critical")
 FRESH_S = 1.2  # the console reads its folder once per second
 
@@ -65,7 +66,7 @@ def axe_source(given: Path | None, place: Path) -> str:
         return given.read_text(encoding="utf-8")
     npm = shutil.which("npm")
     if not npm:
-        raise SystemExit("no npm to fetch axe-core with: name its axe.min.js with --axe")
+        raise SystemExit("without npm to download axe-core, give its axe.min.js with --axe")
     subprocess.run([npm, "pack", "--silent", AXE], cwd=place, check=True, stdout=subprocess.DEVNULL)
     [archive] = place.glob("axe-core-*.tgz")
     with tarfile.open(archive) as files:
@@ -84,7 +85,7 @@ def faults(page: Page, source: str) -> list[str]:
 
 
 def complaints(page: Page) -> list[str]:
-    """Return a list that collects the page's errors, and what is not answered with 200."""
+    """Return a list that collects the page's errors and GET responses other than 200."""
     found: list[str] = []
 
     def raised(error: Error) -> None:
@@ -136,7 +137,7 @@ def look(
 
 
 def enter(browser: Browser, address: str) -> StorageState:
-    """Return the browser's state after it has opened the address, which is possible only once."""
+    """Open the console's one-time address, and return the browser's state."""
     context = browser.new_context()
     page = context.new_page()
     page.goto(address)
@@ -157,14 +158,14 @@ def document(browser: Browser, address: str, out: Path, name: str, opened: Stora
 
 def main() -> int:
     """Take all screenshots and print axe-core's findings; return 1 if one is severe."""
-    parser = argparse.ArgumentParser(description="Look at every page of the console.")
-    parser.add_argument("folder", type=Path, help="for the pictures")
+    parser = argparse.ArgumentParser(description="Check the pages of the console.")
+    parser.add_argument("folder", type=Path, help="output folder")
     parser.add_argument("--axe", type=Path, help="axe.min.js of the npm package axe-core")
     parser.add_argument(
-        "--documentation", action="store_true", help="only the documentation's pictures"
+        "--documentation", action="store_true", help="only the screenshots of the documentation"
     )
-    parser.add_argument("--language", default="en", choices=LANGUAGES, help="of the pages")
-    parser.add_argument("--only", nargs="+", metavar="NAME", choices=SCENES, help="these alone")
+    parser.add_argument("--language", default="en", choices=LANGUAGES, help="language of the pages")
+    parser.add_argument("--only", nargs="+", metavar="NAME", choices=SCENES, help="scenes to take")
     options = parser.parse_args()
     chromium = shutil.which("chromium") or shutil.which("chromium-browser")
     options.folder.mkdir(parents=True, exist_ok=True)

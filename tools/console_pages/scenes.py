@@ -14,9 +14,9 @@ def nothing(_: Stage) -> None:
 
 
 UNREACHABLE = "--backup /media/disk: no such folder; connect its disk, or create it"
-NOTHING = "nothing"  # an address without a page
+NOTHING = "nothing"  # an address that does not exist
 PAGES = ("live", "study", "planning", "data", "pilot", "bench", "settings", "screens")
-# Name of a screenshot -> preparation, page, and selector of the button to press.
+# Preparation, page, and selector of the button to press, keyed by the screenshot's name.
 SCENES: dict[str, tuple[Callable[[Stage], object], str, str]] = {
     "today-new": (lambda stage: stage.hide("slipscale.toml", "data", "pilots"), "", ""),
     **{f"{page}-new": (nothing, page, "") for page in PAGES},

@@ -1,4 +1,4 @@
-"""A laboratory folder with a running console, and changes to make between two screenshots."""
+"""Prepare a laboratory folder and its running console for screenshots."""
 
 from __future__ import annotations
 
@@ -86,16 +86,17 @@ def slipscale(folder: Path, *words: str) -> None:
 
 
 class Stage:
-    """A laboratory folder with its console, and changes to make between two screenshots."""
+    """Laboratory folder with a running console; the methods change what the pages show."""
 
     def __init__(self, folder: Path, page: Page, address: str) -> None:
         self.folder = folder
-        self._page = page  # stays open: what uses the plate ends without a page
+        # This page stays open, because the console ends jobs on the plate when no page is open.
+        self._page = page
         self._address = address
         self._session: subprocess.Popen[str] | None = None
 
     def do(self, action: str, until: str, path: str = "bench", **fields: Any) -> None:
-        """Ask the console for an action; wait until a page shows an element."""
+        """Request an action, and wait until a page contains the element ``until``."""
         self._page.goto(self._address + path)
         answer = self._page.request.post(
             f"{self._address}do/{action}",
@@ -107,7 +108,7 @@ class Stage:
         self._page.locator(until).first.wait_for(state="attached", timeout=LONGEST_MS)
 
     def tell(self, **changes: Any) -> None:
-        """Make a session run that reports these values."""
+        """Start a simulated session if none is running, and make it report these values."""
         if self._session is None:
             self._session = subprocess.Popen(
                 [*COMMAND[:-2], "-c", SESSION, journals(self.folder)[-1]],
@@ -142,7 +143,7 @@ class Stage:
         study.write_text(study.read_text().replace("seed = 2007", "seed = 2008"))
 
     def hide(self, *names: str) -> None:
-        """Move files and folders of the laboratory away, and those moved away earlier back."""
+        """Restore hidden files and folders, then move others out of the laboratory folder."""
         aside = self.folder.with_name("aside")
         aside.mkdir(exist_ok=True)
         for path in aside.iterdir():
@@ -156,7 +157,7 @@ class Stage:
         settings.write_text(re.sub("(?m)^plate.*$", f'plate = "{plate}"', settings.read_text()))
 
     def calibrate(self, until: str, **fields: str) -> None:
-        """End what uses the plate, and calibrate it."""
+        """Stop the job that uses the plate, and calibrate the plate."""
         self.do("release", "#running:not([data-hold])")
         self.do("calibrate", until, by="Ada", instrument="OFV-5000", **fields)
 
@@ -188,6 +189,6 @@ class Stage:
         (self.folder / "mine.toml").unlink()
 
     def spoil(self) -> None:
-        """Write a fault into the settings."""
+        """Add an unknown key to the settings."""
         with (self.folder / "slipscale.toml").open("a") as file:
             file.write("colour = 3\n")

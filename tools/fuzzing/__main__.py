@@ -1,15 +1,16 @@
-"""The fuzzing campaign: whatever a file contains, it is used or rejected with an error message.
+"""Run the fuzzing campaign: each input file must be used or rejected with an error message.
 
-Usage: ``make fuzz`` (10,000 texts of each kind), ``make fuzz TEXTS=100000 ARGS=--write``.
+Usage: ``make fuzz`` (10,000 inputs of each kind), ``make fuzz TEXTS=100000 ARGS=--write``.
 
-Each kind of text is a module of this package, which defines the texts and how to use them. A
-process tries 1,000 texts of one kind, with limits of time and memory. The kinds take turns, so
-that an interrupted campaign has covered all of them. A campaign continues from ``build/fuzz.json``
-(``--anew`` restarts it). A failing text is identified by its kind and number:
+Each kind of input is a module of this package, which defines the inputs and how to use them. Each
+process tries 1,000 inputs of one kind with limited processor time and memory. Processes alternate
+between the kinds, so that an interrupted campaign covers all of them. A campaign continues from
+``build/fuzz.json`` (``--anew`` restarts it). An input that fails is identified by its kind and
+number:
 
-    python -m tools.fuzzing --show journals 4711     # prints the text, and uses it
+    python -m tools.fuzzing --show journals 4711     # prints the input, and uses it
 
-The exit status is 1 if a text ended in anything other than use or an error message.
+The exit status is 1 if an input was neither used nor rejected with an error message.
 """
 
 from __future__ import annotations
@@ -31,14 +32,14 @@ from tools.fuzzing.campaign import KINDS, Find, Outcome, case, kind_of, tried
 from tools.page_figures import put
 
 STATE = Path(__file__).parents[2] / "build" / "fuzz.json"
-# Texts per process; its memory at the end shows what this many texts leave behind.
+# Number of inputs per process, whose memory leaks add up.
 CHUNK = 1000
-# Finds with the same description have one cause.
+# Number of bytes in the counter that a process shares with its parent.
 WIDTH = 8
 
 
 def chunk(name: str, numbers: Sequence[int]) -> Outcome:
-    """Try texts of a kind in a separate process; a text that ends the process is also recorded."""
+    """Try inputs in a separate process; an input that kills the process is also recorded."""
     with tempfile.NamedTemporaryFile() as place:
         place.write(bytes(WIDTH))
         place.flush()
@@ -60,9 +61,9 @@ def chunk(name: str, numbers: Sequence[int]) -> Outcome:
 
 
 def child(name: str, place: Path) -> None:
-    """Try the texts whose numbers are on standard input, and print the outcome.
+    """Read the numbers of inputs from standard input, try the inputs, and print the outcome.
 
-    The file at ``place`` contains the number of texts started, for the parent process.
+    The number of inputs started is written to the file at ``place``, which the parent reads.
     """
     numbers = json.load(sys.stdin)
     with place.open("r+b") as file, mmap.mmap(file.fileno(), WIDTH) as begun:
@@ -77,13 +78,13 @@ def child(name: str, place: Path) -> None:
 
 
 def outcome_from(data: dict[str, object]) -> Outcome:
-    """Return an outcome from its JSON."""
+    """Create an outcome from parsed JSON."""
     finds = [Find(**each) for each in data.pop("finds")]  # type: ignore[attr-defined]
     return Outcome(**data, finds=finds)  # type: ignore[arg-type]
 
 
 def read_state() -> dict[str, Outcome]:
-    """Read the progress of a campaign by kind."""
+    """Read the saved outcome of each kind."""
     if not STATE.exists():
         return {}
     known = json.loads(STATE.read_text(encoding="utf-8"))
@@ -91,14 +92,14 @@ def read_state() -> dict[str, Outcome]:
 
 
 def write_state(state: dict[str, Outcome]) -> None:
-    """Save the progress of a campaign."""
+    """Save the outcome of each kind."""
     STATE.parent.mkdir(exist_ok=True)
     text = json.dumps({name: asdict(each) for name, each in state.items()}, indent=1)
     STATE.write_text(text, encoding="utf-8")
 
 
 def campaign(names: Sequence[str], texts: int, processes: int, state: dict[str, Outcome]) -> None:
-    """Try texts of every kind until ``texts`` were tried, with at most one process per kind."""
+    """Try inputs until ``texts`` of each kind were tried, with at most one process per kind."""
     for name in names:
         known = state.setdefault(name, Outcome())
         if known.finds:  # possibly fixed since
@@ -122,7 +123,7 @@ def campaign(names: Sequence[str], texts: int, processes: int, state: dict[str, 
 
 
 def add(whole: Outcome, part: Outcome) -> None:
-    """Add a part's outcome to the total."""
+    """Add ``part`` to ``whole``."""
     whole.tried += part.tried
     whole.used += part.used
     whole.longest_s = max(whole.longest_s, part.longest_s)
@@ -130,8 +131,8 @@ def add(whole: Outcome, part: Outcome) -> None:
 
 
 def table(state: dict[str, Outcome]) -> list[str]:
-    """Return the counts as table lines."""
-    heads = ("texts", "tried", "accepted", "longest CPU time, s", "finds")
+    """Return the lines of a Markdown table of the outcomes."""
+    heads = ("inputs", "tried", "accepted", "longest CPU time, s", "failures")
     lines = [f"| {' | '.join(heads)} |", f"|{' --- |' * len(heads)}"]
     return [*lines, *(_line(name, outcome) for name, outcome in state.items())]
 
@@ -144,35 +145,34 @@ def _line(name: str, found: Outcome) -> str:
 
 
 def causes(state: dict[str, Outcome]) -> list[str]:
-    """Return a sentence per cause of failure: its count, its first text and how to show it."""
+    """Return a sentence per cause: number of failures, first failure and how to reproduce it."""
     first: dict[tuple[str, str], list[Find]] = {}
     for outcome in state.values():
         for find in outcome.finds:
             first.setdefault((find.kind, find.what.partition(":")[0]), []).append(find)
     return [
-        f"{len(finds)} times {finds[0].what}; python -m tools.fuzzing --show {name} "
-        f"{finds[0].number}"
+        f"{len(finds)} × {finds[0].what}; python -m tools.fuzzing --show {name} {finds[0].number}"
         for (name, _), finds in first.items()
     ]
 
 
 def show(name: str, number: int) -> None:
-    """Print a text and use it; exceptions are not caught."""
+    """Print an input and use it, without catching exceptions."""
     with tempfile.TemporaryDirectory() as place:
         text = case(kind_of(name).prepared(Path(place)), name, number)
         print(f"{text.name}\n{text.content!r}")
-        print("used" if text.use() else "refused in a sentence")
+        print("used" if text.use() else "rejected with an error message")
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run the campaign; return 1 if there are findings."""
-    parser = argparse.ArgumentParser(prog="fuzzing", description="texts of any content")
-    parser.add_argument("--texts", type=int, default=10_000, help="of each kind (default: 10000)")
-    parser.add_argument("--kind", action="append", choices=KINDS, help="this one (default: all)")
-    parser.add_argument("--processes", type=int, default=2, help="at once (default: 2)")
-    parser.add_argument("--anew", action="store_true", help="forget what was tried before")
-    parser.add_argument("--write", action="store_true", help="put the figures into the page")
-    parser.add_argument("--show", nargs=2, metavar=("KIND", "NUMBER"), help="one text, used")
+    """Run the campaign; return 1 if an input failed."""
+    parser = argparse.ArgumentParser(prog="fuzzing", description="Fuzz Slipscale's input files.")
+    parser.add_argument("--texts", type=int, default=10_000, help="per kind (default: 10000)")
+    parser.add_argument("--kind", action="append", choices=KINDS, help="kind to try (default: all)")
+    parser.add_argument("--processes", type=int, default=2, help="parallel (default: 2)")
+    parser.add_argument("--anew", action="store_true", help="discard earlier outcomes")
+    parser.add_argument("--write", action="store_true", help="update the documentation page")
+    parser.add_argument("--show", nargs=2, metavar=("KIND", "NUMBER"), help="one input")
     parser.add_argument("--chunk", nargs=2, help=argparse.SUPPRESS)
     args = parser.parse_args(words)
     if args.chunk:

@@ -1,4 +1,4 @@
-"""Limits for one text: 2 s of processor time and 500 MB. POSIX only, like the campaigns."""
+"""Limit an input to 2 s of processor time and 500 MB of memory; requires POSIX."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from pathlib import Path
 
 MOST_S = 2.0
 MOST_BYTES = 500 * 2**20
-# A loop in C that no signal reaches ends with its process after this additional time.
+# Processor time after which the system ends a process that Python cannot interrupt.
 ENDED_AFTER_S = 20
 
 
 class TooLong(BaseException):
-    """A text exceeded the limit of processor time; ``except Exception`` does not catch this."""
+    """Error for too much processor time, which ``except Exception`` does not catch."""
 
 
 def _too_long(*_: object) -> None:
@@ -25,9 +25,9 @@ def _too_long(*_: object) -> None:
 
 @contextmanager
 def limited_memory() -> Iterator[None]:
-    """Allow the process 500 MB more than it has now; larger requests raise MemoryError.
+    """Limit the process to 500 MB more than it uses now; larger requests raise MemoryError.
 
-    Memory kept from earlier texts counts, too, which reveals a cache that grows.
+    Memory that earlier inputs did not release counts too, so that growing caches are detected.
     """
     soft, hard = resource.getrlimit(resource.RLIMIT_AS)
     held = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
@@ -45,7 +45,7 @@ def limited_time() -> Iterator[None]:
     Raises
     ------
     TooLong
-        Immediately or, if the code could not be interrupted, as soon as it has ended.
+        Immediately, or after code that cannot be interrupted.
     """
     began_s = time.process_time()
     soft, hard = resource.getrlimit(resource.RLIMIT_CPU)

@@ -1,4 +1,4 @@
-"""Calibrations: used as a plate uses them, or rejected with an error message."""
+"""Fuzz calibrations, which a plate must use or reject with an error message."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _prepared(folder: Path) -> Callable[[Random], Case]:
 
     def drawn(random: Random) -> Case:
         content = changed_file(random, text)
-        # Half of them have a correct checksum, as if the author of the change had computed it.
+        # Half of the files pass the checksum test, as if the checksum had been recomputed.
         signed = random.randrange(2) == 0
         return Case(name=path.name, content=content, use=lambda: _use(path, content, signed=signed))
 

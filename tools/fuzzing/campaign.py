@@ -1,6 +1,6 @@
-"""Try texts of a kind one by one; record every result other than use or an error message.
+"""Try inputs one by one, and record those that are neither used nor rejected with a message.
 
-Text number n of a kind depends only on the kind's name and n, so that it can be reproduced.
+Each input depends only on its kind and number, so that it can be reproduced.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ KINDS = (
     *("study_files", "journals", "data_sets", "tables_by_hand", "calibrations", "plate_files"),
     *("published_tables", "code_books", "laboratory_files", "column_meanings"),
 )
-# The first texts trigger lazy imports; memory is limited after them.
+# Memory is limited after this number of inputs, because the first inputs trigger lazy imports.
 WARMING = 40
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Find:
-    """A text that ended in something other than use or an error message.
+    """Input that was neither used nor rejected with an error message.
 
     Parameters
     ----------
     kind, number : str, int
-        Identify the text.
+        Identify the input.
     what : str
-        The error and where it was raised; the same for texts with one cause.
+        Error, and the position at which it was raised.
     """
 
     kind: str
@@ -49,7 +49,7 @@ class Find:
 
 @dataclass(slots=True)
 class Outcome:
-    """The results for texts of a kind: how many were tried and used, and the failures."""
+    """Number of inputs tried and used, longest processor time, and failures."""
 
     tried: int = 0
     used: int = 0
@@ -64,12 +64,12 @@ def kind_of(name: str) -> Kind:
 
 
 def case(draw: Callable[[random.Random], Case], name: str, number: int) -> Case:
-    """Return the text of a kind with this number."""
+    """Return the input with this number."""
     return draw(random.Random(f"{name} {number}"))
 
 
 def tried(name: str, numbers: Iterable[int]) -> Outcome:
-    """Try texts of a kind by number, each within 2 s of processor time, all within 500 MB."""
+    """Try inputs, each within 2 s of processor time, together within 500 MB of memory."""
     outcome = Outcome()
     with ExitStack() as stack:
         draw = kind_of(name).prepared(stack.enter_context(folder()))
@@ -90,15 +90,15 @@ def _try(outcome: Outcome, draw: Callable[[random.Random], Case], name: str, num
         with limited_time():
             outcome.used += text.use()
     except TooLong:
-        what = f"more than {MOST_S:g} s of the processor"
+        what = f"more than {MOST_S:g} s of processor time"
         outcome.finds.append(Find(kind=name, number=number, what=what))
-    except Exception as error:  # noqa: BLE001 - what is looked for
+    except Exception as error:  # noqa: BLE001 - any exception is a failure
         outcome.finds.append(Find(kind=name, number=number, what=_said(error)))
     outcome.longest_s = max(outcome.longest_s, time.process_time() - began_s)
 
 
 def _said(error: Exception) -> str:
-    """Return an error's type, the position in our code where it was raised, and its message."""
+    """Return an error's type, the position in Slipscale where it was raised, and its message."""
     frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)

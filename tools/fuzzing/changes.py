@@ -1,7 +1,7 @@
-"""Texts as people, editors and damaged disks leave them: a valid file changed in a few places.
+"""Change a valid file in a few places, as people, editors and damaged disks do.
 
-Changes affect a value, a number, a key, a line, a character or the encoding. They depend only on
-the random numbers, so that a text can be reproduced.
+Changes affect a value, a number, a key, a line, a character or the encoding. The same state of the
+random generator gives the same changes.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 import re
 from random import Random
 
-# A line of TOML, or of JSON as we write it.
+# A line of TOML, or of JSON in Slipscale's layout.
 ENTRY = re.compile(r'(?P<key>\s*["\w.-]+\s*[=:]\s*)(?P<value>.+?)(?P<end>,?)')
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
-# Replacements of a value: nothing, too much, another type, something that only looks right.
+# Replacements for values: empty, too large or long, of another type, or almost valid.
 ODD = (
     *('""', "[]", "{}", "[[]]", "[{}]", "true", "nan", "-inf", "inf", "0", "-0.0", "-1", "1e308"),
     *("-1e308", "1e-320", "1e999", "10000000000000000000000000", "9" * 400, "9" * 5000, "1e-9"),
@@ -22,21 +22,21 @@ ODD = (
     *("[0.0, 0.0]", "[1e308, 2.0]", "[" * 5000 + "]" * 5000, "'''", "999999999", "1_000_000"),
     *("0x7fffffffffffffff", "[nan, 1.0]", "{ x = { x = { x = 1 } } }", '["\\n"]', "null"),
 )
-# Replacements of a number only: small changes, or another magnitude.
+# Replacements for numbers: small or extreme ones.
 ODD_NUMBERS = ("0", "1", "2", "-1", "1e-9", "0.001", "1e6", "1e9", "1e26", "1e308", "nan", "300")
 ENCODINGS = ("utf-8",) * 20 + ("utf-8-sig", "utf-8-sig", "utf-16", "cp1252", "latin-1")
 LINE_ENDS = ("\n",) * 8 + ("\r\n", "\r")
 # Characters to insert: quotation marks, bidirectional marks, and non-characters.
 SIGNS = "\"'\\[]{}#=,;.\t\r\n\x00\x1b\x7f\u00a0\u0301\u202e\u2028\ufeff\ufffdéµ０½\U0001f590"
 CHANGES = ("value",) * 6 + ("number",) * 8 + ("drop",) * 2 + ("key", "again", "cut", "in")
-# Mostly one change, because a text with a single error gets furthest.
+# Mostly one change, because most code stops at the first error.
 HOW_MANY = (1, 1, 1, 1, 1, 2, 2, 3, 4)
-# One text in this many is truncated.
+# One in CUT_SHORT files is truncated.
 CUT_SHORT = 40
 
 
 def changed_file(random: Random, text: str, cells: str = "") -> bytes:
-    """Return a text with some lines changed, in some encoding, possibly truncated.
+    """Change lines of a text, encode it, mostly in UTF-8, and truncate it in rare cases.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def changed_lines(random: Random, text: str, cells: str = "") -> str:
 
 
 def characters(random: Random, most: int = 6) -> str:
-    """Return some characters: plain ones, ones with a meaning for parsers, or arbitrary ones."""
+    """Return random characters: printable ASCII, special characters, or any others."""
     return "".join(
         random.choice((chr(random.randint(32, 126)), random.choice(SIGNS), _any(random)))
         for _ in range(random.randint(0, most))
@@ -99,7 +99,7 @@ def number(random: Random) -> str:
 
 
 def number_changed(random: Random, line: str) -> str:
-    """Return a line with one of its numbers changed, if it contains one."""
+    """Change one number of a line; lines without numbers are unchanged."""
     found = list(NUMBER.finditer(line))
     if not found:
         return line

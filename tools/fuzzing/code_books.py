@@ -1,4 +1,4 @@
-"""Code books: any report can be coded with them, or they are rejected with an error message."""
+"""Fuzz code books, which must code any report or be rejected with an error message."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _use(path: Path, content: bytes, report: str) -> bool:
     found = book.code(report)
     directions = {book.direction(report, each) for each in found if each != OTHER}
     if not found or not directions <= {"less", "more", "bare"}:
-        raise AssertionError(f"{report!r} is coded as {found}, {directions}")
+        raise AssertionError(f"{report!r}: codes {found}, directions {directions}")
     return True
 
 

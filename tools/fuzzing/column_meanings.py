@@ -1,4 +1,4 @@
-"""``analysis.toml`` next to a user's own table: the table is read accordingly, or rejected."""
+"""Fuzz ``analysis.toml``: the table that it describes must be read or rejected with a message."""
 
 from __future__ import annotations
 

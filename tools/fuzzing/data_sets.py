@@ -1,8 +1,8 @@
-"""Data sets with one changed file: analysed and verified, or rejected with an error message.
+"""Fuzz data sets, which must be analysed and verified, or rejected with an error message.
 
-A data set of one short run is written once per protocol. Each text replaces one of its files,
-which is restored afterwards. The journals are not changed (they are a separate kind), so they are
-read only once. This does not cover two files that are wrong together.
+A data set of one short run is written once per protocol. Each input replaces one of its files,
+which is restored afterwards. Journals are read only once, because they are not changed here (they
+are fuzzed separately). Errors in two files at a time are not tested.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Journals of every protocol with changed records: read, built and resumed, or rejected.
+"""Fuzz journals of every protocol, which must be read, built and resumed, or rejected.
 
-In most texts, all checksums and hashes are recomputed, as by a program that wrote wrong content;
-otherwise they would detect any change at once, as they do after disk errors.
+In most inputs, checksums and hashes are recomputed, as if a program had written wrong content. With
+the original checksums, changes would be detected as disk errors before the content is read.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ KINDS = (
 )
 CHANGES = ("set", "set", "set", "remove", "rename", "kind", "number", "time", "drop", "again")
 DEEPEST = 3
-# One journal in this many has changed bytes without recomputed checksums.
+# One in DAMAGED journals has changed bytes without recomputed checksums.
 DAMAGED = 5
-# One journal in this many is truncated, and the session resumes it.
+# One in GONE_ON_WITH journals is truncated, and its run is then resumed.
 GONE_ON_WITH = 6
 
 
@@ -98,7 +98,7 @@ def _changed(record: Record, random: Random) -> list[Record]:
 
 
 def _entries(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path to every entry of nested plain data."""
+    """Yield the path to every entry of nested dictionaries and lists."""
     inner: Any = ()
     if isinstance(value, Mapping):
         inner = value.items()
@@ -129,7 +129,7 @@ def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -
 
 
 def _value(random: Random, depth: int = 0) -> object:
-    """Return an arbitrary JSON value."""
+    """Return a random JSON value."""
     if depth < DEEPEST and random.randrange(4) == 0:
         inner = [_value(random, depth + 1) for _ in range(random.randint(0, 3))]
         return inner if random.randrange(2) else {characters(random, 4): each for each in inner}

@@ -1,4 +1,4 @@
-"""A kind of text for the campaign, and one text of it."""
+"""Define kinds of input for the fuzzing campaign."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from random import Random
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Case:
-    """A text, and how to use it.
+    """Input file, and a function that uses it.
 
     Parameters
     ----------
@@ -18,8 +18,8 @@ class Case:
         The file's name.
     content : bytes
     use : callable
-        Reads and uses the text; returns whether it was accepted, as opposed to rejected with an
-        error message.
+        Reads and uses the file; returns True if the file was accepted, and False if it was rejected
+        with an error message.
     """
 
     name: str
@@ -29,15 +29,15 @@ class Case:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Kind:
-    """A kind of text.
+    """Kind of input file.
 
     Parameters
     ----------
     title : str
         Title on the documentation page.
     prepared : callable
-        Given an empty folder, returns a function that draws a case from random numbers. Data
-        shared by all texts, such as a complete data set, are made once.
+        Takes an empty folder, in which it creates files that all cases share, such as a data set,
+        and returns a function that creates a random case.
     """
 
     title: str

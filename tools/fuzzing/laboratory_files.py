@@ -1,4 +1,4 @@
-"""``slipscale.toml`` of a laboratory folder: used for every command's defaults, or rejected."""
+"""Fuzz ``slipscale.toml``, which must be read, or rejected with an error message."""
 
 from __future__ import annotations
 

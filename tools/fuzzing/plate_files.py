@@ -1,4 +1,4 @@
-"""Plate files: signed, opened and their limits enforced, or rejected with an error message."""
+"""Fuzz plate files, which must be opened and have valid limits, or be rejected with a message."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Published tables: used, including the sums that their ratings must have, or rejected."""
+"""Fuzz published tables, which must be read, with the sums that they imply, or rejected."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ CSV = """label,n,mean,sd,scale_minimum,scale_maximum,maximum_deviation,rounding,
 1.2 um,12,46.2,20.1,0,100,,truncated,
 "1,2",7,3.14,0.90,1,7,,,3
 """
-# Almost every key of the format.
+# A table with most keys of the file format.
 TOML = """
 title = "Much that a table can print"
 design = "paired"

@@ -20,14 +20,14 @@ def record(folder: Path) -> dict[str, RunPlan]:
     Returns
     -------
     dict of str to RunPlan
-        The run in each folder.
+        Plan of the run, keyed by protocol.
     """
     plans = {}
     for protocol, text in short_studies().items():
         study = folder / f"{protocol}.toml"
         study.write_text(text, encoding="utf-8")
         plan = pilot_plans(str(study), participants=1, seed=None, language=None)[0]
-        # Independent of machine and folder.
+        # The journal must not contain the path of the temporary folder.
         plans[protocol] = replace(plan, study_name=protocol)
         with looked_up_once():
             run_simulated(folder / protocol, plans[protocol], "mock")

@@ -1,4 +1,4 @@
-"""Study files: shown with a participant's orders, or rejected with an error message."""
+"""Fuzz study files, which must be shown with all orders or rejected with an error message."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tools.torture.pilots import EVERY_OPTION
 
 # The protocol that presents textures.
 TEXTURED = "magnitude_estimation"
-# Tasks that `slipscale analyse` recognises only by their own name, without a label.
+# Protocols that `slipscale analyse` recognises only if the task has no label.
 ANALYSED_BY_NAME = ("magnitude_estimation", "descending_difference")
 
 

@@ -1,7 +1,7 @@
-"""Hand-made tables as spreadsheets save them: read, or rejected with an error message.
+"""Fuzz tables from spreadsheets, which must be read or rejected with an error message.
 
-Any separator, with decimal commas, thousands separators, quotation marks or none of these; UTF-8,
-CP1252 or UTF-16.
+The tables have any separator, with or without decimal commas, thousands separators and quotation
+marks, in UTF-8, CP1252 or UTF-16.
 """
 
 from __future__ import annotations
