@@ -1,9 +1,9 @@
 """Bounds on test statistics over all data sets consistent with Table III.
 
-The search over all pairs of data sets takes minutes. Therefore, the tables of ratings that attain
-the bounds are recorded. Bounds are computed from the recorded tables, after checking that the
-tables are consistent with Table III. Only the search over all pairs proves that no data set lies
-outside the bounds. To repeat this search, run ``python -m
+A search over all pairs of data sets finds tables of ratings with the lowest and the highest value
+of each statistic. It takes minutes, so these tables are recorded. Bounds are computed from the
+recorded tables, after checking that they are consistent with Table III. Only the search proves that
+no other data set gives a lower or higher value. To repeat this search, run ``python -m
 slipscale.analysis.reproduction.attained_bounds``.
 """
 
@@ -42,8 +42,8 @@ def _participants_higher(tables: Array) -> Array:
     return found
 
 
-# Kind of conclusion -> name of the test, and function that computes the statistic from tables of
-# shape (table, participant, column).
+# For each kind of conclusion, a function that returns the conclusion for a range of the statistic,
+# and a function that computes the statistic from an array of shape (tables, participants, columns).
 KINDS: dict[
     str, tuple[Callable[[Sequence[Solutions], Range], Conclusion], Callable[[Array], Array]]
 ] = {
@@ -85,7 +85,7 @@ def _checked(name: str, concerned: Sequence[Solutions], table: Sequence[Sequence
     for solutions, row in zip(concerned, table, strict=bool(table)):
         if not gives_what_is_printed(solutions.column, row):
             raise ValueError(
-                f"{RECORDED.name}: {name}: {solutions.column.label} is not consistent with "
+                f"{RECORDED.name}, {name}: column {solutions.column.label} is not consistent with "
                 "Table III"
             )
     return as_table(*(np.array(row) for row in table))

@@ -22,7 +22,7 @@ from types import ModuleType
 from slipscale.analysis.published.biet2007 import agrees
 from slipscale.faults import UserError
 
-#: Modules with items, and files with their recorded values, in the order of printing.
+#: Modules that define ``ITEMS``, and files with recorded values, in the order of the output.
 SOURCES: tuple[tuple[str, str], ...] = (
     ("slipscale.analysis.reproduction.table3", "table3.json"),
     ("slipscale.analysis.reproduction.datasets", "datasets.json"),
@@ -52,13 +52,13 @@ class Outcome:
     reason : str
         How the computed value was obtained, or why it differs from the published value.
     rule : callable, optional
-        Function (published, ours) -> bool that decides whether the values agree, for statements
+        Function that returns whether the published and the computed value agree, for statements
         such as "more than 10". By default, the computed value must round to the published number.
     must_agree : bool
         Whether a disagreement is an error in Slipscale.
     by_construction : bool
-        Whether the computed value was derived from the published value or set to it. In this case,
-        agreement is not evidence that the value is correct.
+        Whether the computed value depends on the published value, so that agreement is not evidence
+        that the value is correct.
     exact : int, optional
         The computed value as an exact integer, if the float ``ours`` may be rounded.
     text : str, optional
@@ -126,7 +126,7 @@ class Comparison:
 
     @property
     def failed(self) -> bool:
-        """Whether this item makes the command exit with status 1."""
+        """Whether the value has drifted, or disagrees although `must_agree` is True."""
         return self.drifted or (self.outcome.must_agree and self.outcome.agrees is False)
 
     def record(self) -> dict[str, object]:
@@ -153,7 +153,7 @@ def _number_or_text(text: str | None) -> float | str | None:
 
 
 def sources() -> list[ModuleType]:
-    """Return the modules that provide items."""
+    """Import and return the modules in `SOURCES`."""
     return [import_module(name) for name, _ in SOURCES]
 
 
@@ -209,7 +209,7 @@ def choose(wanted: Sequence[str]) -> list[str]:
 def compare(
     wanted: Sequence[str] = (), progress: Callable[[str], None] | None = None
 ) -> list[Comparison]:
-    """Compute items and compare them with the paper and with the recorded values."""
+    """Compute the chosen values, and compare them with the paper and with the recorded values."""
     calls = {name: call for source in sources() for name, call in source.ITEMS.items()}
     recorded = recorded_values()
     comparisons = []

@@ -25,8 +25,8 @@ def alpha() -> Outcome:
         published="1.81",
         ours=BeamSection.printed().alpha,
         unit="",
-        reason="123 GPa divided by c11p = 67.9 GPa from Table II; c11p = 73.4 GPa from Appendix B "
-        "would give 1.67",
+        reason="the ratio of 123 GPa to c11p = 67.9 GPa from Table II; with c11p = 73.4 GPa from "
+        "Appendix B, the ratio would be 1.67",
     )
 
 
@@ -53,7 +53,7 @@ def d31() -> Outcome:
         published="-247",
         ours=P1_91.d31_m_v * 1e12,
         unit="1e-12 m/V",
-        reason="d = e s (Appendix B), but only the value of d in Table II reproduces Fig. 8",
+        reason="computed as d = e s (Appendix B), but only the value in Table II reproduces Fig. 8",
     )
 
 
@@ -96,9 +96,9 @@ def harmonic_cross() -> Outcome:
         ours=half_wave_frequency_hz(Layout.half_wave(83 / 8)) / 1e3,
         unit="kHz",
         reason=(
-            "the cross in Fig. 9 is the harmonic peak of the whole plate, plotted at 10.37 mm; "
-            "the computed value is for a half-wavelength section of this length, and the cross "
-            "is not on the curve of such sections. A section of 11.36 mm, the distance between "
+            "computed for a half-wavelength section of 10.37 mm, the length at which Fig. 9 marks "
+            "the harmonic peak of the whole plate with a cross. The cross is not on the curve of "
+            "half-wavelength sections. A section of 11.36 mm, the distance between "
             "the plate's nodal lines, resonates at 33.86 kHz; we conjecture that the difference "
             "is due to the free ends"
         ),
@@ -125,7 +125,7 @@ def first_test_share() -> Outcome:
     )
 
 
-# Items are computed, and large libraries imported, only on request.
+# Values are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     "table2.alpha": alpha,
     "table2.c11p": c11p,

@@ -74,9 +74,9 @@ def tables(convention: str) -> Outcome:
         ours=float(exact),
         unit="tables",
         reason=(
-            f"{exact:,} tables with the {convention} standard deviation. This is the product of "
-            "the counts of the four columns with participants distinguished, because ratings in "
-            "different columns can be paired in any way"
+            f"{exact:,} tables with the {convention} standard deviation: the product of the "
+            "numbers of ordered samples of the four columns, because ratings in different "
+            "columns can be paired in any way"
         ),
     )
 
@@ -89,7 +89,7 @@ def bound(name: str, end: str) -> Outcome:
     attained = found[extreme]
     table = attained.at_low if end == "lowest" else attained.at_high
     always = all(one.decided for one in found.values())
-    holds = "the same conclusion in every data set" if always else "depends on the data set"
+    holds = "is the same in every data set" if always else "depends on the data set"
     each = ", ".join(
         f"{outward(value, down=end == 'lowest')} with the {word} SD"
         for word, value in values.items()
@@ -102,15 +102,15 @@ def bound(name: str, end: str) -> Outcome:
         unit="",
         text=outward(values[extreme], down=end == "lowest"),
         reason=(
-            f"{attained.question}: {holds}; {each}; rounded, not truncated; {p}; attained "
-            f"with the {extreme} SD by {ratings(attained.labels, table)}; to repeat the "
+            f"{attained.question}: the conclusion {holds}; {each}; rounded, not truncated; {p}; "
+            f"attained with the {extreme} SD by {ratings(attained.labels, table)}; to repeat the "
             f"search: {COMMAND}"
         ),
     )
 
 
 def _bounded() -> dict[str, tuple[str, str]]:
-    """Map the item name of each bound to its conclusion and to "lowest" or "highest"."""
+    """Return the name of the conclusion and "lowest" or "highest", keyed by item name."""
     pairs = [
         f"{test}.{one:g} um.{other:g} um"
         for one, other in combinations(AMPLITUDES_UM_PP, 2)

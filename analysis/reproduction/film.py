@@ -113,7 +113,7 @@ def draw_perception() -> Figure:
     )
 
 
-# Items are computed, and large libraries imported, only on request.
+# Values are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     # Section IV-A
     "squeeze_number.30.5kHz": item(
@@ -135,16 +135,16 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_above_the_finger, closed_form=True),
         "some",
         "of contact",
-        "with the closed form, the film pressure exceeds the pressure of the finger (force 0.5 N) "
-        "in 'some zones of the fingerprint'",
+        "with the closed form, the film pressure exceeds the contact pressure of the finger at "
+        "0.5 N in some zones, as stated in the paper",
         rule=some,
     ),
     "fig4.zones.reynolds": item(
         partial(_above_the_finger, closed_form=False),
         "some",
         "of contact",
-        "with the full equation (3) at 40 kHz, the mean pressure is at most 1.035 p0, whereas "
-        "the finger's pressure is 1.05 p0; such zones exist only in the closed form",
+        "with the full equation (3) at 40 kHz, the mean film pressure is at most 1.035 p0, which "
+        "is less than the finger's contact pressure of 1.05 p0 in all zones",
         rule=some,
     ),
     # Section II-D: the paper's guideline
@@ -152,15 +152,14 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         partial(_friction, 1.5, 0.6),
         "0.5",
         "µ'/µ",
-        "'half of the relative friction coefficient', closed form, 0.5 N",
+        "closed form at 0.5 N; the paper states 'half of the relative friction coefficient'",
     ),
-    # Section II-C: the roughest plate
+    # Section II-C: the plate with the highest roughness
     "fig5.hr1.6.hvib4": item(
         partial(_friction, 4.0, 1.6),
         "0",
         "µ'/µ",
-        "zero friction requires more than 4 µm; the computed value at 5 µm is below zero "
-        "(levitation)",
+        "friction is zero only above 4 µm; the value computed for 5 µm is below zero (levitation)",
         rule=more_than,
     ),
     **{f"reynolds.{pp}um": partial(reynolds, pp) for pp in (0.5, 1.2, 2.3)},

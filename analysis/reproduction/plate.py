@@ -36,7 +36,7 @@ def _printed() -> BeamSection:
 
 
 def _timoshenko_half_wave_mm() -> float:
-    """Compute half the wavelength at 25 kHz in a Timoshenko beam, which the paper does not use."""
+    """Compute half the wavelength at 25 kHz with a Timoshenko beam model."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return BeamSection.plane_strain().timoshenko_half_wave_mm(25_000)
@@ -63,8 +63,8 @@ def fig9_fe(half_wave_mm: float) -> Outcome:
     reason = "the paper gives this value only as a point in Fig. 9"
     if half_wave_mm == 11:  # noqa: PLR2004 - the one size where two modes mix
         reason += (
-            "; the bending mode mixes with the width-stretching mode near 36.7 kHz, and the "
-            "other mixed mode is at 36.9 kHz"
+            "; the bending mode mixes with the width-stretching mode near 36.7 kHz, and a second "
+            "mixed mode is at 36.9 kHz"
         )
     ours = half_wave_frequency_hz(Layout.half_wave(half_wave_mm)) / 1e3
     return Outcome(published=None, ours=ours, unit="kHz", reason=reason)
@@ -77,8 +77,8 @@ def _peak() -> Harmonic:
 
 
 _TWIN = (
-    "measured in the paper; the computed value comes from the simulated twin, which is set to the "
-    "published value. The finite-element model gives 34.06 kHz and 3.23 µm p-p. A glue softer "
+    "measured in the paper; the computed value comes from a simulated plate that is adjusted to "
+    "the published value. The finite-element model gives 34.06 kHz and 3.23 µm p-p. A glue softer "
     "than ideal may cause the difference, as the paper also conjectures (Section IV-A); "
     "this was not measured"
 )
@@ -112,7 +112,7 @@ def draw_fig8() -> Figure:
 
 
 def draw_fig9() -> Figure:
-    """Plot Fig. 9 with the harmonic peak, a Timoshenko beam and the measured plate."""
+    """Plot Fig. 9, including the harmonic peak, a Timoshenko model and the measured plate."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415
     from slipscale.hardware.plate.design import figures  # noqa: PLC0415 - matplotlib takes half a second
     from slipscale.hardware.plate.geometry import Layout  # noqa: PLC0415
@@ -160,7 +160,7 @@ def draw_fig12() -> Figure:
     return figure
 
 
-# Items are computed, and large libraries imported, only on request.
+# Values are computed, and large libraries imported, only on request.
 ITEMS: Mapping[str, Callable[[], Outcome]] = {
     # Section III-B: the half wave that deflects by 1.5 µm at 15 V
     "fig8.1.5um": item(
@@ -173,7 +173,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _printed().neutral_ratio,
         None,
         "z0/h_p",
-        "equation (42) with α = 1.81, β = 2; not printed",
+        "computed from equation (42) with α = 1.81 and β = 2; the paper does not state a value",
     ),
     # Section III-B: the half wave of the paper's beam model
     "fig9.analytic.25kHz": item(
@@ -181,8 +181,9 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "14.75",
         "mm",
         "equation (38) divided by 2π, with all constants from Table II. A value of 14.73 mm "
-        "requires c11 = 12.09e10 Pa from Appendix B in equation (40), but the neutral line "
-        "from Table II, which is inconsistent. No constant was adjusted to obtain agreement",
+        "would require c11 = 12.09e10 Pa from Appendix B in equation (40), together with the "
+        "neutral line from Table II; these are inconsistent. No constant was adjusted to "
+        "obtain agreement",
     ),
     "fig9.timoshenko.25kHz": item(
         _timoshenko_half_wave_mm,
@@ -198,7 +199,7 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         "mm",
         "three-dimensional model with piezoelectric coupling, shorted electrodes and no "
         "vertical displacement of the end faces; the paper does not state the supports and "
-        "the permittivity of its model, and its value is a rounded reading from Fig. 9",
+        "the permittivity of its model, and the published value is read from Fig. 9 and rounded",
     ),
     **{f"fig9.fe.{mm}mm": partial(fig9_fe, float(mm)) for mm in (9, 10, 11, 12, 14, 16, 20)},
     # Section III-C: the (8;0) mode
@@ -216,11 +217,11 @@ ITEMS: Mapping[str, Callable[[], Outcome]] = {
         lambda: _peak().peak_um_pp,
         "3.2",
         "µm p-p",
-        "the amplitude agrees only as a peak-to-peak value at the edge antinode (x = 0, "
-        "y = 24.5 mm), with Q = 60 for the whole plate; in the middle, it is 2.19 µm p-p. The "
-        "paper states neither the point nor whether the value is peak to peak. The frequency of "
-        "this model does not agree with the paper (fig12.frequency), and no model of Slipscale "
-        "reproduces both frequency and amplitude",
+        "the amplitude agrees with the paper only if it is peak to peak, at the edge antinode "
+        "(x = 0, y = 24.5 mm), with Q = 60 for the whole plate; in the middle, it is 2.19 µm p-p. "
+        "The paper states neither the measurement point nor whether its value is peak to peak. "
+        "The frequency of this model does not agree with the paper (fig12.frequency), and no "
+        "model of Slipscale reproduces both frequency and amplitude",
     ),
     # Section IV-A: the measured plate
     "fig13.frequency": item(

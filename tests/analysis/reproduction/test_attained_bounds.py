@@ -73,5 +73,5 @@ def test_a_recorded_table_that_is_not_table_3_is_refused(tmp_path, monkeypatch):
     changed = tmp_path / "changed.json"
     changed.write_text(json.dumps(entries))
     monkeypatch.setattr(attained_bounds, "RECORDED", changed)
-    with pytest.raises(ValueError, match=r"t\.0 um\.0\.5 um: 0 um is not consistent with Table"):
+    with pytest.raises(ValueError, match=r"t\.0 um\.0\.5 um: column 0 um is not consistent"):
         known.__wrapped__("sample")
