@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback
 
-# Text that --steps prints instead of a reading, and input that repeats the previous point.
-ASKED, BACK = "?", "b"
+ASKED = "?"  # With --steps, printed instead of a reading while the operator is asked for it.
+BACK = "b"  # The operator enters this letter to repeat the previous point.
 
 
 def add_arguments(parser: ArgumentParser) -> None:
@@ -272,7 +272,7 @@ def _agreed_gain(plate: PlateDriver, given: float | None) -> float:
 
 
 def _plate_serial(plate: PlateDriver, given: str) -> str:
-    """Return the plate's serial number; raise `UserError` if the plate file has another."""
+    """Return the plate's serial number. Raises `UserError` if the plate file contradicts it."""
     filed = plate.plate_file.identity.serial if plate.plate_file else ""
     if given and filed and given != filed:
         raise UserError(

@@ -28,20 +28,20 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--guided",
         action="store_true",
-        help="for a board: continue with manual steps that require a loaded plate and a second "
-        "instrument",
+        help="continue with manual steps that require a loaded plate and a second instrument "
+        "(driver boards only)",
     )
     parser.add_argument(
         "--long",
         action="store_true",
-        help="for a board: also check the maximum on-time; this check alone takes 600 s",
+        help="also check the maximum on-time (driver boards only); this check alone takes 600 s",
     )
     parser.add_argument("--json", action="store_true", help="print JSON")
     parser.set_defaults(of_folder=str)
 
 
 def run(arguments: Namespace) -> int:
-    """Check a driver board against the protocol, or another backend against the contract."""
+    """Check that a board follows the serial protocol, or another backend the driver's rules."""
     spec = arguments.plate or ""
     backend, _, address = spec.partition(":")
     if not backend:
@@ -55,7 +55,9 @@ def run(arguments: Namespace) -> int:
         with _bench(port, long=arguments.long) as bench:
             return _told(_board(bench, guided=arguments.guided), as_json=arguments.json)
     if arguments.guided or arguments.long:
-        raise UserError("plate conform: --guided and --long are for driver boards, serial:PORT")
+        raise UserError(
+            "plate conform: --guided and --long apply only to driver boards (serial:PORT)"
+        )
     return _told(_backend(spec), as_json=arguments.json)
 
 

@@ -164,8 +164,8 @@ def _as_text(result: dict[str, Any], out: Path | None) -> str:
             + " if asperities and film share the load (not validated);"
         ),
         (
-            "          the film models of 2007 ignore the finger's speed, assume a contact "
-            "area of 1 cm² at any force, and hardly depend on frequency"
+            "          the film models of Biet et al. (2007) ignore the finger's speed, assume a "
+            "contact area of 1 cm² at any force, and predict almost no effect of frequency"
         ),
         "",
         ("                                      beam model (µm peak)   finite elements (µm peak)"),

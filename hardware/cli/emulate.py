@@ -43,7 +43,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--finger",
         action="store_true",
-        help="simulate a finger that rests on the plate, which lowers its Q from 60 to 50",
+        help="simulate a finger that rests on the plate and lowers the plate's Q from 60 to 50",
     )
     parser.add_argument(
         "--gain",
@@ -177,7 +177,7 @@ def run(arguments: Namespace) -> int:
             with signals_raise():
                 console.run(emulator)
         except EndedBySignal:
-            pass  # the usual way to end it
+            pass  # Users stop the emulator with a signal, such as Ctrl-C.
     return DONE
 
 

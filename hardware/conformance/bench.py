@@ -14,7 +14,7 @@ from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board.link import Line
 from slipscale.hardware.clock import Clock
 
-ANSWER_S = 0.08  # time after which a host repeats a command
+ANSWER_S = 0.08  # time without an answer after which a host repeats a command
 LATEST_S = 0.32  # total waiting time
 ALIVE_S = 0.1  # interval at which a host queries the status
 SETTLING_S = 2.0
@@ -28,7 +28,7 @@ class Departure(Exception):
 
 
 class NotApplicable(Exception):
-    """Raised if a rule concerns a feature that the device does not have."""
+    """Raised if a rule does not apply, for example because the device lacks a feature."""
 
 
 class Bench:
@@ -37,7 +37,7 @@ class Bench:
     Parameters
     ----------
     line : Line
-        Open connection to the board.
+        Connection to the board, which must be open.
     clock : Clock
         Clock for time-outs.
     long : bool
@@ -106,7 +106,7 @@ class Bench:
         self.drain()
 
     def send(self, data: bytes) -> None:
-        """Send bytes without waiting for an answer."""
+        """Send bytes to the board without waiting for an answer."""
         self._line.write(data)
 
     def expect_silence(self, data: bytes, why: str) -> None:
@@ -173,7 +173,7 @@ class Bench:
         return self.wait_for("HOLD" if level else "OFF")
 
     def wait_for(self, state: str) -> wire.BoardStatus:
-        """Wait for the end of a ramp, and check that the given state follows. Return the status."""
+        """Wait until a ramp ends, check the state of the board, and return the status."""
         end_s = self._clock.now() + SETTLING_S
         while (status := self.status()).state == "RAMP":
             if self._clock.now() > end_s:

@@ -1,4 +1,4 @@
-"""Check the rules for commands, arguments and errors."""
+"""Check that a board follows the protocol's rules for commands, arguments and errors."""
 
 from __future__ import annotations
 

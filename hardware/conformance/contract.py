@@ -1,7 +1,7 @@
 """Test whether a backend fulfils the contract in `slipscale.hardware.driver`.
 
 Plug-in authors run these tests with `slipscale plate conform SPEC`. The plate vibrates during the
-tests. Readbacks of the kinds "commanded" and "none" are exempt from the rule for readbacks.
+tests. The rule for readbacks does not apply to backends whose readbacks are "commanded" or "none".
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Rig:
         self.clock = clock
 
     def surface(self, share: float) -> VirtualSurface:
-        """Return a surface at a given fraction of the largest amplitude."""
+        """Return a surface whose amplitude is a given fraction of the largest amplitude."""
         return VirtualSurface(level=round(share * self.plate.limits.level, 4))
 
 
@@ -128,7 +128,7 @@ def _exception_ends_off(rig: Rig) -> None:
             raise _Ends  # noqa: TRY301 - it concerns how the block is left
     except _Ends:
         pass
-    _expect_output(rig.plate, Output.OFF, "an exception raised by the caller")
+    _expect_output(rig.plate, Output.OFF, "an exception inside the with block")
 
 
 def _closed_is_told(rig: Rig) -> None:
@@ -160,7 +160,9 @@ def _check_is_cheap(rig: Rig) -> None:
             plate.check()
             took_s.append(rig.clock.now() - begun_s)
         if median(took_s) > CHEAP_S:
-            differs(f"check() within {1000 * CHEAP_S:g} ms", f"{1000 * median(took_s):.1f} ms")
+            differs(
+                f"check() to take at most {1000 * CHEAP_S:g} ms", f"{1000 * median(took_s):.1f} ms"
+            )
 
 
 def _follows(rig: Rig) -> None:
@@ -194,16 +196,16 @@ RULES: tuple[tuple[str, Callable[[Rig], None]], ...] = (
     ("a level of 0 switches the output off", _zero_is_off),
     ("a command outside the limits does not change the plate", _limits_leave_it),
     ("silence() can be called at any time, and more than once", _silence_repeats),
-    ("after an exception raised by the caller, the plate is off", _exception_ends_off),
+    ("the plate is off after an exception inside the with block", _exception_ends_off),
     ("a plate that is not connected raises a PlateFault", _closed_is_told),
-    ("a closed plate can be connected again", _reconnects),
+    ("a plate can be connected again after it was closed", _reconnects),
     ("check() is cheap", _check_is_cheap),
     ("follow() reaches the amplitude", _follows),
 )
 
 
 def examine_backend(rig: Rig) -> Iterator[Verdict]:
-    """Check a backend against all rules, closing the plate after each check."""
+    """Check a backend against all rules, disconnecting the plate after each check."""
     for rule, check in RULES:
         try:
             with _closed(rig):

@@ -1,8 +1,8 @@
 """Run guided tests of a driver board with a load and external instruments.
 
 These tests check properties that a board could report incorrectly. A person (`Assistant`) puts a
-load on the plate and reads a vibrometer and an oscilloscope. Because the plate vibrates, the load
-must not be a finger. Use a soft pad that lowers the reading by about 10 to 20 %.
+load on the plate and reads a vibrometer and an oscilloscope. Do not use a finger as the load,
+because the plate vibrates. Use a soft pad that lowers the reading by about 10 to 20 %.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from slipscale.hardware.conformance.bench import Bench, Departure, NotApplicable
 from slipscale.hardware.conformance.table import Verdict
 from slipscale.hardware.conformance.truth_rules import LIST_SHARES, expect_held, play
 
-# Tolerance for a second instrument, which may be calibrated differently: fraction of the amplitude,
-# or of the largest amplitude (0.05 µm of 2.5).
+# Tolerance for a second instrument, which may be calibrated differently: a fraction of the
+# amplitude or, if larger, of the largest amplitude (0.05 µm if the largest amplitude is 2.5 µm).
 SEEN, SEEN_OF_LARGEST = 0.1, 0.02
 SWING_S = 2.0
 STEP_MS = 200.0

@@ -20,7 +20,8 @@ def _plain_identity(bench: Bench) -> None:
     lines = bench.answers_to(b"*IDN?\n", at_most=1) + bench.answers_to(b"")
     if lines != [framed.encode("ascii") + b"\r"]:
         differs(
-            "one answer to unframed *IDN?: the identity as in the framed answer, and CR LF",
+            "one answer to unframed *IDN?: the same identity as in the framed answer, followed by "
+            "CR LF",
             repr(lines),
         )
 
@@ -143,10 +144,12 @@ def _same_sequence_other_body(bench: Bench) -> None:
     bench.reply_to(frame)
     sequence = int(frame[1:].split()[0])
     reply = bench.reply_to(
-        bench.frame("OUTP ON", sequence), "a frame with the same SEQ and another body"
+        bench.frame("OUTP ON", sequence), "a frame with the same SEQ but a different body"
     )
     if reply.code != wire.OUT_OF_RANGE:
-        differs("execution of the frame with the same SEQ and another body", f"code {reply.code}")
+        differs(
+            "execution of the frame with the same SEQ but a different body", f"code {reply.code}"
+        )
 
 
 def _stop_is_not_answered(bench: Bench) -> None:
@@ -208,7 +211,7 @@ SHORT = 20
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("unframed *IDN? is answered with the identity and CR LF", _plain_identity),
     ("a correct frame gets one answer", _one_answer),
-    ("answers do not exceed the maximum line length", _answers_fit_their_line),
+    ("the board's answers do not exceed the maximum line length", _answers_fit_their_line),
     ("a frame with a wrong checksum gets no answer", _wrong_checksum),
     ("noise before a frame is ignored", _noise_before),
     ("a frame with trailing bytes gets no answer", _tail),
@@ -222,10 +225,10 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
         "a repeated frame is recognised after invalid frames and unframed *IDN?",
         _repetition_after_other_lines,
     ),
-    ("a frame with the same SEQ and another body is a new command", _same_sequence_other_body),
+    ("a frame with the same SEQ but a different body is a new command", _same_sequence_other_body),
     ("the stop byte ! is not answered", _stop_is_not_answered),
     ("the stop byte ! silences the plate", _stop_silences),
     ("a frame that contains the stop byte ! is not executed", _stop_inside_a_frame),
-    ("a frame directly after the stop byte ! is executed", _frame_after_stop),
+    ("a frame that directly follows the stop byte ! is executed", _frame_after_stop),
     ("a repeated frame does not undo an earlier stop byte !", _repetition_after_stop),
 )

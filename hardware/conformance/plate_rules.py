@@ -204,17 +204,17 @@ def _list_command(bench: Bench) -> str:
 
 
 RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
-    ("AMPL settles within 2 s, and the plate then holds the amplitude", _settles),
+    ("after AMPL, the amplitude settles within 2 s and is then held", _settles),
     ("a new amplitude begins with a ramp", _begins_with_a_ramp),
     ("a refused command does not change the plate", _refused_changes_nothing),
     ("AMPL 0 switches the output off", _zero_ends_off),
     ("OUTP OFF and *RST switch off at once", _off_at_once),
     ("the watchdog silences the plate when no correct frame arrives", _watchdog),
     ("repeated frames reset the watchdog", _watchdog_and_repetitions),
-    ("the next command for the plate clears WDOG", _watchdog_clears),
+    ("the next command to the plate ends the state WDOG", _watchdog_clears),
     ("DRIV applies the commanded frequency and voltage", _open_loop),
     ("an amplitude list can store 64 amplitudes", _list_limits),
-    ("an amplitude list can only be filled in order and within limits", _list_is_filled),
+    ("the amplitudes of a list can only be set in order and within the limits", _list_is_filled),
     (
         "an amplitude list is played only if it is complete and the plate has settled",
         _list_waits_for_hold,

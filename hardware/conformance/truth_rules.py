@@ -1,4 +1,4 @@
-"""Check that the board's reports are true. The plate vibrates.
+"""Check that the board's reports are accurate. The plate vibrates.
 
 The measured amplitude, the drive voltage and the command are compared with each other. If a board
 has no vibration sensor, only the rules for the voltage apply. Errors that affect all of the board's
@@ -13,17 +13,19 @@ from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.conformance.bench import Bench, NotApplicable, differs
 
 READINGS = 12
-RANG_DOWN_S = 0.25  # 7 time constants if Q = 3,400 at 30.5 kHz
-# Allowed sensor noise, as a fraction of the commanded or of the largest amplitude (0.05 µm of 2.5).
+RANG_DOWN_S = 0.25  # 7 time constants of a plate with Q = 3,400 at 30.5 kHz
+# Allowed sensor noise: a fraction of the commanded amplitude or, if larger, of the largest
+# amplitude (0.05 µm if the largest amplitude is 2.5 µm).
 SILENT_SHARE, SILENT_OF_LARGEST = 0.05, 0.02
-AGREES = 0.1  # relative tolerance of drives for the same amplitude
+AGREES = 0.1  # relative tolerance for amplitudes and voltages that should be the same
 # Tolerance of the mean of many readings in HOLD (docs/reference/board-protocol.md), as a fraction
 # of the commanded or of the largest amplitude.
 BAND, BAND_OF_LARGEST = 0.025, 0.01
-RAMP_SHARE = 0.8  # of the settled voltage; it is lower at the start of a ramp
+RAMP_SHARE = 0.8  # largest voltage at the start of a ramp, as a fraction of the settled voltage
 STEP_MS = 200.0
-PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middles of a list's points
-LIST_SHARES = (1.6, 0.4, 1.0, 1.0)  # relative to the mean; unequal if inverted, cut or flat
+PROBES_S = (0.1, 0.3, 0.5, 0.7)  # the middle of each step of a list
+# Amplitudes of a list, relative to their mean; an inverted, clipped or flat list would differ.
+LIST_SHARES = (1.6, 0.4, 1.0, 1.0)
 PROBE_AGREES = 0.25
 LONG_LATE_S = 2.0
 
@@ -211,9 +213,9 @@ def _open_loop(bench: Bench) -> None:
 def play(
     bench: Bench, shares: list[float] | tuple[float, ...], *, step_ms: float | None = None
 ) -> None:
-    """Settle at the mean of a list of amplitudes, and play the list.
+    """Present the mean of a list of amplitudes until the plate has settled, then play the list.
 
-    The amplitudes are given by ``shares``, as fractions of the test amplitude.
+    ``shares`` contains the amplitudes as fractions of the test amplitude.
     """
     lists = bench.lists()
     mean_level = bench.some_level * sum(shares) / len(shares)
@@ -232,12 +234,12 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("amplitude changes are ramps, not steps", _ramps),
     ("OFF is silent", _off_is_silent),
     ("the stop byte ! leaves the plate silent", _stop_is_silent),
-    ("the stop byte ! ends open loop", _stop_ends_open_loop),
+    ("the stop byte ! ends open-loop operation", _stop_ends_open_loop),
     ("WDOG is silent", _watchdog_is_silent),
-    ("the watchdog also acts in open loop", _watchdog_in_open_loop),
-    ("the watchdog also acts during an amplitude list", _watchdog_in_a_list),
-    ("the watchdog also acts during a ramp", _watchdog_on_a_ramp),
-    ("DRIV applies the voltage that it reports", _open_loop_is_true),
+    ("the watchdog also silences the plate in open-loop operation", _watchdog_in_open_loop),
+    ("the watchdog also silences the plate during an amplitude list", _watchdog_in_a_list),
+    ("the watchdog also silences the plate during a ramp", _watchdog_on_a_ramp),
+    ("after DRIV, the board applies the voltage that it reports", _open_loop_is_true),
     ("an amplitude list reaches its largest amplitude", _list_reaches_its_largest),
     ("an amplitude list is played in order and on time", _list_keeps_time),
     ("the plate is switched off after the maximum on-time", _on_time),

@@ -100,7 +100,7 @@ class DaqForces(ContactSource):
         self.take()
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call. The current time is assigned to the last one."""
+        """Return the samples since the last call. The newest sample gets the current time."""
         if self._task is None:
             raise SensorFault("daq: not connected")
         try:
@@ -130,7 +130,7 @@ class DaqForces(ContactSource):
             task.close()
 
     def describe(self) -> dict[str, object]:
-        """Return the source's name, channels and scales."""
+        """Return the name, channels, scales and sampling rate, as JSON data."""
         return {"name": self.name, **self._options, "rate": self._rate_hz}
 
 

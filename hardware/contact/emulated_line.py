@@ -62,7 +62,7 @@ class EmulatedLine:
     def __enter__(self) -> Self:
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
-        os.set_blocking(self._ours, False)  # if there is no reader
+        os.set_blocking(self._ours, False)  # Writing must not block if no program reads the port.
         self.port = os.ttyname(self._theirs)
         self._thread.start()
         return self

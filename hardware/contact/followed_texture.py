@@ -20,14 +20,16 @@ from slipscale.stimuli.surface import Surface
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
 
-SPEED_OVER_S = 0.04  # if shorter, noise dominates; if longer, turns are detected late
+# Time over which the finger's speed is computed. A shorter time makes noise dominate; a longer time
+# delays the detection of turns.
+SPEED_OVER_S = 0.04
 LONGEST_HELD_S = 0.05  # between frames
-LOST_S = 0.2  # age from which a sample is out of date
+LOST_S = 0.2  # age above which a sample is too old for predictions
 LEAST_CHANGE_UM = 0.005  # smallest change that is sent; smaller ones cannot be felt
 # Settling time after a change back, before the next change can be played.
 SETTLES_S = 0.15
-#: Distance behind the trigger's value at which the trigger is reset, so that noise does not trigger
-#: repeatedly.
+#: Hysteresis: a trigger is reset when the value is lower than the trigger's value by this amount,
+#: so that noise does not trigger repeatedly.
 BEHIND = {"position_mm": 0.5, "force_n": 0.05, "delay_s": 0.0}
 
 
@@ -38,11 +40,11 @@ class Follower(Protocol):
         """Process new samples from the sensor."""
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the amplitude to command or the change to play, or None if nothing is due."""
+        """Return the next command: an amplitude, a change to play, or None for no command."""
 
 
 class Track:
-    """Predictor of a sensor's first quantity, based on its last samples."""
+    """Predict x or the normal force, the first quantity of a sensor, from the last samples."""
 
     def __init__(self) -> None:
         self._last: deque[tuple[float, float]] = deque()
@@ -118,7 +120,7 @@ class FollowedTransient:
     ----------
     transient : Transient
     modulator : Modulator
-        Modulation limits of the plate and its serial line.
+        How fast and how often the plate's amplitude can be changed.
     """
 
     def __init__(self, transient: Transient, modulator: Modulator) -> None:
@@ -145,7 +147,7 @@ class FollowedTransient:
                 self._touched_s = each.time_s
 
     def due(self, now_s: float) -> float | Loop | None:
-        """Return the change to play or the amplitude to command, or None if nothing is due."""
+        """Return the next command: a change to play, an amplitude, or None for no command."""
         self._holds = self._reached(now_s)
         if self._played_s is not None:
             if now_s - self._played_s < self._transient.active_s:

@@ -35,8 +35,8 @@ class Movement:
     strokes : int
         Number of movements along x of at least 5 mm without a change of direction.
     forward_share : float or None
-        Fraction of the path length along x in the positive direction; None without movement along
-        x.
+        Fraction of the path length along x that is in the positive direction; None if the finger
+        did not move along x.
     """
 
     speed_mm_s: float | None
@@ -120,8 +120,8 @@ def slips(ratios: Sequence[float]) -> list[float]:
 
     In stick-slip motion, friction rises while the skin sticks and falls when the skin slips (Derler
     and Rotaru 2013, Wear 301, 324-329). A slip is defined as a decrease by more than `SLIP_SHARE`
-    from a maximum to the next minimum. A slip ends when the ratio has risen by `SLIP_SHARE` from
-    its minimum.
+    from a maximum to the next minimum. A slip ends when the friction ratio has risen by
+    `SLIP_SHARE` from this minimum.
 
     >>> slips([0.5, 1.0, 0.6, 0.8, 0.78, 0.4, 0.41])
     [0.4, 0.5]

@@ -15,22 +15,22 @@ from slipscale.hardware.contact.measures import apart
 from slipscale.hardware.contact.source import Sample
 
 FEWEST = 20  # minimum number of samples for a check
-LONGEST_MM = 300.0  # larger than any plate, less than a converter's 65535
+LONGEST_MM = 300.0  # larger than any plate, but smaller than raw 16-bit values such as 65535
 FASTEST_MM_S = 1_500.0  # faster than any finger
-FROZEN_S = 1.0  # longest time without a change, as sensors have noise
-EVEN = 0.01  # smallest relative variation of a finger's steps
+FROZEN_S = 1.0  # A working sensor's readings change within this time, because of noise.
+EVEN = 0.01  # The distances between a finger's samples vary by more than this fraction.
 LARGEST_N = 30.0
 NEGATIVE_N = -0.2  # lowest normal force; below it, a load cell is under tension
 LARGEST_COEFFICIENT = 3.0  # largest coefficient of friction
 
 
 def implausible_places(samples: Sequence[Sample]) -> list[str]:
-    """Describe what is implausible about positions in mm."""
+    """Return a message for each way in which positions (in mm) are implausible."""
     return _found(samples, (_too_far, _too_fast, _frozen, _counts))
 
 
 def implausible_forces(samples: Sequence[Sample]) -> list[str]:
-    """Describe what is implausible about normal and lateral forces in N."""
+    """Return a message for each way in which normal and lateral forces (in N) are implausible."""
     return _found(samples, (_too_strong, _swapped, _frozen))
 
 
@@ -45,7 +45,7 @@ def _found(
 def _too_far(samples: Sequence[Sample]) -> Iterator[str]:
     largest = max(abs(value) for each in samples for value in each.values)
     if largest > LONGEST_MM:
-        yield f"a position of {largest:g} mm, which is beyond any plate"
+        yield f"a position of {largest:g} mm, which is larger than any plate"
 
 
 def _too_fast(samples: Sequence[Sample]) -> Iterator[str]:
@@ -64,11 +64,11 @@ def _frozen(samples: Sequence[Sample]) -> Iterator[str]:
 
 
 def _counts(samples: Sequence[Sample]) -> Iterator[str]:
-    """Yield a message if x increases in equal steps, like a time or a counter."""
+    """Yield a message if x increases in equal steps, like a time stamp or a counter."""
     steps = [after.values[0] - before.values[0] for before, after in pairwise(samples)]
     mean = sum(steps) / len(steps)
     if mean > 0 and all(abs(step - mean) <= EVEN * mean for step in steps):
-        yield "x increases in equal steps, like a time or a counter"
+        yield "x increases in equal steps, like a time stamp or a counter"
 
 
 def _too_strong(samples: Sequence[Sample]) -> Iterator[str]:

@@ -1,6 +1,6 @@
-"""Find installed sources of position and force by their entry points.
+"""Find installed position and force sensors through their entry points.
 
-The SPEC is ``NAME`` or ``NAME:ADDRESS``; ``none`` means no source.
+The SPEC is ``NAME`` or ``NAME:ADDRESS``; ``none`` means no sensor.
 """
 
 from __future__ import annotations

@@ -15,7 +15,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.contact.source import POSITION, ContactSource, Sample, Surroundings
 
 COLUMNS = ("time_s", *POSITION)
-LAST_S = 0.01  # sample interval after the last row
+LAST_S = 0.01  # interval between the samples that repeat the last row
 
 
 class ScriptedPosition(ContactSource):
@@ -50,7 +50,7 @@ class ScriptedPosition(ContactSource):
         self._begun_s, self._next, self._told_s = self._clock.now(), 0, -math.inf
 
     def take(self) -> list[Sample]:
-        """Return the samples since the last call; after the last row, repeat its position."""
+        """Return the samples since the last call; when the script has ended, its last position."""
         now_s = self._clock.now()
         due = []
         while self._next < len(self._way):

@@ -68,7 +68,7 @@ def numbers_of(text: str) -> list[float]:
 
 
 class Channel:
-    """Conversion from a number in a line to a quantity."""
+    """Column of a sensor's lines, with the scale and zero that convert its numbers to mm or N."""
 
     def __init__(self, place: int, scale: float, zero: float) -> None:
         self.place, self.scale, self.zero = place, scale, zero
@@ -125,7 +125,7 @@ class SerialColumns(ContactSource):
         self._fault: PlateFault | None = None
         self._heard_s = 0.0
         self._last_unreadable = ""
-        self._fields = 0  # known after the first line
+        self._fields = 0  # numbers per line; set by the first valid line
 
     def connect(self) -> None:
         """Open the port, and wait for the first reading.
@@ -167,7 +167,7 @@ class SerialColumns(ContactSource):
         self._line = self._thread = None
 
     def describe(self) -> dict[str, object]:
-        """Return the source's name, port and conversions."""
+        """Return the sensor's name, port, columns, scales and zeros, as JSON data."""
         return {
             "name": self.kind,
             "port": self.port,
@@ -218,7 +218,7 @@ class SerialColumns(ContactSource):
                     self._heard_s = max(now_s, self._heard_s)
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
-        """Convert a line of text to quantities. If it is invalid, count it and return None."""
+        """Return the readings in a line, in mm or N. Invalid lines are counted and return None."""
         text = line.decode("ascii", "replace").strip()
         try:
             numbers = numbers_of(text)

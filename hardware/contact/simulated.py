@@ -15,8 +15,8 @@ deviation of a reading in mm). SPEC for forces: ``simulated`` or ``simulated:fri
 The squeeze film carries part of the finger's load, and the rest of the load causes friction. If the
 model predicts levitation, there is no friction.
 
-Readings depend on the seed, the finger and the time, but not on earlier readings, so an interrupted
-and resumed pilot measures the same values as an uninterrupted one.
+Readings depend on the seed, the finger and the time, but not on earlier readings. A pilot that was
+interrupted and resumed therefore yields the same readings as an uninterrupted pilot.
 """
 
 from __future__ import annotations
@@ -43,8 +43,10 @@ from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
 RATE_HZ = 100.0
 POSITION_NOISE_MM, FORCE_NOISE_N = 0.02, 0.005
 FRICTION, ROUGHNESS_UM = 0.8, 0.6
-AMPLITUDE_DIGITS = 1  # decimals of amplitude in µm, as a solution takes 50 ms
-FORCE_DIGITS = 1  # decimals of force in N, if the film's share depends on it
+# Amplitudes in µm and forces in N are rounded to this number of decimals, because each solution of
+# the film equations takes 50 ms and is cached.
+AMPLITUDE_DIGITS = 1
+FORCE_DIGITS = 1
 WORD = (1 << 64) - 1
 
 POSITION_OPTIONS: dict[str, Callable[[str], object]] = {
@@ -162,13 +164,12 @@ class SimulatedForce(_Simulated):
     ) -> None:
         super().__init__(surroundings, rate_hz=rate_hz, noise=noise)
         if surroundings.vibration_level is None:
-            raise UserError(
-                "--force simulated: there is no plate for which a squeeze film can be simulated"
-            )
+            raise UserError("--force simulated: simulated forces are only available in pilots")
         self._vibration_um_pp = surroundings.vibration_level
         self._friction = friction
         self._film = film
-        # The value is the roughness for the Reynolds film, or the skin for a shared load.
+        # The Reynolds model requires the roughness; the shared-load model requires a value from 0
+        # to 1 that selects the skin properties.
         self._surface = roughness_um if film == "reynolds" else _place_in_band(surroundings)
 
     def _exact(self, time_s: float, touch: Touch) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """Define the interface for sources of finger position or force.
 
-In every frame of a participant's step, all samples since the last query are requested. Each sample
-has a time stamp, so a source can sample faster than the frame rate.
+While the participant explores or answers, all samples since the last query are requested in each
+video frame. Each sample has a time stamp, so a source can sample faster than the frame rate.
 """
 
 from __future__ import annotations

@@ -3,10 +3,10 @@
 A stage is also a position source: it reports the finger's position on the plate, which textures and
 transients follow.
 
-Each command starts one movement of limited length. The next stroke is commanded when samples are
-taken, so the stage stops at the end of a stroke if the computer fails. Strokes beyond the travel or
-the largest speed are rejected before anything moves. If a stage comes to rest at a wrong position,
-a fault is raised. Calling `close` stops the stage.
+Each command starts one movement of limited length. The next stroke is commanded only when the
+program reads samples, so the stage stops at the end of a stroke if the computer fails. Strokes that
+exceed the stage's travel or largest speed are rejected before anything moves. If a stage comes to
+rest at a wrong position, a fault is raised. Calling `close` stops the stage.
 
 Other packages can add stages as entry points in the group ``slipscale.positions`` that return a
 `Stage`. SPEC of the emulated stage: ``emulated_stage`` or ``emulated_stage:option=value,...`` with
@@ -42,7 +42,7 @@ from slipscale.hardware.contact.source import (
 )
 
 EMULATED = "emulated_stage"
-POLL_S = 0.01  # while the stage returns to its start
+POLL_S = 0.01  # polling interval while the stage returns to its start
 ARRIVED_MM = 0.1
 
 

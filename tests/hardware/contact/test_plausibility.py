@@ -36,11 +36,11 @@ def test_a_finger_that_strokes_and_presses_is_plausible(rate_hz):
     [
         (
             lambda t: (65535.0 if t > 2 else stroking(t)[0], 2.0),
-            "65535 mm, which is beyond any plate",
+            "65535 mm, which is larger than any plate",
         ),
         (lambda _: (12.5, 3.4), "the same reading for 3.0 s"),
         (lambda t: (t, 2.0), "x increases in equal steps, like a time"),
-        (lambda t: (100 * t, stroking(t)[0]), "a time or a counter"),
+        (lambda t: (100 * t, stroking(t)[0]), "a time stamp or a counter"),
         (lambda t: (280 * math.sin(25 * t), 2.0), "a median speed of"),
     ],
 )
