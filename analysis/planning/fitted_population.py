@@ -1,9 +1,9 @@
 """Fit a simulated population to a data set; parameters that cannot be fitted keep their defaults.
 
 Estimates are normalised to 0-100 as in the analysis. At each amplitude, the mid-ranks of the
-estimates are converted to standard normal deviates. The variance of the deviates is partitioned
-into the model's components: trials, people's intercepts and people's exponents. The correlation
-between deviates at distant amplitudes separates intercepts from exponents.
+estimates are converted to standard normal deviates. Their variance is divided into differences
+between trials, between people's intercepts, and between people's exponents. The correlation between
+deviates at distant amplitudes separates intercepts from exponents.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from slipscale.experiments.participants.simulated_people.habits import ROUND_TO_
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.faults import UserError
 
-#: Smallest proportion of the total variance per component. A component of 0 is unrealistic.
+#: Smallest proportion of the variance for each component, because a proportion of 0 is unrealistic.
 LEAST_SHARE = 0.02
 #: Probability that an estimate is a multiple of 5 % of the scale by chance.
 ROUND_BY_CHANCE = 1 / ROUND_TO_PERCENT
@@ -96,7 +96,7 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
         origins |= dict.fromkeys(values, source)
     habits = {key.partition(".")[2]: found.pop(key) for key in list(found) if "." in key}
     population = Population.model_validate({"name": f"fitted to {name}", **found, "habits": habits})
-    # The levels are always fitted; `origins` lists them as `amplitude_um_pp`.
+    # `levels` is never assumed: `origins` lists it as `amplitude_um_pp`.
     every = set(Population.model_fields) - {"name", "habits", "levels"}
     return FittedPopulation(
         population=population, fitted=origins, assumed=tuple(sorted(every - set(origins)))
@@ -187,7 +187,7 @@ def _rounding(_: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> F
 def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) -> Fit:
     order = analysis.inference[ORDER]
     each = trials.groupby(trials[PARTICIPANT].astype(str)).size()
-    # With few trials, a slope is not evidence of a habit, whatever its interval.
+    # With few trials, an order effect is not fitted, even if its interval excludes 0.
     if not order or each.min() < TRIALS_FOR_DRIFT:
         return {}, ""
     values: dict[str, Any] = {}
@@ -199,7 +199,7 @@ def _order(analysis: Analysis, trials: pd.DataFrame, _found: Mapping[str, Any]) 
     return values, "order effects whose interval excludes 0"
 
 
-#: Functions that return fitted fields of the population (or its habits), and their source.
+#: Functions that each fit some parameters of a population, and describe the data used.
 FITS: tuple[Callable[[Analysis, pd.DataFrame, Mapping[str, Any]], Fit], ...] = (
     _variance,
     _times,

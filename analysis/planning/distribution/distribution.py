@@ -135,11 +135,11 @@ class Distribution:
         ]
 
     def cell(self, amplitude_um_pp: float, statistic: str) -> Spread | None:
-        """Return the spread for one cell in Table III, or None if no study has a value."""
+        """Return the distribution of one Table III cell, or None if no study has a value."""
         return self.by_name.get(cell_name(amplitude_um_pp, statistic))
 
     def values(self, name: str) -> list[float]:
-        """Return all values of a numeric result, at most one per study."""
+        """Return the value of a numeric result from each study that has one."""
         found = [each.found.numbers.get(name) for each in self.results]
         return [value for value in found if value is not None]
 

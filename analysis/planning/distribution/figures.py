@@ -11,7 +11,7 @@ from slipscale.analysis.published import biet2007
 from slipscale.analysis.writing.axes import amplitude_axis
 from slipscale.figure_style import BLUE, GREY, PALE, VERMILION, canvas, styled
 
-#: Column of Table III -> title.
+#: Titles for columns of Table III.
 STATISTICS = {
     "mean": "Mean",
     "maximum_deviation": "Maximum deviation",

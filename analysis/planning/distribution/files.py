@@ -34,7 +34,7 @@ def claim(folder: Path) -> None:
     Raises
     ------
     UserError
-        If the folder contains other files, which are left unchanged.
+        If the folder contains other files. These files are left unchanged.
     """
     try:
         if folder.exists() and any(folder.iterdir()) and not (folder / PAGE).exists():
@@ -147,7 +147,7 @@ def _sections(found: Distribution, figures: dict[str, Figure]) -> list[html.Repo
                 f"Mean estimates as a function of {found.quantity.level}. Thin lines: up to "
                 f"{CURVES} single studies; thick line: median; band: 5th to 95th percentile of "
                 "all studies.",
-                f"Curves of mean estimates that rise with {found.quantity.level}, one per study",
+                f"One curve per study: mean estimates that rise with {found.quantity.level}",
             ),
         ]
     other = html.ReportSection("Other results")

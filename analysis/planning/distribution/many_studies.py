@@ -24,7 +24,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.address import with_plate_file
 from slipscale.hardware.clock import VirtualClock
 
-#: Version of the seed derivation. A different version gives every study a different seed.
+#: Version of the algorithm that derives seeds. Each version gives every study a different seed.
 VERSION = 1
 SEED_DIGITS = 12  # Hexadecimal digits; a seed of this length is short enough to type.
 HOUR_S = 3600.0
@@ -76,7 +76,7 @@ class ManyStudies:
 
     @cached_property
     def plans(self) -> list[RunPlan]:
-        """The runs in a pilot of the study with this seed."""
+        """The runs in a pilot of the study, with the overriding settings."""
         return pilot_plans(
             self.study_name,
             participants=self.participants,
@@ -152,7 +152,7 @@ def results(
         If the simulation would take more than an hour and `patient` is False.
     """
     began_s = time.perf_counter()
-    yield studies.compute(1)  # The estimate includes imports and tables.
+    yield studies.compute(1)  # Slower than later studies, because of imports and tables.
     if times == 1:
         return
     again_s = time.perf_counter()

@@ -15,13 +15,13 @@ from slipscale.analysis.json_form import Json, JsonObject
 from slipscale.analysis.tasks.kind import Analysis
 
 TABLE3 = "table3"
-#: Keys that identify an element of a list. The element's name is formed from their values.
+#: Keys that identify an element of a list. The values of these keys form the element's name.
 IDENTIFIERS = (
     *("task", "from_um_pp", "to_um_pp", "reference_um_pp", "removed_um_pp", "standard_um_pp"),
     *("surface", "from_surface", "to_surface", "comparison_um_pp", "number", "name", "session"),
     *("factor", "condition", "first", "second"),
 )
-#: Keys to skip: results for single participants, word counts and settings.
+#: Keys whose values are omitted: results for single participants, word counts and settings.
 LEFT_OUT = (
     *("participant", "participants", "consistency", "words"),
     *("normalisation", "amplitudes_um_pp", "left_out_um_pp"),
@@ -93,7 +93,7 @@ def _concludes(key: str) -> bool:
 
 
 def _leaves(value: Json, name: str = "") -> Iterator[tuple[str, Json]]:
-    """Yield names and values from a nested record, omitting skipped and replaced keys."""
+    """Yield the name and value of each result in a nested record."""
     if isinstance(value, dict):
         yield from _of_record(_by_surface(value), name)
     elif isinstance(value, list):
@@ -135,7 +135,7 @@ def _by_surface(record: JsonObject) -> JsonObject:
 
 
 def _labels(values: list[Json]) -> list[str]:
-    """Return names for the elements of a list: identifiers, bounds, or 1, 2, ..."""
+    """Name the elements of a list: by identifier, as low and high, or by number from 1."""
     numbered = [str(number) for number in range(1, len(values) + 1)]
     if len(values) == len(BOUNDS) and not any(isinstance(value, dict | list) for value in values):
         return list(BOUNDS)

@@ -22,7 +22,7 @@ def percent(share: float) -> str:
 
 
 def values(spread: Spread) -> tuple[str, str, str, str]:
-    """Format a result's number of studies, median, and 5th and 95th percentiles."""
+    """Format the number of studies, the median, and the 5th and 95th percentiles."""
     numbers = (spread.median, spread.p5, spread.p95)
     median, p5, p95 = (f"{value:.4g}" for value in numbers)
     return str(spread.studies), median, p5, p95

@@ -34,11 +34,11 @@ class Row:
         Proportion of studies with a significant result, keyed by test or pair of neighbouring
         levels.
     decisive : tuple of str
-        Tests that must reach the target: the primary omnibus test, the tests of all neighbouring
-        pairs, and the tests of factors with a simulated effect. If the design includes none of
-        these tests, the tuple contains all tests.
+        Tests that must all reach the target power: the primary omnibus test, the tests of all pairs
+        of neighbouring levels, and the tests of factors with a simulated effect. If the design
+        includes none of these tests, the tuple contains all tests.
     false_alarms : Mapping
-        Proportions as in ``power``, but from studies simulated without an effect.
+        Proportion of studies simulated without an effect in which each test is significant.
     widths : Mapping
         Half-widths of the confidence interval, keyed by estimated quantity.
     steps : Mapping
@@ -67,7 +67,7 @@ class Row:
 
     @property
     def weakest(self) -> Share:
-        """Lowest power among the decisive tests."""
+        """Lowest power among the tests that must reach the target power."""
         return min((self.power[name] for name in self.decisive), key=lambda share: share.value)
 
     @property
@@ -118,7 +118,7 @@ def rows(
     looks: Looks,
     assurance: Assurance | None = None,
 ) -> list[Row]:
-    """Summarise each computed condition, in the order of `wanted`."""
+    """Summarise the wanted conditions that have been simulated, in their order."""
     return [
         _row(design, condition, outcomes, looks, assurance)
         for condition in wanted
@@ -236,7 +236,7 @@ def sentence(design: Design, row: Row) -> str:
     return "; ".join(parts) + "."
 
 
-#: Test, as in a study file -> its name in sentences and tables.
+#: Names of tests in sentences and tables, keyed by their names in study files.
 TITLES = {
     "friedman": "Friedman's test",
     "rm_anova": "the repeated-measures ANOVA",

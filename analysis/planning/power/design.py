@@ -74,7 +74,7 @@ class Design:
         known = (*TESTS, *SLOW)
         named = self.choices.tests
         chosen = list(TESTS) if named is None else [test for test in known if test in set(named)]
-        # Friedman's test needs three amplitudes. With two, the pairwise test replaces it.
+        # These tests need at least three amplitudes. Two amplitudes are compared pairwise.
         if len(self.task.amplitudes_um_pp) < 3:  # noqa: PLR2004
             chosen = [test for test in chosen if test not in ("friedman", "page_trend")]
         return tuple(chosen)
@@ -97,10 +97,10 @@ class Design:
 
     @property
     def mixed_tests(self) -> dict[str, tuple[str, str, str]]:
-        """Factor, level and `TERMS` key for each mixed-model test of a factor.
+        """Factor, level and key of `TERMS`, for each mixed-model test of a factor.
 
-        Each level is compared with the factor's first level. Because each fit takes a fraction of a
-        second, the mapping is empty unless the study lists ``factors`` in its tests.
+        Each level is compared with the factor's first level. The mapping is empty unless the study
+        lists ``factors`` in its tests, because the fits are slow.
         """
         if "factors" not in (self.choices.tests or ()):
             return {}
@@ -131,7 +131,7 @@ class Design:
         return replace(task, trials_after=task.trials_after + more)
 
     def steps_of(self, condition: Condition) -> StepTask | None:
-        """Return the descending difference task, with a condition's number of catch steps.
+        """Return the descending difference task with the condition's number of catch steps.
 
         The result is None if the study has no such task, or if catch steps were not requested.
         """
@@ -149,7 +149,7 @@ class Design:
             "task": task,
             "steps": None if self.steps is None else asdict(self.steps),
             "declared": self.declared,
-            # Omitted, because it does not affect power and would change the random numbers.
+            # These two choices do not affect power, and would change the random numbers.
             "choices": self.choices.model_dump(
                 mode="json", exclude={"threshold_reversals", "threshold_friction"}
             ),

@@ -52,7 +52,7 @@ def power_figure(found: Sequence[Row], target: float) -> Figure:
     )  # fmt: skip
     axes.set(xlabel="Participants", ylabel="Power of the weakest comparison", ylim=(0, 1.02))
     if others:
-        # The legend is placed above the axes, because curves may be anywhere inside.
+        # The legend is placed above the axes, because curves may cross any part of the plot.
         figure.legend(loc="outside upper left", ncols=2, handlelength=3.5)
     if len(curves) > CURVES:
         axes.set_title(
@@ -105,7 +105,7 @@ def catch_figure(found: Sequence[Row]) -> Figure:
 def precision_figure(found: Sequence[Row]) -> Figure:
     """Plot a map of the exponent interval's half-width against sample size and repetitions."""
     figure, axes = canvas(size=(6.6, 3.6))
-    # Only one condition can be shown: the largest effect, with the smallest other values.
+    # Only one value of each other option can be shown: the first condition with the largest effect.
     first = max(found, key=lambda row: row.condition.effect).condition
     same = [
         row

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 FEWEST_PARTICIPANTS = 3
-#: Maximum number of values per option. A longer range is probably a typing error.
+#: Maximum number of values in a range. A range with more values is probably a typing error.
 MOST_VALUES = 1000
 
 
@@ -29,13 +29,13 @@ class Condition:
     repetitions : int
         Number of ratings per surface.
     effect : float
-        Factor by which the population's effect is multiplied. The factor 0.5 halves the differences
-        between mean sensations.
+        Multiplier of the differences between the population's mean sensations; effects of factors
+        are raised to this power. The value 0.5 halves the differences between mean sensations.
     lapses, dropout : float
         Proportions; see `slipscale.experiments.participants.simulated_people.habits.Habits`.
     exponent : float
-        Exponent of a power function that gives the mean sensation at amplitudes above 0 µm. If 0,
-        the population's curve is used.
+        Exponent of a power function for the mean sensation at amplitudes above 0 µm. The exponent 0
+        keeps the mean sensations of the population.
     order : {"blocked", "simple", "williams"} or None
         Rule for the order of surfaces; None keeps the rule in the study file.
     catch_steps : int or None
@@ -95,7 +95,7 @@ class Condition:
 
 AXES: tuple[str, ...] = tuple(field.name for field in fields(Condition))
 _SHARE = (lambda value: 0 <= value <= 1, "proportions from 0 to 1")
-#: Option -> type, check of its values, and expected values for error messages.
+#: Type, validation function and expected values (for error messages) of each option.
 EXPECTED: dict[str, tuple[type, tuple[Callable[[float], bool], str]]] = {
     "participants": (
         int,
@@ -144,7 +144,7 @@ def values_of(axis: str, words: Sequence[str]) -> tuple[Any, ...]:
     Raises
     ------
     UserError
-        If the option is empty, or a value is not a number or out of range.
+        If the option has no value, or if a value is out of range or is not a number.
     """
     kind, (meant, expected) = EXPECTED[axis]
     found: list[float] = []
@@ -189,7 +189,7 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
     Raises
     ------
     UserError
-        If lapses and dropout together leave no genuine answers.
+        If the proportions of lapses and dropout add up to 1 or more.
     """
     found = [
         Condition(**dict(zip(axes, values, strict=True))) for values in product(*axes.values())
@@ -204,7 +204,7 @@ def conditions(axes: dict[str, tuple[Any, ...]]) -> list[Condition]:
 
 
 def without_effect(wanted: Sequence[Condition]) -> list[Condition]:
-    """Return the distinct conditions with the effect removed, for estimating false-alarm rates."""
+    """Return the conditions without an effect and without duplicates, for false-alarm rates."""
     return list(dict.fromkeys(map(without_its_effect, wanted)))
 
 

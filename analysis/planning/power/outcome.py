@@ -10,7 +10,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-#: Normal quantile of a 95 % interval.
+#: Standard normal quantile for a 95 % interval.
 Z95 = 1.959963984540054
 
 
@@ -90,7 +90,7 @@ class Sums:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Outcome:
-    """Counts and sums of the results of simulated studies.
+    """Results of simulated studies, as counts and sums that can be added across shards.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ def _added(one: Mapping[str, Sums], other: Mapping[str, Sums]) -> dict[str, Sums
 
 
 def total(outcomes: Iterable[Outcome]) -> Outcome:
-    """Add outcomes in the given order, so that rounding is reproducible."""
+    """Sum outcomes in the given order, so that rounding is reproducible."""
     whole = Outcome()
     for one in outcomes:
         whole = Outcome(

@@ -1,7 +1,7 @@
 """Compute the shards of a grid on this computer, on a cluster, or in parts as an array job.
 
-All three give identical results, because each shard has its own seed and shards are always summed
-in the same order.
+The results are identical, because each shard has its own seed and shards are always summed in the
+same order.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from slipscale.analysis.planning.power.shard_cache import ShardCache
 from slipscale.faults import UserError
 
 HOUR_S = 3600.0
-#: Numbers of studies that are timed to estimate the run time.
+#: Sizes of two small simulations, in studies, that are timed to estimate the run time.
 TRIED = (5, 45)
 
 
@@ -26,7 +26,7 @@ TRIED = (5, 45)
 class Part:
     """Selection of the shards to compute; by default, all shards.
 
-    The shards are divided into ``of`` parts, and part ``number`` (counted from 1) is computed.
+    The shards are divided into ``of`` parts. Part ``number``, counted from 1, is selected.
     """
 
     number: int = 1
@@ -83,7 +83,7 @@ def estimated_s(wanted: Sequence[Shard], jobs: int) -> float:
 
 
 def _timed(shard: Shard, studies: int) -> float:
-    """Return the time in seconds for simulating a number of studies with a shard's settings."""
+    """Return the time in seconds that a shard takes to simulate a number of studies."""
     began = time.perf_counter()
     replace(shard, studies=studies, number=-1).compute()
     return time.perf_counter() - began

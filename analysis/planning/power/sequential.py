@@ -1,9 +1,9 @@
 """Set the significance level of each interim analysis so that the overall level is maintained.
 
 The method is alpha spending (Lan and DeMets, 1983, Biometrika 70, 659-663), with the spending
-functions for O'Brien-Fleming and Pocock boundaries. The levels follow from the recursive
-integration of Armitage, McPherson and Rowe (1969, Journal of the Royal Statistical Society A 132,
-235-244), computed by Gauss quadrature between the boundaries.
+functions for O'Brien-Fleming and Pocock boundaries. The significance levels are computed by
+recursive integration (Armitage, McPherson and Rowe, 1969, Journal of the Royal Statistical Society
+A 132, 235-244), with Gauss quadrature between the boundaries.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def levels(sizes: tuple[int, ...], alpha: float, spending: Spending) -> tuple[fl
     # Half of alpha on each side, as in published tables of two-sided boundaries.
     spent = [2 * SPENDING[spending](size / sizes[-1], alpha / 2) for size in sizes]
     found: list[float] = []
-    # Density of the test statistic if the study continues, at the nodes between the boundaries.
+    # Density of the test statistic at the quadrature nodes, if the study continues.
     nodes, density, before = np.zeros(1), np.ones(1), 0.0
     for size, until in zip(sizes, spent, strict=True):
         information = size / sizes[-1]

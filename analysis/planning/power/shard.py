@@ -47,7 +47,7 @@ from slipscale.faults import UserError
 #: Version of the simulation. A different version changes all seeds and invalidates the cache.
 VERSION = 2
 STUDIES_A_SHARD = 250
-#: Significance level in the identity that determines the seed, whatever the study's level.
+#: Significance level for deriving seeds, so that seeds do not depend on the study's level.
 SEEDED_ALPHA = 0.05
 
 
@@ -250,7 +250,7 @@ def _dataset(design: Design, ratings: Ratings, study: int) -> Dataset:
 
 
 def one_by_one(design: Design, ratings: Ratings) -> dict[str, int]:
-    """Count the significant results in each test that is not vectorised."""
+    """Count the significant results of tests that analyse one study at a time."""
     slow = [name for name in design.tests if name in SLOW]
     contrasts = design.mixed_tests
     factors = {factor for factor, _, _ in contrasts.values()}
@@ -286,7 +286,7 @@ def _mixed_model_p(data: Prepared) -> float:
     return float(2 * stats.t.sf(abs(found.exponent) / found.se, found.n - 1))
 
 
-#: Name of a test that is not vectorised -> function that returns its p-value.
+#: Functions that return the p-value of a test for one study, keyed by the test's name.
 SLOW: dict[str, Callable[[Prepared], float]] = {
     "page_trend": _page_p,
     "mixed_model": _mixed_model_p,

@@ -20,7 +20,7 @@ from slipscale.analysis.tasks.difference.probit import d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval
 from slipscale.experiments.participants.simulated_people.population import Population, curves
 
-#: Number of studies per shard for which d' is computed.
+#: Maximum number of studies per shard for which d' is computed, because its model is slow.
 D_PRIME_STUDIES = 10
 CATCH_WIDTH, D_PRIME_LOW = "yes at catch steps", "lower bound of d'"
 
@@ -32,7 +32,7 @@ class StepTask:
     Parameters
     ----------
     descent_um_pp : tuple of float
-        Amplitudes in a series, descending.
+        Amplitudes in a series, in descending order.
     series, catch_steps : int
         Number of series, and number of catch steps (without a change) in each series.
     trials_before, trials_after : int

@@ -30,7 +30,7 @@ from slipscale.experiments.steps.steps import Ask, EndTrial, Present
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.stimuli.field_names import in_um
 
-#: Kinds of steps that form a row of a choice task.
+#: Types of steps from which the rows of a task's table are built.
 TOLD = (Present, Ask, EndTrial)
 
 
@@ -43,7 +43,7 @@ class Answered(NamedTuple):
 
 
 class StudyAnswers(NamedTuple):
-    """Answers (None if a person gave none) and durations for all people in a simulated study."""
+    """Answers of each person in a simulated study (None without answers), and durations."""
 
     people: list[Answered | None]
     minutes: list[float]
@@ -65,7 +65,7 @@ def rows_of(
     minutes: dict[str, float] = {}
     for plan in study.plans(participants, seed, population):
         if plan.visit and drops_out(plan, population):
-            continue  # Participants who gave up are not invited to further sessions.
+            continue  # People who dropped out take no part in later sessions.
         steps = list(bare_run(plan, population))
         who = plan.participant
         minutes[who] = minutes.get(who, 0.0) + minutes_of(steps)

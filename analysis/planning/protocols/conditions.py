@@ -43,8 +43,8 @@ class ConditionPower:
     participants : int
     factor, first, second : str
     change : float
-        Median ratio of the second threshold to the first, across the participants of all studies.
-        If the psychometric function has a linear axis, the median difference.
+        Median across the participants of all studies: the ratio of the second threshold to the
+        first or, if the psychometric function has a linear axis, the difference.
     power : Share
         Proportion of studies in which the thresholds differ significantly.
     without : float
@@ -215,9 +215,9 @@ def sentences(found: Sequence[ConditionPower], population: Population, target: f
         ),
         (
             "The report's model can have more power: with 6 people and 40 answers per condition, "
-            "it found a large simulated difference in 51 % of 100 studies, but the t tests in only "
-            "18 %. In studies simulated without a difference, each test was significant in 3 % "
-            "(benchmarks.threshold_tests)."
+            "it found a large simulated difference in 51 % of 100 studies, whereas the t tests "
+            "found it in only 18 %. Without a simulated difference, each test was significant in "
+            "3 % of studies (benchmarks.threshold_tests)."
         ),
     ]
     sizes = enough(found, population, target)

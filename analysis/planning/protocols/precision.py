@@ -35,7 +35,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ProtocolPrecision:
-    """Precision of a study with a given number of participants.
+    """Precision of the exponent or threshold from a study with a given number of participants.
 
     Parameters
     ----------

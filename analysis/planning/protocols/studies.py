@@ -28,7 +28,7 @@ from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.faults import UserError
 from slipscale.stimuli.field_names import in_um
 
-#: Options that determine a task's number of trials. The first one that the task has is set.
+#: Options that determine a task's number of trials, in order of preference.
 AMOUNTS = ("repetitions", "most_trials")
 EXPONENT, DETECTION, DIFFERENCE = "exponent", "detection threshold", "difference threshold"
 #: Columns of level and answer in tasks with ratio judgements.
@@ -75,7 +75,7 @@ class ProtocolStudy:
     number: int
 
     def with_number(self, number: int) -> ProtocolStudy:
-        """Return the study with the option `amount` set to `number`."""
+        """Return a copy of the study in which the option that sets the trials has a new value."""
         document = tomlkit.parse(self.text)
         tasks = document["tasks"]
         if not isinstance(tasks, list):
@@ -100,13 +100,12 @@ class ProtocolStudy:
 
 
 def protocol_study(name: str) -> ProtocolStudy:
-    """Read a study whose protocol is to be compared.
+    """Read a study, and select the task whose precision is compared with other studies.
 
     Raises
     ------
     UserError
-        If the study has no task that yields an exponent or a threshold and whose number of trials
-        can be set.
+        If no task both yields an exponent or a threshold and has a settable number of trials.
     """
     study, text = read_study(name)
     for place, options in enumerate(study.tasks):
@@ -165,7 +164,7 @@ def filling(study: ProtocolStudy, minutes: float, population: Population) -> Pro
         least = math.ceil(10 * (once - (study.number - 1) * each)) / 10
         raise UserError(
             f"--minutes {minutes:g}: {study.name} takes about {least:.1f} minutes with "
-            f"{study.amount} = 1; expected at least this duration"
+            f"{study.amount} = 1; expected {least:.1f} minutes or more"
         )
     return study.with_number(number)
 

@@ -69,7 +69,7 @@ def simulated_dataset(
     for factor in conditions[0]:
         levels = np.array([each[factor] for each in conditions])
         frame[f"{FACTOR}{factor}"] = pd.Categorical(levels[which])
-    # Excluded participants have no rows, and participants who dropped out none afterwards.
+    # Excluded participants have no rows. Participants who dropped out have no later rows.
     answered = frame[frame["estimate"].notna()].reset_index(drop=True)
     participants = answered[PARTICIPANT].cat.remove_unused_categories()
     answered = answered.assign(**{PARTICIPANT: participants})

@@ -53,8 +53,8 @@ class Tables:
         )
 
 
-#: Normalisation rule -> factor for all estimates, and function that returns each participant's
-#: divisor from the estimates, shape (repetitions, studies, participants, amplitudes), their means
+#: Factor and divisor of each normalisation rule. Each participant's divisor is computed from the
+#: estimates (shape: repetitions, studies, participants, amplitudes), their means over repetitions
 #: and the scale tops.
 DIVISORS: dict[str, tuple[float, Callable[[Array, Array, Array], Array]]] = {
     "none": (1.0, lambda _estimates, _cells, tops: np.ones_like(tops)),
@@ -202,7 +202,7 @@ def _mean_over_participants(values: Array) -> _Means:
 
 
 def _mean_p(values: Array) -> Array:
-    """Return the p-value of a t test against 0 for each row; 1 for fewer than three values."""
+    """Return the p-value of a t test of each row against 0; 1 for rows with under three values."""
     from scipy.special import stdtr  # noqa: PLC0415 - half a second
 
     mean, error, n = _mean_over_participants(values)
@@ -226,7 +226,7 @@ def exponents(found: Tables) -> Array:
     return fit_lines(np.log(amplitudes[above]), found.logs[..., above]).slope
 
 
-#: Name of a test in a study file -> function that returns one p-value per study.
+#: Functions that return one p-value per study, keyed by the test's name in study files.
 TESTS: dict[str, Callable[[Tables], Array]] = {
     "friedman": lambda found: _of_complete(found.cells, batched.friedman_p),
     "rm_anova": lambda found: _of_complete(found.logs, _anova),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     Orders = NDArray[np.int64]
 
-#: Number of groups of orders in the pool.
+#: Number of groups in the pool. A group contains one order, or a balanced set of orders.
 POOL = 500
 
 
@@ -37,7 +37,9 @@ def draw_orders(
     shape: tuple[int, int],
     rng: np.random.Generator,
 ) -> Orders:
-    """Draw every participant's order with practice first, shape (studies, participants, trials).
+    """Draw the order of surfaces for each participant, practice trials first.
+
+    The result has the shape (studies, participants, trials).
 
     Parameters
     ----------
@@ -111,7 +113,7 @@ def _from_pool(
 
 @cache
 def _pool(rule: Rule, surfaces: int, repetitions: int, apart: bool) -> Orders:
-    """Draw a pool of orders with the protocol's code, shape (groups, participants, trials)."""
+    """Draw the pool of orders; its shape is (groups, participants, trials)."""
     size = 1
     if rule == "williams":
         size = williams_group(surfaces, repetitions, no_immediate_repeat=apart)
