@@ -2,13 +2,13 @@
 
     .venv/bin/python -m benchmarks.analyse_scale [--participants 4000] [--rows 1000000] [--rounds 3]
 
-The data set has thousands of participants. Two methods are compared, each in a fresh process. One
-reads every file with pandas (`pandas.read_csv`, the plain loop that a user would write). The other
-is the whole of `slipscale analyse`: reading with every check, all tests, figures, report. The two
-alternate, so that other load on the machine affects both. A first run of each is ignored: it fills
-the file system's cache and stores compiled modules, which any computer in use has. The decisive
-number is the median over rounds of the ratio of processor times, `analyse` without its figures to
-plain reading: at most 1.2.
+Two programs are compared on a simulated data set. The first reads every file with
+`pandas.read_csv`, in the plain loop that a user would write. The second runs the whole of
+`slipscale analyse`: reading with every check, all tests, figures and report. They alternate, each
+in a fresh process, so that other load on the machine affects both. The first run of each program is
+ignored, because it fills the file system's cache and the cache of compiled modules. The result is
+the median ratio of processor times, of `analyse` without its figures to plain reading; it should be
+at most 1.2.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ print(json.dumps({{"wall_s": wall, "cpu_s": spent, "figures_s": apart, "peak_mb"
 
 
 def environment() -> dict[str, str]:
-    """Return the environment variables, except the one that keeps Python from storing modules."""
+    """Return the environment variables, except the one that turns off the bytecode cache."""
     return {name: each for name, each in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
 
 
@@ -101,7 +101,7 @@ def write_dataset(folder: Path, participants: int, rows: int) -> None:
 
 
 def measure(body: str, folder: Path, rows: int) -> dict[str, float]:
-    """Run code in a fresh process; return its wall time and peak memory."""
+    """Run code in a fresh process; return its times in seconds and its peak memory in MB."""
     done = subprocess.run(
         [sys.executable, "-c", WRAP.format(body=body), str(folder), str(rows)],
         check=True,
@@ -114,7 +114,7 @@ def measure(body: str, folder: Path, rows: int) -> dict[str, float]:
 
 
 def main() -> None:
-    """Write the data set, measure, print."""
+    """Write the data set, and print the times of both programs."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--participants", type=int, default=4000)
     parser.add_argument("--rows", type=int, default=1_000_000)

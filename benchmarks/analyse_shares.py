@@ -1,11 +1,11 @@
-"""Print how ``slipscale analyse`` of 14 people spends its processor time.
+"""Print the processor time of each part of ``slipscale analyse`` for 14 people.
 
     .venv/bin/python -m benchmarks.analyse_shares [--participants 14]
 
-Runs in one fresh process, after a pilot in another one that stores the compiled modules. First,
-the packages are imported one by one, each after those that it needs; then the command runs with
-its larger parts timed. A part does not contain the parts that it calls. The sum differs from the
-time of the command alone by less than the timer's overhead.
+A pilot in another process simulates the data and fills the cache of compiled modules. Then the
+packages are imported one by one, each after the packages that it requires, and the command runs
+with its larger parts timed. The time of a part excludes the parts that it calls. The sum differs
+from the time of the command without timers by less than the timers' overhead.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from typing import Any
 
 from benchmarks.analyse_scale import environment
 
-LEAST_SHARE = 0.01  # smaller parts are not printed
-#: Label -> modules whose import is timed, in this order.
+LEAST_SHARE = 0.01  # Parts with a smaller share are not printed.
+#: Modules whose imports are timed in this order, keyed by label.
 IMPORTS = {
     "import numpy": ("numpy",),
     "import pandas": ("pandas",),
@@ -46,7 +46,7 @@ IMPORTS = {
         "slipscale.analysis.reporting.terminal",
     ),
 }
-#: Label -> functions whose time is added up, each as module and name.
+#: Functions (module and name) whose times are added up, keyed by label.
 PARTS = {
     "compare tables with journals": (("slipscale.experiments.dataset.verification", "verify"),),
     "read tables": (("slipscale.analysis.load", "_load_folder"),),
@@ -61,7 +61,7 @@ PARTS = {
 
 
 def timed(label: str, work: Callable[..., Any], spent_s: dict[str, float]) -> Callable[..., Any]:
-    """Return a function that adds its processor time, without that of timed calls, to a label."""
+    """Add a function's processor time, except that of timed calls inside it, to a label."""
 
     @wraps(work)
     def measured(*args: Any, **kwargs: Any) -> Any:
@@ -86,7 +86,7 @@ def replace_everywhere(module: str, name: str, label: str, spent_s: dict[str, fl
 
 
 def shares(data: Path, out: Path) -> dict[str, float]:
-    """Return the processor time of each part in seconds; call it once, in a fresh process."""
+    """Time the parts of the command in seconds. Call this only once, in a fresh process."""
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
     spent_s = {"start Python": time.process_time()}
     for label, modules in IMPORTS.items():

@@ -47,11 +47,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.statistics.not_computed import NotComputed
 
     Array = NDArray[np.float64]
-    #: One simulated study -> whether each result covers or errs, or None if it is not computed.
+    #: Simulates one study, and returns whether an interval covers the true value or a test errs
+    #: (None if the result is not computed).
     Trial = Callable[[np.random.Generator, int], bool | None]
 
 SIZES = (3, 6, 12, 30)
-#: Slow rows are measured on a fraction of the studies, and the row reports their number.
+#: Divisors of the number of studies for slow rows; these rows report their number of studies.
 SLOW = {
     "exponent, mixed model": 5,
     "exponent difference between two groups of n, Welch": 4,
@@ -74,7 +75,7 @@ def study(
 ) -> Prepared:
     """Return a study with power functions and a proportion of zeros at the smallest level."""
     rows = []
-    # Decreases with the exponent, so that nobody has an effect if there is none.
+    # People's exponents vary only if the mean is not 0; otherwise, nobody has an effect.
     spread = SD_EXPONENT if exponent else 0.0
     for who in range(n):
         own, slope, before = rng.normal(3, SD_PERSON), rng.normal(exponent, spread), 0.0
@@ -105,7 +106,7 @@ def mean_interval(rng: np.random.Generator, n: int, *, log: bool) -> bool | None
 
 
 def within(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether within-participant bars of length √2 cover the true ratio of two means."""
+    """Return whether within-participant bars, times √2, cover the true ratio of two means."""
     logs = study(rng, n).logs
     low, high = within_intervals(logs, 0.95)
     half = float(np.log(high[3] / low[3])) / 2 * 2**0.5
@@ -137,7 +138,7 @@ def ratio(rng: np.random.Generator, n: int, zeros: float = 0.0) -> bool | None:
 
 
 def errs(test: str) -> Trial:
-    """Return a check of a test's false-alarm rate when no amplitude has an effect."""
+    """Return a function that checks for a test's false alarm if amplitude has no effect."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         data = study(rng, n, exponent=0.0, zeros=0.0)
@@ -160,7 +161,7 @@ def errs(test: str) -> Trial:
 
 
 def order_errs(which: str, **effects: float) -> Trial:
-    """Return a check of one order effect's false-alarm rate while only the other is present."""
+    """Return a function that checks for a false alarm of an order effect that is absent."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         found = order_effects(study(rng, n, **effects))  # type: ignore[arg-type]
@@ -189,7 +190,7 @@ def icc(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Trial:
-    """Return a check of the interval for d', with individual criteria (and sensitivities)."""
+    """Return a function that checks the interval for d' if people's criteria (and d') differ."""
     from scipy.stats import norm  # noqa: PLC0415
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
@@ -204,7 +205,7 @@ def d_prime(truth: float, steps: int, catches: int, spread: float = 0.0) -> Tria
 
 
 def groups(rng: np.random.Generator, n: int, gap: float = 0.0) -> GroupComparison | NotComputed:
-    """Compare two groups of n with exponents that differ by a gap."""
+    """Compare two groups of n people whose mean exponents differ by `gap`."""
     first, second = study(rng, n), study(rng, n, exponent=EXPONENT + gap)
     trials = pd.concat(
         [
@@ -234,7 +235,7 @@ def group_effect_size(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def group_errs(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether growth differs significantly between groups with the same true growth."""
+    """Return whether a test finds a difference between groups with equal mean exponents."""
     found = groups(rng, n)
     if not found or not found.anova:
         return None
@@ -250,12 +251,12 @@ def equal_errs(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def half_yes(measure: Measure) -> Trial:
-    """Return a check of the interval for the step size with 50 % yes: 0.5 µm from 2 µm."""
+    """Return a function that checks the interval for the step size with 50 % "yes" (0.5 µm)."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         removed = np.tile([0.0, 0.3, 0.6, 0.9] * 3, n)
         who = np.repeat(np.arange(n), 12)
-        # People differ in their criterion; half of the population answers yes at 0.5 µm.
+        # People's criteria differ; half of the population answers "yes" to a step of 0.5 µm.
         felt = rng.random(len(who)) < 1 / (1 + np.exp(3 - 6 * removed - rng.normal(0, 0.5, n)[who]))
         steps = pd.DataFrame(
             {
@@ -274,7 +275,7 @@ def half_yes(measure: Measure) -> Trial:
 
 
 def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
-    """Return whether one participant's interval covers; n answers at each of four step sizes."""
+    """Return whether one participant's interval contains the threshold (n answers per size)."""
     sizes = np.repeat([0.0, 0.3, 0.6, 0.9], n)
     felt = 0.05 + 0.93 / (1 + np.exp(-12 * (sizes - 0.5)))
     answers = Answers.of_trials(sizes.tolist(), (rng.random(len(sizes)) < felt).tolist())
@@ -285,7 +286,7 @@ def own_threshold(rng: np.random.Generator, n: int) -> bool | None:
 
 
 def share(p: float, answers: int, alike: float) -> Trial:
-    """Return a check of the interval for a proportion of "yes" with correlated answers."""
+    """Return a function that checks the interval for a proportion of correlated answers."""
 
     def once(rng: np.random.Generator, n: int) -> bool | None:
         weight = (1 - alike) / alike if alike else 1e9
@@ -304,15 +305,15 @@ COVERAGE: dict[str, Trial] = {
     "exponent, 20 % zeros at the smallest amplitude": lambda r, n: exponent(r, n, 0.2),
     "exponent, mixed model": mixed,
     "ratio of geometric means, paired t": ratio,
-    "the same, 20 % zeros at another amplitude": lambda r, n: ratio(r, n, 0.2),
+    "ratio of geometric means, 20 % zeros at another amplitude": lambda r, n: ratio(r, n, 0.2),
     "reliability (ICC), jackknife": icc,
     "d′ = 1, 3 steps and 1 catch step": d_prime(1.0, 3, 1),
     "d′ = 2, 3 steps and 1 catch step": d_prime(2.0, 3, 1),
     "d′ = 3, 3 steps and 1 catch step": d_prime(3.0, 3, 1),
-    "d′ = 2, 10 and 10, d′ differs between people (SD 0.4)": d_prime(2.0, 10, 10, 0.4),
+    "d′ = 2 (between-person SD 0.4), 10 steps and 10 catch steps": d_prime(2.0, 10, 10, 0.4),
     "proportion of “yes” .9, one answer each": share(0.9, 1, 0.3),
     "exponent difference between two groups of n, Welch": group_gap,
-    "the same, Hedges' g, spreads 1.2 and 0.8": group_effect_size,
+    "two groups of n, Hedges' g, SDs 1.2 and 0.8": group_effect_size,
     "50 % “yes” point, Fieller, 4 sizes, 3 answers each": half_yes("removed_um_pp"),
     "individual threshold, 4 sizes, n answers each (one participant)": own_threshold,
     "proportion of “yes” .5, 10 answers each, correlation .3": share(0.5, 10, 0.3),
@@ -323,7 +324,7 @@ ERRORS: dict[str, Trial] = {
     "Friedman": errs("friedman"),
     "Wilcoxon, any of 6 pairs, Holm": errs("wilcoxon"),
     "paired t, any of 6 pairs, Holm": errs("t"),
-    "called equal at the equivalence bound, one pair": equal_errs,
+    "declared equivalent at the bound, one pair": equal_errs,
     "growth in two groups of n, mixed ANOVA": group_errs,
     "drift in the presence of carry-over": order_errs("log_slope_per_trial", carry=0.3),
     "carry-over in the presence of drift": order_errs("log_slope_per_um_pp_before", drift=0.05),
@@ -341,7 +342,7 @@ def measure(trial: Trial, n: int, studies: int, seed: int) -> str:
 
 
 def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list[str]:
-    """Return a table's lines, printing each row when it is finished."""
+    """Measure and print the rows of a table, and return the lines of the table."""
     lines = [f"| {title} | n = {', '.join(map(str, SIZES))} |", "| --- | --- |"]
     for name, trial in trials.items():
         start = time.perf_counter()
@@ -354,7 +355,7 @@ def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list
 
 
 def main() -> None:
-    """Measure, print, and with --write insert the tables into the page."""
+    """Print the tables; with --write, also insert them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--studies",
@@ -365,9 +366,9 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=13, help="random seed (default: 13)")
     parser.add_argument("--write", action="store_true", help="put the tables into the page")
     args = parser.parse_args()
-    warnings.filterwarnings("ignore")  # from statsmodels, for fits that are checked anyway
-    # statsmodels' Holm correction runs the garbage collector at each call, which takes longer
-    # than the study.
+    warnings.filterwarnings("ignore")  # statsmodels warns of fits that the analysis checks itself.
+    # statsmodels' Holm correction collects garbage at each call. Without this line, collection
+    # takes longer than the simulation of a study.
     gc.freeze()
     size = f"{args.studies} simulated studies unless stated otherwise (seed {args.seed})"
     lines = [f"Each cell is based on {size}.", ""]

@@ -1,11 +1,11 @@
-"""Run whole sessions on a randomly failing board; count hangs and wrong attributions.
+"""Run whole sessions on a randomly failing board; count sessions that hang and wrong rows.
 
     python benchmarks/fault_sessions.py [--sessions 1000] [--first 0] [--firmware-share 0.5]
 
 Each session presents three amplitudes and two textures over a pseudo-terminal while one to three
 faults occur. The session's number determines the faults, and the command and phase at which each
-occurs. The participant answers what the simulated plate actually does at that moment, so an
-estimate that does not match its row was given to another surface. A session counts as
+occurs. The simulated participant's estimate depends on the plate's actual output at that moment, so
+an estimate that does not match its row was given to another surface. A session counts as
 
 - **hanging** if it has not ended after `HANGS_S`;
 - **not begun** if the plate could not be connected (no fault is scheduled by then);
@@ -13,7 +13,8 @@ estimate that does not match its row was given to another surface. A session cou
 - with **wrong attributions** if a row's estimate or readback does not match its surface;
 - with a **plate left vibrating** if the output is on after the session has ended.
 
-The exit status is 1 if any session hung, had wrong attributions or left the plate vibrating.
+The exit status is 1 if any session hung, attributed an answer to the wrong surface, lost a row or
+left the plate vibrating.
 Sessions alternate between the emulated board and the compiled firmware, in the requested
 proportion.
 """
@@ -54,8 +55,8 @@ if TYPE_CHECKING:
 
 SURFACES = 5
 
-BACK_S = 0.1  # a disconnected board returns
-DWELL_S = 0.15  # for each step of the participant: a few heartbeats
+BACK_S = 0.1  # Time until a disconnected board is connected again.
+DWELL_S = 0.15  # Time before each step of the participant: a few heartbeats.
 HANGS_S = 120.0
 ESTIMATE_OFF, READBACK_OFF_UM = 0.1, 0.05
 # Approximate number of commands per phase in a session without faults.
@@ -64,17 +65,17 @@ FAULTS = sorted({*ANSWER_FAULTS, *COMMAND_FAULTS})
 
 
 class HangsError(Exception):
-    """The session has not ended in time."""
+    """The session did not end within the time limit."""
 
 
 class Participant(ScriptedParticipant):
-    """Participant who answers ten times the plate's actual output and takes time for each step."""
+    """Participant who waits before each step and estimates ten times the plate's actual output."""
 
     def __init__(self, board: EmulatorProcess, clock: VirtualClock) -> None:
         super().__init__(lambda _: felt(board), clock, step_s=0.01)
 
     def perform(self, step: ParticipantStep, watch: Watch) -> Reply:
-        """Wait while watching the plate, then perform the step."""
+        """Call `watch` repeatedly for `DWELL_S`, then perform the step."""
         end_s = time.monotonic() + DWELL_S
         while time.monotonic() < end_s:
             watch()
@@ -130,7 +131,7 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
 
 
 def is_wrong(row: dict[str, str]) -> bool:
-    """Return whether a row describes a surface other than its own; unanswered rows never do."""
+    """Return whether an answered row's estimate or readback does not match its surface."""
     if "n/a" in (row["estimate"], row["amplitude_readback_um_pp"]):
         return False
     estimate, mean_um_pp = due(row["texture"], float(row["amplitude_um_pp"]))
@@ -141,7 +142,7 @@ def is_wrong(row: dict[str, str]) -> bool:
 
 
 def one(board: EmulatorProcess, number: int, *, firmware: bool) -> Counter[str]:
-    """Return the counts of one session; print everything that is wrong."""
+    """Run a session, return its counts, and print failures."""
     counts: Counter[str] = Counter(sessions=1)
     faults = orders(number, firmware=firmware)
     with tempfile.TemporaryDirectory(prefix="slipscale-campaign-") as name:
@@ -157,7 +158,7 @@ def one(board: EmulatorProcess, number: int, *, firmware: bool) -> Counter[str]:
     counts["rows missing"] += outcome == "complete" and SURFACES - len(rows)
     counts["plates left vibrating"] += board.state()["vibrates"]
     board.no_faults()
-    board.back()  # everything that is away, for the next session
+    board.back()  # The next session requires a connected board.
     if wrong or outcome != "complete" or counts["plates left vibrating"]:
         print(f"session {number}, {'firmware' if firmware else 'emulated'}: {outcome}, {faults}")
         for row in wrong:

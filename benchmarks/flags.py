@@ -1,7 +1,7 @@
 """Measure how often honest simulated people are flagged for data quality, by design and noise.
 
-A flag should be raised for at most 5 % of honest people. Each cell is a study with people of the
-shipped population, whose answers go through the analysis's own reading and flags; response times
+A flag should be raised for at most 5 % of honest people. People of the shipped population are
+simulated, and their answers are read and flagged by the functions of the analysis. Response times
 and plate faults are not simulated. Run:
 .venv/bin/python -m benchmarks.flags [--participants 1000] [--seed 1] [--write]
 """
@@ -26,8 +26,8 @@ from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.analysis_choices import Thresholds
 
 FOUR, TWO, EIGHT = "0.0, 0.5, 1.2, 2.3", "1.2, 2.3", "0.0, 0.3, 0.6, 0.9, 1.2, 1.6, 1.9, 2.3"
-#: Column -> amplitudes (µm peak to peak), repetitions of magnitude estimation, catch steps, and
-#: trial-to-trial noise (standard deviation of the logarithm; the population's is 0.25).
+#: Amplitudes (µm peak to peak), repetitions of magnitude estimation, catch steps, and noise between
+#: trials (standard deviation of the logarithm; 0.25 in the population), keyed by column.
 DESIGNS = {
     "4 × 1": (FOUR, 1, 1, 0.25),
     "4 × 3": (FOUR, 3, 2, 0.25),
@@ -38,14 +38,14 @@ DESIGNS = {
     "2 × 4": (TWO, 4, 2, 0.25),
     "8 × 3": (EIGHT, 3, 2, 0.25),
 }
-#: Flags of response times and of the plate.
+#: Flags for response times and plate faults.
 NOT_SIMULATED = ["fast", "timed_out", "faults"]
 #: Participants per study: flags compare a participant with the others.
 STUDY = 12
 
 
 def share_flagged(design: str, participants: int, seed: int) -> pd.Series[float]:
-    """Return the proportion of honest people with each flag, in studies of one design."""
+    """Return the proportion of honest people who receive each flag in studies of one design."""
     amplitudes, repetitions, catch_steps, noise = DESIGNS[design]
     people = Population(noise_sigma=noise)
     shipped = files("slipscale.experiments").joinpath("studies", "biet2007.toml")
@@ -78,7 +78,7 @@ def _of_people(names: set[str], rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    """Measure, print, and with --write insert the table into the page."""
+    """Print the table; with --write, also insert it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--participants", type=int, default=1000, help="per cell (default: 1000)")
     parser.add_argument("--seed", type=int, default=1, help="random seed (default: 1)")
@@ -87,9 +87,9 @@ def main() -> None:
     found = pd.DataFrame(
         {design: share_flagged(design, args.participants, args.seed) for design in DESIGNS}
     )
-    people = f"{args.participants} simulated people in studies of {STUDY}"
+    people = f"{args.participants} simulated people in studies of {STUDY} people"
     lines = [
-        f"Each cell describes {people}; the columns are designs (amplitudes × repetitions).",
+        f"Each cell describes {people}; columns are designs (amplitudes × repetitions).",
         "",
         f"| Flag | {' | '.join(found.columns)} |",
         f"| --- |{' --- |' * len(found.columns)}",

@@ -1,4 +1,4 @@
-"""Edit the page of measured tables, each of which is between two comments that name it."""
+"""Replace tables on the page of measured statistics, found by the comments around them."""
 
 from __future__ import annotations
 

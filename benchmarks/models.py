@@ -27,7 +27,7 @@ PLATE, MESH = Layout.prototype(), Density(along_ceramic=4, across_ceramic=3)
 
 
 def timed(work: Callable[[], T], repeat: int = 3) -> tuple[float, T]:
-    """Return the shortest time of several runs in s, and the result of the work."""
+    """Return the shortest of several run times in s, and the function's result."""
     times = []
     for _ in range(repeat):
         start = time.perf_counter()

@@ -1,9 +1,8 @@
-"""Measure how often intervals cover a population's true threshold and point of equality.
+"""Measure how often intervals cover a population's true threshold or point of subjective equality.
 
-Simulated people answer at constant levels: two intervals, or comparisons with a standard. Their
-thresholds differ, and so do the slopes of their curves. The answers are analysed with the
-analysis's own function. Measured studies are stored in build/population_thresholds and not
-measured again.
+Simulated people choose one of two intervals or compare surfaces with a standard, at fixed levels.
+Their thresholds and slopes differ. The answers are analysed with the function that `analyse` uses.
+Finished studies are cached in build/population_thresholds.
 
     .venv/bin/python -m benchmarks.population_thresholds [--studies 1000] [--write]
 """
@@ -19,7 +18,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as `slipscale analyse` sets it
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # As in `slipscale analyse`.
 from collections.abc import Callable
 
 import numpy as np
@@ -38,19 +37,19 @@ if TYPE_CHECKING:
 
 KEPT = Path(__file__).resolve().parents[1] / "build" / "population_thresholds"
 SIZES, LAPSES = (6, 12, 24), (0.0, 0.05)
-#: Answers per level, SD of log slopes, and studies that are stored together.
+#: Answers per level, standard deviation of log slopes, and studies per cached file.
 EACH, SLOPES, BATCH = 10, 0.25, 50
-#: A cell with a coverage outside these limits is measured with this many times as many studies: of
-#: sixty cells, a few are outside by chance.
+#: If a cell's coverage is outside these limits, its number of studies is multiplied by this factor,
+#: because a few of the sixty cells are outside by chance.
 EXPECTED, AGAIN = (0.93, 0.97), 3
 
 
 class Observer(NamedTuple):
-    """The typical person's answers, and the curve that is fitted to them.
+    """True curve of simulated people, and the curve that is fitted to their answers.
 
-    ``rises`` is the curve, 0 to 1, by how far a level is above the person's threshold on the axis
-    of ``levels``; half-way at 0. The typical threshold is a level of 1; ``spread`` is its standard
-    deviation on that axis.
+    ``rises`` returns the value of the true curve, from 0 to 1, for the distance between a level and
+    the person's threshold (in logarithms, if ``logarithmic``). At the threshold, the value is 0.5.
+    The typical threshold is 1; ``spread`` is the standard deviation of these distances.
     """
 
     method: str
@@ -69,7 +68,8 @@ class Observer(NamedTuple):
         return LEVELS[self.method, self.logarithmic][1]
 
 
-#: Levels, and SD of thresholds on their axis, by method and whether the axis is logarithmic.
+#: Levels, and standard deviation of thresholds (of their logarithms, if the axis is logarithmic),
+#: keyed by method and by whether the axis is logarithmic.
 LEVELS = {
     ("two_interval", True): (np.geomspace(0.4, 3.0, 6), 0.35),
     ("two_interval", False): (np.linspace(0.2, 2.2, 6), 0.25),
@@ -90,13 +90,13 @@ def _observer(method: str, curve: str, steepness: float, fitted: str = "") -> Ob
 
 
 def _linear_d_prime(above: Array) -> Array:
-    # Proportion correct of two intervals with d' proportional to the level, corrected for chance.
-    # Slopes that differ are powers of the level.
+    # Proportion correct in two intervals, corrected for guessing. d' is proportional to the level
+    # or, for people with other slopes, to a power of the level.
     normal = CURVES["normal"].distribution
     return np.asarray(2 * normal(0.6744897501960817 * np.exp(above)) - 1)
 
 
-#: A family is fitted with its own curve, unless stated otherwise.
+#: The fitted curve is the true curve, unless the name contains another one.
 OBSERVERS = {
     "threshold: Weibull": _observer("two_interval", "weibull", 2.0),
     "threshold: Gumbel": _observer("two_interval", "gumbel", 2.0),
@@ -116,10 +116,10 @@ OBSERVERS = {
 
 
 class Cell(NamedTuple):
-    """Coverage of .95 intervals, and the mean error with its standard error (typical value: 1).
+    """Coverage of 95 % intervals, and the mean error of the estimates with its standard error.
 
-    Errors are taken against the mean of the people drawn, whose expected value is the truth: their
-    spread by chance would hide a small bias.
+    Errors are relative to the mean of the simulated people, because its random difference from the
+    true value would hide a small bias.
     """
 
     studies: int
@@ -135,7 +135,7 @@ class Cell(NamedTuple):
 def study(
     rng: np.random.Generator, people: int, lapse: float, observer: Observer
 ) -> tuple[Trials, float]:
-    """Return a simulated study's answers, and how far its people's mean is from the typical one."""
+    """Return the answers in a simulated study, and the mean deviation of people's thresholds."""
     fitted, levels = CURVES[observer.fitted], observer.levels
     place = np.log(levels) if observer.logarithmic else levels - 1.0
     own = rng.normal(0.0, observer.spread, (people, 1))
@@ -155,7 +155,7 @@ def study(
 
 
 def measure(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, float]]:
-    """Return for each study in a batch whether the interval covers the truth, and the error."""
+    """Return whether the interval contains the true value, and the error, per study in a batch."""
     observer, choices, found = OBSERVERS[name], AnalysisChoices(), []
     model = model_of(observer.method, observer.fitted, 0.5, choices.largest_lapse)
     fall = students_fall(people, people - 1, choices.confidence)
@@ -181,7 +181,7 @@ def kept(name: str, people: int, lapse: float, first: int) -> list[tuple[bool, f
 
 
 def cell(name: str, people: int, lapse: float, studies: int, again: int = AGAIN) -> Cell:
-    """Return the coverage and bias in some studies, or in more if the coverage is unexpected."""
+    """Return the coverage and bias, with more studies if the coverage is unexpected."""
     batches = [kept(name, people, lapse, first) for first in range(0, studies, BATCH)]
     held, errors = np.array([each for batch in batches for each in batch]).T
     spread = float(np.std(errors, ddof=1)) / len(errors) ** 0.5
@@ -192,14 +192,14 @@ def cell(name: str, people: int, lapse: float, studies: int, again: int = AGAIN)
 
 
 def main() -> None:
-    """Measure, print, and with --write insert the table into the page."""
+    """Print the table; with --write, also insert it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--studies", type=int, default=1000, help="per cell (default: 1000)")
     parser.add_argument("--observer", choices=OBSERVERS, help="default: all")
     parser.add_argument("--write", action="store_true", help="put the table into the page")
     args = parser.parse_args()
     names = [args.observer] if args.observer else list(OBSERVERS)
-    # All cells of a batch before the next batch: an interrupted run has as many studies of each.
+    # Each batch is finished for all cells before the next, in case the run is interrupted.
     for first, name, lapse, people in product(range(0, args.studies, BATCH), names, LAPSES, SIZES):
         kept(name, people, lapse, first)
     lines = [

@@ -2,10 +2,10 @@
 
     .venv/bin/python -m benchmarks.quick [--rounds 5] [--write]
 
-Both methods alternate in one run, in processor time of this process and those that it waits for.
-The ratio of their medians is ours divided by the other: smaller is better. It is compared with the
-ratio recorded in ``figures.json``; the exit status is 1 if any ratio is more than 30 % larger.
-``--write`` records the new ratios.
+Slipscale and the alternative run in turn; processor times include child processes. The median time
+of Slipscale is divided by the alternative's, so smaller ratios are better. The exit status is 1 if
+any ratio is more than 30 % larger than the ratio recorded in ``figures.json``. ``--write`` records
+the new ratios.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simu
 from slipscale.stimuli.film.periodic_film import periodic_state
 
 FIGURES = Path(__file__).with_name("figures.json")
-WORSE = 1.3  # a larger increase of a ratio is a regression
+WORSE = 1.3  # Ratios that grow by a larger factor are reported.
 PARTICIPANTS, ROWS = 400, 100_000
 #: The main tests of a study and its figure, as a user would write them with pandas and pingouin.
 BY_HAND = """
@@ -63,7 +63,7 @@ plt.savefig(folder / "figure.svg")
 
 
 def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], object]]]:
-    """Return our method and the other one for each benchmark; both use data in a folder."""
+    """Return the functions of Slipscale and of the alternative, keyed by benchmark."""
     data, table = folder / "data", folder / "table.csv"
     write_dataset(data, PARTICIPANTS, ROWS)
     rows = load(data).estimates
@@ -100,23 +100,23 @@ def ways(folder: Path) -> dict[str, tuple[Callable[[], object], Callable[[], obj
             python("-m", "slipscale", "analyse", str(pilot), "--out", str(folder / "report")),
             python("-c", BY_HAND, str(pilot)),
         ),
-        "load / pandas reads": (lambda: load(data), read),
-        "load and analyse / pandas reads": (lambda: analyse(data), read),
+        "load / read with pandas": (lambda: load(data), read),
+        "load and analyse / read with pandas": (lambda: analyse(data), read),
         "write_csv / to_csv": (
             lambda: write_csv(rows, table),
             lambda: rows.to_csv(table, index=False),
         ),
-        "session of a pilot / protocol and person alone": (
+        "pilot session / protocol and simulated person": (
             session,
             lambda: list(bare_run(plan, Population())),
         ),
         "periodic film / marching": (lambda: periodic_state(**FILM), marched),  # type: ignore[arg-type]
-        "plate, five matrices / scikit-fem, one": (own_assembly, stock_assembly),
+        "plate (five matrices) / scikit-fem (one matrix)": (own_assembly, stock_assembly),
     }
 
 
 def spent_s(work: Callable[[], object]) -> float:
-    """Return the processor time of some work, here and in the processes that it waits for."""
+    """Return the processor time of a call in seconds, including finished child processes."""
 
     def now() -> float:
         used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
@@ -128,7 +128,7 @@ def spent_s(work: Callable[[], object]) -> float:
 
 
 def ratio(ours: Callable[[], object], other: Callable[[], object], rounds: int) -> float:
-    """Return the ratio of the medians; a first round, for imports and caches, is ignored."""
+    """Return the ratio of median times, without a first round that fills caches."""
     pairs = [(spent_s(ours), spent_s(other)) for _ in range(rounds + 1)][1:]
     return median(pair[0] for pair in pairs) / median(pair[1] for pair in pairs)
 
@@ -161,7 +161,7 @@ def main() -> int:
         return 0
     slower = worse(found, recorded)
     for name in slower:
-        print(f"more than 30 % worse than recorded: {name}")
+        print(f"ratio more than 30 % larger than recorded: {name}")
     return 1 if slower else 0
 
 

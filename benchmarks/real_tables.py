@@ -2,10 +2,10 @@
 
     .venv/bin/python -m benchmarks.real_tables [WORD ...] [--seconds 10]
 
-Prints processor and elapsed time, how many columns are counted, and the verdict on each test. A
-column that is not counted is rejected with an estimate of the time. The exit status is 1 if a
-true number is called impossible, or if an answer takes more than ``--seconds`` of processor time.
-WORDs select tables by their titles. The tables are in ``real_tables.toml``.
+Prints the processor and elapsed times, the number of columns whose solutions are counted, and the
+verdict on each test. The exit status is 1 if a true number is called impossible, or if an answer
+takes more than ``--seconds`` of processor time. WORDs select tables by their titles. The tables are
+in ``real_tables.toml``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from tempfile import TemporaryDirectory
 
 TABLES = Path(__file__).with_suffix(".toml")
 HEAD = "[[table]]\n"
-STUCK = 20  # times --seconds of elapsed time: load on the machine is not an error
+STUCK = 20  # Limit of elapsed time, as a multiple of --seconds; other load may slow the answer.
 
 
 def processor_s() -> float:
@@ -32,7 +32,7 @@ def processor_s() -> float:
 
 
 def judge(path: Path, seconds: float) -> tuple[bool, str]:
-    """Return whether one table is answered correctly and in time, and a line about it."""
+    """Return whether the answer for a table is correct and in time, and a line of output."""
     words = [sys.executable, "-m", "slipscale", "reconstruct", str(path), "--json"]
     before_s, begun_s = processor_s(), time.monotonic()
     try:

@@ -1,8 +1,8 @@
 """Measure bias and coverage of the analysis (docs/validation/measured/statistics.md).
 
-Covers every protocol and rule: real generators, simulated people without plate and session, the
-data set's tables, the analysis's own reading and functions. A measured case is stored in
-build/recovery and not measured again.
+Each case simulates one protocol with one rule. People answer the protocol's own trials without a
+plate or a session; the resulting tables are read and analysed by `analyse`'s functions. Finished
+cases are cached in build/recovery.
 
     OMP_NUM_THREADS=1 nice -n 19 .venv/bin/python -m benchmarks.recovery [--runs 400] [--write]
 """
@@ -39,7 +39,7 @@ KEPT = ROOT / "build" / "recovery"
 #: 2 % lapses, as in the shipped realistic people; noise that puts thresholds well above the 0.01
 #: µm resolution of simulated fingers.
 OBSERVERS = Population(name="recovery", noise=5.0, habits=Habits(lapses=0.02))
-#: As shipped; its paired comparison and matching are designed for these.
+#: The default noise, for which the shipped studies of paired comparison and matching are designed.
 SHARPER = OBSERVERS.model_copy(update={"noise": 2.2})
 
 STUDY = """
@@ -67,7 +67,7 @@ lowest_um_pp = 0.02
 highest_um_pp = 1.2
 practice = 0
 """
-#: 60 trials each, as in the shipped studies.
+#: 60 trials in total, as in the shipped studies.
 TWO_TRACKS = "steps_up = [0.2, 0.1]\ntracks = 2\nmost_trials = 30\n"
 RULES = {
     **{
@@ -80,7 +80,7 @@ RULES = {
     "staircase, 2-down-1-up, 240 trials": 'rule = "staircase"\ndown_after = 2\n'
     "steps_up = [0.2, 0.1]\ntracks = 2\nmost_trials = 120\n",
 }
-#: Protocols whose rules share a table on the page.
+#: Protocols whose rules are rows of one table per number of intervals.
 ADAPTIVE = ("difference threshold", "detection threshold")
 CONSTANT = """protocol = "constant_stimuli"
 standard_um_pp = 1.2
@@ -92,7 +92,7 @@ practice = 0
 
 
 def cases() -> list[Case]:
-    """Return every protocol and rule."""
+    """Return the studies to simulate: one for each protocol and rule."""
     plain = STUDY.format(amplitudes="1.2")
     found = [
         Case(
@@ -152,13 +152,12 @@ def measured(case: Case, runs: int) -> list[Row]:
 
 
 def _path(case: Case, runs: int) -> Path:
-    """Return the path at which a case's rows are cached."""
     name = "".join(letter if letter.isalnum() else "-" for letter in case.title)
     return KEPT / f"{name}_{runs}.json"
 
 
 def _kept(case: Case, runs: int) -> list[Row]:
-    """Return a case's rows, measuring them only once."""
+    """Return a case's rows from the cache; measure them first if they are missing."""
     path = _path(case, runs)
     if not path.exists():
         rows = measured(case, runs)
@@ -168,7 +167,7 @@ def _kept(case: Case, runs: int) -> list[Row]:
 
 
 def table_of(title: str, cases: dict[str, list[Row]]) -> list[str]:
-    """Return a table with one row per case: each quantity's bias and coverage."""
+    """Return a table of bias and coverage, with one row per case and one column per quantity."""
     heads = [each.what for each in next(iter(cases.values())) if each.coverage is not None]
     return [
         f"| {' | '.join([title, *heads])} |",
@@ -178,7 +177,7 @@ def table_of(title: str, cases: dict[str, list[Row]]) -> list[str]:
 
 
 def _cells(rows: list[Row]) -> list[str]:
-    """Return each quantity's bias with its unit, and coverage: "+0.014 µm; 0.912"."""
+    """Format the bias and coverage of each quantity, such as "+0.014 µm; 0.912"."""
     return [
         f"{row.bias:+.3f}{'' if row.unit == 'decades' else f' {row.unit}'}; {row.coverage:.3f}"
         for row in rows
@@ -187,12 +186,12 @@ def _cells(rows: list[Row]) -> list[str]:
 
 
 def main() -> None:
-    """Measure, print, and with --write insert the table into the page."""
+    """Print all tables; with --write, also insert them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--only", default="", help=("only cases whose title begins with this text"))
     parser.add_argument(
-        "--write", action="store_true", help="put all that is measured into the page"
+        "--write", action="store_true", help="put all measured tables into the page"
     )
     asked = parser.parse_args()
     for case in cases():
@@ -205,7 +204,7 @@ def main() -> None:
 def _tables(runs: int) -> list[str]:
     """Return the lines of the page: results, and cases not yet measured."""
     there = [case for case in cases() if _path(case, runs).exists()]
-    # A table has one protocol and one set of quantities.
+    # A table contains cases of one protocol for which the same quantities were measured.
     tables: dict[tuple[str, ...], dict[str, list[Row]]] = {}
     for case in there:
         protocol, _, rule = case.title.partition(", ")

@@ -1,4 +1,4 @@
-"""Measure errors and coverage of each quantity in a simulated study."""
+"""Measure the bias and coverage of each quantity that is estimated in simulated studies."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.simulated_people.population import Population
 
 SEED = 15
-#: Participants per study for a population's interval.
+#: Number of participants per study for intervals of populations.
 PEOPLE = 8
 STANDARD_UM_PP = 1.2
 
@@ -49,14 +49,14 @@ def label(number: int) -> str:
 
 @dataclass(frozen=True)
 class Row:
-    """One quantity of one case.
+    """Bias and coverage of one quantity in one case.
 
     Parameters
     ----------
     what, unit : str
-        What is estimated, and the unit of its bias.
+        The quantity, and the unit of `bias`.
     runs : int
-        Number of estimates; for a scale, of all its surfaces.
+        Number of estimates. A scale has one estimate per surface and study.
     without : int
         Runs without an estimate.
     bias, error : float
@@ -88,7 +88,7 @@ class Case:
 
 
 def row(what: str, unit: str, found: Iterable[tuple[float, bool | None] | None]) -> Row:
-    """Return a row from errors, each with whether its interval contains the true value."""
+    """Summarise pairs: an error, and whether the interval contains the true value."""
     everything = list(found)
     there = [one for one in everything if one is not None]
     errors = np.array([error for error, _ in there if np.isfinite(error)])
@@ -107,13 +107,13 @@ def row(what: str, unit: str, found: Iterable[tuple[float, bool | None] | None])
 def compared(
     value: float, interval: ConfidenceInterval, truth: float, *, log: bool
 ) -> tuple[float, bool]:
-    """Return an error, in decades if ``log``, and whether the interval contains the true value."""
+    """Return the error (in decades if ``log``), and whether the interval contains the truth."""
     error = float(np.log10(value / truth)) if log else value - truth
     return error, bool(interval.low <= truth <= interval.high)
 
 
 def measure_thresholds(data: Dataset, case: Case, runs: int) -> list[Row]:
-    """Measure thresholds: individual ones from one run, population ones from `PEOPLE` people."""
+    """Measure thresholds of individuals (one run each) and of groups of `PEOPLE` people."""
     method = str(data.trials["forced_choices"]["method"].iloc[0])
     two_sided = method == COMPARED
     ours: list[PsychometricFunction | NotComputed] = []
@@ -189,7 +189,7 @@ def _weber(
 
 
 def _typical(case: Case, *, two_sided: bool) -> float:
-    """Return the population's threshold: the geometric mean over the noise of many people."""
+    """Return the population's threshold: the geometric mean of many people's thresholds."""
     if two_sided:
         return case.standard_um_pp
     sigma = case.people.threshold_sigma
@@ -218,7 +218,7 @@ def _population(rows: pd.DataFrame, truth: float, method: str) -> tuple[float, b
 
 
 def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:
-    """Return the proportion of correct answers, relative to lapses, or of false alarms."""
+    """Return a row for catch trials: their answers, minus the expected proportion."""
     yes_no = two_sided and bool((catches["level_um_pp"] == catches["standard_um_pp"]).all())
     lapses = case.people.habits.lapses
     right = catches["correct"].to_numpy(bool)
@@ -232,7 +232,10 @@ def _catches(catches: pd.DataFrame, case: Case, *, two_sided: bool) -> Row:
 
 
 def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
-    """Measure scales from studies of `case.each` people, relative to population proportions."""
+    """Measure scales in studies of `case.each` people.
+
+    The true values are scales that are fitted to the population's expected proportions.
+    """
     surfaces = [float(each) for each in _amplitudes(case.study)]
     triads = bool((data.trials["comparisons"]["stimulus3"] != "").any())
     if triads:
@@ -268,8 +271,8 @@ def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
                     strict=True,
                 )
             ]
-            # Values of a scale sum to 0: the bias is that of the last value, the coverage that of
-            # all.
+            # The values of a scale sum to 0, so only the last value contributes to the bias; all
+            # values contribute to the coverage.
             found[name] += [(np.nan, holds) for _, holds in every[:-1]]
             found[name].append(every[-1])
             if triads:
@@ -286,7 +289,7 @@ def measure_scales(data: Dataset, case: Case, runs: int) -> list[Row]:
 
 
 def _expected_differences(people: Population, surfaces: list[float]) -> np.ndarray:
-    """Return the scale values, followed by the noise, from the expected proportions."""
+    """Fit a difference scale to the expected proportions; return its values, then the noise."""
     share = truths.second_step_larger(people, surfaces)
     each = 20_000
     ranks = np.repeat(np.array(list(share)), each, axis=0)

@@ -24,11 +24,11 @@ from slipscale.experiments.steps.steps import Ask
 from slipscale.hardware.clock import SystemClock
 
 PRESSES = 200
-KEYCODE_Y = 29  # a PC keyboard's, under X11
+KEYCODE_Y = 29  # On a PC keyboard under X11.
 
 
 class Finger:
-    """Presses one key at a random time after a request."""
+    """Simulated finger that presses a key at a random time after each request."""
 
     def __init__(self, clock: SystemClock) -> None:
         self._clock = clock
@@ -80,7 +80,7 @@ def lags_ms(*, precise_times: bool) -> tuple[np.ndarray, set[str]]:
 
 
 def main() -> None:
-    """Measure both ways and print medians and percentiles."""
+    """Print the lags with and without precise times: medians, percentiles and SDs."""
     for precise_times in (True, False):
         lags, sources = lags_ms(precise_times=precise_times)
         low, middle, high = np.percentile(lags, [2.5, 50, 97.5])

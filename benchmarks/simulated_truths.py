@@ -1,8 +1,8 @@
 """Compute the true values of simulated people without a protocol or an analysis.
 
-They follow from the rule by which simulated people answer; see
-`slipscale.experiments.participants.simulated_people.respondent`. An impression is the population's
-mean sensation plus the person's own normal noise, and the largest one is chosen.
+Simulated people choose the surface with the largest impression: the population's mean sensation
+plus normally distributed noise, whose standard deviation differs between people; see
+`slipscale.experiments.participants.simulated_people.respondent`.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-#: Numbers of people and answers over which pseudo-true proportions are averaged.
+#: Number of simulated people or answers over which expected proportions are averaged.
 MANY = 200_000
-#: Weibull function: density at one half.
+#: Derivative of a Weibull function with slope 1, by the logarithm of the level, at one half.
 WEIBULL_DENSITY = math.log(2) / 2
 
 
@@ -44,9 +44,9 @@ def own_noise(people: Population, seed: int, label: str) -> float:
 
 
 def share_found(change: float, intervals: int) -> float:
-    """Return how often a change in sensation, in units of a difference's noise, is found.
+    """Return how often a change in sensation is detected, corrected for guessing: from 0 to 1.
 
-    Rescaled from guessing to the best performance: 0 without a change, 1 with a large one.
+    The change is in standard deviations of the difference between two impressions.
     """
     if intervals == 2:
         right = float(stats.norm.cdf(change))
@@ -60,7 +60,7 @@ def share_found(change: float, intervals: int) -> float:
 
 @lru_cache
 def _half_way(intervals: int) -> tuple[float, float]:
-    """Return the change, in units of its noise, that is found half-way, and the slope there."""
+    """Return the change for which `share_found` is 0.5, and the slope there."""
     half = optimize.brentq(lambda change: share_found(change, intervals) - 0.5, 0, 5)
     rise = (share_found(half + 0.01, intervals) - share_found(half - 0.01, intervals)) / 0.02
     return half, rise
@@ -69,7 +69,7 @@ def _half_way(intervals: int) -> tuple[float, float]:
 def forced_choice(
     people: Population, noise: float, standard_um_pp: float, intervals: int
 ) -> Threshold:
-    """Return where a change is found half-way, and the corresponding Weibull function's slope."""
+    """Return the difference for which `share_found` is 0.5, and the Weibull function's slope."""
     mean = curves(people).mean
     half, rise = _half_way(intervals)
     start = mean(standard_um_pp)
@@ -82,7 +82,7 @@ def forced_choice(
 
 
 def comparison(people: Population, noise: float, standard_um_pp: float) -> Threshold:
-    """Return half the distance of a comparison's quartiles, and the slope at the standard."""
+    """Return half the distance between the quartiles, and the slope at the standard."""
     mean = curves(people).mean
     start = mean(standard_um_pp)
     ends = [
@@ -108,7 +108,7 @@ def chosen_over(people: Population, surfaces_um_pp: Sequence[float]) -> Array:
 def second_step_larger(
     people: Population, surfaces_um_pp: Sequence[float]
 ) -> dict[tuple[int, int, int], float]:
-    """Return how often the second of two steps is judged larger, by the triad's ranks."""
+    """Return how often the second step in a triad is judged larger, keyed by the triad."""
     rng = np.random.default_rng(1)
     each = _noises(people) / math.sqrt(2)
     mean = [curves(people).mean(surface) for surface in surfaces_um_pp]
@@ -150,6 +150,6 @@ def _seeming(mean: Array, noise: Array, rng: np.random.Generator) -> Callable[[A
 
 
 def _noises(people: Population) -> Array:
-    """Return the noise of a difference, for many people."""
+    """Draw the noise (standard deviation of a difference) of many people."""
     deviates = np.random.default_rng(3).standard_normal(MANY)
     return np.asarray(people.noise * np.exp(people.threshold_sigma * deviates))

@@ -2,10 +2,10 @@
 
     .venv/bin/python -m benchmarks.threshold_tests [--people 6] [--studies 100]
 
-Simulated people discriminate amplitudes with either hand. With the left hand, their sensation is
-multiplied by the effect. Each study is decided twice at the .05 level: by a paired t test of
-individual thresholds (`power`), and by the hierarchical model (`analyse`). At an effect of 1, both
-decisions are false alarms.
+Simulated people discriminate amplitudes with either hand. With the left hand, people's sensations
+are multiplied by the effect. Two tests at the .05 level compare the hands in each study: a paired
+t test of individual thresholds, as in `power`, and the hierarchical model, as in `analyse`. If the
+effect is 1, the hands do not differ, and significant results are false alarms.
 """
 
 from __future__ import annotations

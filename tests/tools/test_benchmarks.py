@@ -32,7 +32,7 @@ def test_the_exit_status_says_whether_a_ratio_grew(growth, status, tmp_path, mon
     monkeypatch.setattr(quick, "ratio", lambda *_: 2.0 * growth)
     monkeypatch.setattr("sys.argv", ["quick"])
     assert quick.main() == status
-    assert ("more than 30 % worse than recorded: one" in capsys.readouterr().out) is bool(status)
+    assert ("more than 30 % larger than recorded: one" in capsys.readouterr().out) is bool(status)
 
 
 def test_every_recorded_ratio_is_of_a_benchmark_that_exists(tmp_path, monkeypatch):

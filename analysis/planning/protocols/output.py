@@ -221,7 +221,7 @@ def protocols_figure(found: Sequence[ProtocolPrecision], minutes: float) -> Figu
     panels[-1, 0].set_xlim(0, 1.1 * furthest)
     panels[-1, 0].set_xlabel(
         f"Half-width of the 95 % interval in % of the value, {minutes:.0f} minutes per "
-        "participant\n(points: means; lines: 5th to 95th percentiles of simulated studies)"
+        "participant\n(mean; line: 5 to 95 % of simulated studies)"
     )
     if len(sizes) > 1:
         handles, labels = panels[0, 0].get_legend_handles_labels()

@@ -8,7 +8,7 @@ from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 
 RAMP_STEPS = 10
 RAMP_S = 0.03
-SETTLE_S = 0.01  # seven time constants of our plate: Q = 130 at 31 kHz
+SETTLE_S = 0.01  # Seven time constants of a plate with Q = 130 at 31 kHz.
 READS = 100  # SerialLine.read waits at most 10 ms: one second in total
 
 
@@ -82,6 +82,6 @@ class OurPlate(PlateDriver):
 
 def open_plate(address, *, clock, seed):  # noqa: ARG001 - only a simulated plate uses the seed
     """Return the driver; `address` contains the port and options given after "ourplate:"."""
-    # A third argument of `opened` names the backend's own options.
+    # If your backend has its own options, pass them to `opened` as a third argument.
     port, _options, plate = addresses.opened(address, OurPlate.name)
     return OurPlate(port, clock=clock, plate=plate)

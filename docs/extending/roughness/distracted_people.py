@@ -11,7 +11,7 @@ DISTRACTED = 0.2
 class Distracted(Behaviour):
     """Simulate participants who sometimes guess, and who stroke each surface for 50 % longer."""
 
-    population = MappingProxyType({"trial_to_trial": 0.2})  # as in a population file
+    population = MappingProxyType({"trial_to_trial": 0.2})  # Keys as in a population file.
 
     def pick(self, strengths):
         """Return the index of the chosen interval."""

@@ -71,7 +71,7 @@ class Run(Repeating[Pair]):
         self.drawn_so_far = 0
 
     def next(self):
-        """Return the condition of the next trial after the previous trial has ended."""
+        """Return the condition of the next trial, or None after the last trial."""
         if self.drawn_so_far == self.options.trials:
             return None
         self.drawn_so_far += 1
