@@ -1,7 +1,8 @@
 """Common interface for protocols: options, steps, columns and simulated answers.
 
 A protocol is declared as a `Protocol`, which `registry` finds by its entry point. A protocol draws
-all random numbers from its `Context`, so the same seed and labels produce the same run.
+all random numbers from its `Context`, so a study's seed and a run's labels (such as participant and
+session) always give the same random numbers.
 """
 
 from __future__ import annotations
@@ -34,17 +35,17 @@ Kind = Literal["number", "label", "text"]
 # Version of the rule that generates orders; stored in every journal
 # (docs/decisions/random-orders.md).
 ORDER_VERSION = 2
-EVERYBODY = "every participant"  # cannot be a participant's label, because labels contain no spaces
+EVERYBODY = "every participant"  # contains a space, unlike any participant's label
 
 # Strict, because TOML has types: "3", 3.0 and true are not accepted as 3.
 Seed = Annotated[int, Field(strict=True, ge=0)]
-# A participant cannot do anything more than a thousand times: a larger number must be a typo.
+# Counts above 1000 are rejected as typing errors.
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 AtLeastOne = Annotated[int, Field(strict=True, ge=1, le=1000)]
 Switch = Annotated[bool, Field(strict=True)]
 Seconds = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)]
-# abs: replaces -0.0, which TOML allows.
+# TOML allows -0.0, which abs() converts to 0.0.
 Amplitude = Annotated[float, Field(strict=True, ge=0, allow_inf_nan=False), AfterValidator(abs)]
 Words = Annotated[str, Field(strict=True, min_length=1)]
 Label = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_]*$")]
@@ -82,7 +83,7 @@ class Context:
     session, run : str
         The run's labels. Each run has its own presentation orders.
     levels : tuple of float
-        The levels of the study's plain surfaces, in the study's quantity.
+        The levels of the study's surfaces without texture, in the unit of ``quantity``.
     quantity : Quantity
         The quantity of all levels, whose name and unit appear in messages.
     texts : Mapping
@@ -212,8 +213,8 @@ class Column:
     ----------
     value : callable
         Returns the column's value for a trial; None is written as missing. By default, a column
-        contains the trial factor that has the same name as the column. If there is no such factor,
-        the column contains the answer with this name. Logical values are written as true or false.
+        contains the trial factor with the column's name or, if there is no such factor, the answer
+        to the question with the column's name. Logical values are written as true or false.
     kind : {"number", "label", "text"}
         Cell type: a number, a label (such as a category or a name), or free text.
     description : str
@@ -235,7 +236,7 @@ class Column:
 
 
 def _read_by_name(columns: Mapping[str, Column]) -> dict[str, Column]:
-    """Give each column without ``value`` the trial factor or answer that has the column's name."""
+    """Fill columns without ``value`` with the trial factor or answer of the same name."""
     return {
         name: replace(column, value=partial(_of_its_name, name=name))
         if column.value is _of_its_name
@@ -268,7 +269,7 @@ class Protocol:
     steps : callable
         Returns a generator of the run's steps, given the options and the context.
     answer : str
-        Column with the trial's main answer. The row's response time refers to this answer.
+        Column with the trial's main answer, whose response time is stored in the trial's row.
     instructions : str
         Text key of the participant's instructions. The data set quotes these instructions.
     simulated : Mapping
@@ -295,8 +296,8 @@ class Protocol:
         amplitudes. These options, and no others, have names that end in ``_level`` or ``_levels``.
     possible_levels : callable, optional
         Returns all amplitudes (or the smallest and the largest) that any sequence of answers could
-        lead to, in µm peak to peak, given the options and the context. By default, a dry run of the
-        task collects the amplitudes.
+        lead to, in µm peak to peak, given the options and the context. By default, the amplitudes
+        are determined by a dry run of the task.
     finest_level : callable, optional
         Returns the smallest amplitude difference in the task and the amplitude at which it occurs,
         in µm peak to peak, given the options and the context. The tolerance of

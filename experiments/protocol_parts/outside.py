@@ -52,7 +52,7 @@ def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:
         if getattr(protocol, name) is not None
     }
     if (possible := protocol.possible_levels) is not None:
-        # The conversion to a tuple raises a generator's exceptions here.
+        # A generator runs when it is converted to a tuple, so `watched` can report its exceptions.
         optional["possible_levels"] = watched(
             lambda *told: tuple(possible(*told)), "possible_levels"
         )
@@ -99,7 +99,7 @@ def _steps(protocol: Protocol, point: EntryPoint) -> Callable[[Any, Context], St
     def steps(options: Any, context: Context) -> Steps:
         own: object = called(point, lambda: make(options, context), named)
         if not isinstance(own, Generator):
-            raise UserError(f"{named} are {type(own).__name__}, expected a generator")
+            raise UserError(f"{named} are of type {type(own).__name__}, expected a generator")
         answer: Answer = None
         while True:
             step = called(point, lambda: _next(own, answer), named)  # noqa: B023 - called at once

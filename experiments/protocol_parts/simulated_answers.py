@@ -75,7 +75,7 @@ class SimulatedPerson(Protocol):
     def pick(self, strengths: Sequence[float]) -> int:
         """Return the index of the strength that the person judges largest.
 
-        Lapses and a bias towards one of the intervals can change the choice.
+        The choice also depends on lapses and on a bias towards one of the intervals.
         """
 
     def says_yes(self, strength: float) -> bool:
@@ -110,8 +110,8 @@ class SimulatedPerson(Protocol):
         """Return the random number stream of this person and trial for a purpose."""
 
 
-#: Answers a question. For an `Adjust` it is called after each notch and returns 1 (up), -1 (down),
-#: 0 (done) or `FEEL_AGAIN`.
+#: A function that answers a question. For an `Adjust` step, the function is called after each notch
+#: and returns 1 (up), -1 (down), 0 (done) or `FEEL_AGAIN`.
 SimulatedAnswer = Callable[[Any, SimulatedPerson], "Value"]
 
 
@@ -187,7 +187,7 @@ def _notches(step: Adjust, value: object) -> bool:
     return whole or (step.again is not None and value == FEEL_AGAIN)
 
 
-#: Question type -> test for a valid answer, and its description.
+#: A test for valid answers and their description, keyed by type of question.
 ANSWERS: Mapping[type, tuple[Callable[[Any, Any], bool], str]] = {
     NumberQuestion: (_number, "a number of 0 or more"),
     WholeNumberQuestion: (

@@ -84,7 +84,7 @@ def possible_levels(options: ConstantStimuli, context: Context) -> tuple[float, 
 
 
 def finest_level(options: ConstantStimuli, context: Context) -> tuple[float, float]:
-    """Return the smallest difference from the standard, and the larger amplitude of that pair."""
+    """Return the smallest difference from the standard, and the higher of the two amplitudes."""
     standard = options.standard_level
     others = [each for each in options.comparisons(context) if each != standard]
     nearest = min(others, key=lambda each: abs(each - standard))

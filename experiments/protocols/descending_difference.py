@@ -236,7 +236,7 @@ PROTOCOL = Protocol(
         ),
         "verbal_report": Column(
             kind="text",
-            description="What has been removed, in the participant's own words",
+            description="What the participant felt had been removed, in their own words",
         ),
         "confidence": Column(
             description="Certainty of the participant, from 1 (a guess) to 4 (certain)"

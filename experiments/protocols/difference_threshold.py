@@ -69,7 +69,7 @@ def possible_levels(options: DifferenceThreshold, _context: Context) -> tuple[fl
 
 
 def finest_level(options: DifferenceThreshold, _context: Context) -> tuple[float, float]:
-    """Return the lowest level, and the larger of the two amplitudes that differ by this level."""
+    """Return the smallest difference from the standard, and the higher of the two amplitudes."""
     nearest = options.compared_level(options.lowest_level)
     return options.lowest_level, max(nearest, options.standard_level)
 

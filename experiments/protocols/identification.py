@@ -48,7 +48,7 @@ class Identification(RatedOptions):
         unit="presentations per surface",
     )
     feedback: Literal["none", "practice", "always"] = setting(
-        "practice", "When the participant is shown the correct number."
+        "practice", "Trials in which the participant is shown the correct number."
     )
     feedback_s: Positive = setting(1.5, "Duration of the feedback.")
 
@@ -117,7 +117,7 @@ class _Run(RatedSurfaces):
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> str:
-    """Choose the surface whose usual strength is closest to the impression."""
+    """Choose the surface whose usual sensation is closest to the sensation in this trial."""
     question = step.question
     if not isinstance(question, ChoiceQuestion):
         raise TypeError(f"'{step.name}' is not a choice")

@@ -54,8 +54,8 @@ class Limits(RestedOptions):
     )
     start_steps: Count = setting(
         2,
-        "Maximum number of levels by which the start of a series is moved inward from the end of "
-        "the range; the shift is drawn at random for each series.",
+        "Maximum number of levels between the end of the range and the start of a series; the "
+        "number is drawn at random for each series.",
         unit="levels",
     )
 
@@ -108,7 +108,7 @@ def possible_levels(options: Limits, _context: Context) -> tuple[float, ...]:
 
 
 def finest_level(options: Limits, _context: Context) -> tuple[float, float]:
-    """Return the step between levels, and the highest amplitude at which it occurs."""
+    """Return the difference between adjacent levels, and the highest amplitude in the task."""
     return options.step_level, max(options.standard_level, options.highest_level)
 
 
@@ -208,7 +208,7 @@ PROTOCOL = ProtocolDeclaration(
     task="limits",
     title="Method of limits",
     description=(
-        "The participant compares ascending and descending series of {q.levels} with a standard "
+        "In ascending and descending series, the participant compares {q.levels} with a standard "
         "until the answer changes."
     ),
     options=Limits,
@@ -225,10 +225,10 @@ PROTOCOL = ProtocolDeclaration(
             description="Direction of the series",
             levels={
                 "ascending": (
-                    "a series that begins near the lowest level and ends with the first yes"
+                    'a series that begins near the lowest level and ends with the first "yes"'
                 ),
                 "descending": (
-                    "a series that begins near the highest level and ends with the first no"
+                    'a series that begins near the highest level and ends with the first "no"'
                 ),
             },
         ),

@@ -64,14 +64,14 @@ class MagnitudeProduction(StandardOptions):
         1,
         "Number of practice trials for each number shown and each starting side (low and high), "
         "before the main trials; recorded but not analysed.",
-        unit="trials per number shown and starting side",
+        unit="trials per number and starting side",
     )
     repetitions: AtLeastOne = setting(
         2,
         "Number of main trials for each number shown and each starting side (low and high).",
-        unit="trials per number shown and starting side",
+        unit="trials per number and starting side",
     )
-    step_level: Positive = setting(0.05, "Change per notch of the wheel or press of a key.")
+    step_level: Positive = setting(0.05, "Change per wheel notch or key press.")
     lowest_level: Positive = setting(0.1, "Lower limit of the adjustment.")
     highest_level: Positive = setting(2.3, "Upper limit of the adjustment.")
 

@@ -68,20 +68,20 @@ class Matching(RestedOptions):
         "Number of practice trials before the main trials; recorded but not analysed.",
         unit="trials",
     )
-    step_level: Positive = setting(0.02, "Change per notch of the wheel or press of a key.")
+    step_level: Positive = setting(0.02, "Change per wheel notch or key press.")
     nearest_start_level: Positive = setting(
-        0.3, "Smallest distance between the plate's starting point and the reference."
+        0.3, "Smallest difference between the start level of a trial and the reference."
     )
     furthest_start_level: Positive = setting(
-        0.6, "Largest distance between the plate's starting point and the reference."
+        0.6, "Largest difference between the start level of a trial and the reference."
     )
     lowest_level: Amplitude = setting(0.0, "Lower limit of the adjustment.")
     highest_level: Positive = setting(2.3, "Upper limit of the adjustment.")
     catch_trials: Count = setting(
         0,
         "Number of catch trials, which start at the reference itself: a match far from the "
-        "reference indicates a lapse of attention or memory. Catch trials are not analysed as "
-        "matches.",
+        "reference indicates a lapse of attention or memory. Catch trials are excluded from the "
+        "analysis of matches.",
         unit="trials",
     )
     reference_again: Switch = setting(
@@ -113,7 +113,7 @@ def check(options: Matching, context: Context) -> None:
             raise UserError(
                 f"trials for the reference {q.short(reference)} start at {low:g} to "
                 f"{q.short(high)}, outside the adjustment range ({options.lowest_level:g} to "
-                f"{options.highest_level:g}); choose a reference further inside this range"
+                f"{options.highest_level:g}); choose a reference further from its limits"
             )
 
 
@@ -248,7 +248,7 @@ PROTOCOL = Protocol(
             levels={
                 "ascending": "from below",
                 "descending": "from above",
-                EQUAL: "a catch trial, which started at the reference itself",
+                EQUAL: "a catch trial, whose start level was the reference",
             },
         ),
         "catch": Column(

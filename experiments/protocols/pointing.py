@@ -100,12 +100,12 @@ class Pointing(Options):
         0.0, "Level of the plate outside the target, or everywhere in trials without feedback."
     )
     target_level: Amplitude = setting(
-        0.0, "Level of the plate on the target in trials with feedback on the target."
+        0.0, "Level of the plate inside the target, in trials with feedback."
     )
     screen_height_mm: Positive = setting(
         300.0,
-        "Height of the participant's screen; with a position sensor, the finger's movement that "
-        "corresponds to this height.",
+        "Height of the participant's screen. With a position sensor: movement of the finger that "
+        "corresponds to the height of the screen.",
     )
     response_time_limit_s: Positive | None = setting(
         None, "Time after which a movement counts as timed out; default: no limit."
@@ -142,7 +142,7 @@ def check(options: Pointing, context: Context) -> None:
     widest_mm = max(options.widths_mm)
     if widest_mm > min(options.distances_mm):
         raise UserError(
-            f"pointing: a target of {widest_mm:g} mm overlaps a start that is "
+            f"pointing: a target {widest_mm:g} mm wide overlaps the start, which is "
             f"{min(options.distances_mm):g} mm away; expected widths up to the smallest distance"
         )
     room = (HALF_WIDTH if options.dimensions == 1 else HALF_HEIGHT) * options.screen_height_mm
@@ -239,7 +239,7 @@ class _Run(Repeating[Movement]):
         self.context = context
 
     def rest(self) -> Rest:
-        """Return the rest between sequences."""
+        """Return the rest break between sequences."""
         return Rest(
             text=self.context.texts["session.rest"],
             done=self.number,
@@ -394,7 +394,7 @@ PROTOCOL = Protocol(
             levels={ON_TARGET: "a position on the target", OUTSIDE: "another position"},
         ),
         "movement_time": _selected(
-            "time_s", "Time from the selection of the start to the next selection", "s"
+            "time_s", "Time between selecting the start and the next selection", "s"
         ),
         "selection_x_mm": _selected(
             "x_mm",

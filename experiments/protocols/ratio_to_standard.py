@@ -52,7 +52,7 @@ class _Run(AgainstStandard):
     """One run of a ratio-judgement task."""
 
     def __init__(self, options: RatioToStandard, context: Context) -> None:
-        # Textures are not presented, because a ratio requires a single amplitude.
+        # Textures are not presented, because a ratio is judged for a single amplitude.
         surfaces = [context.surface(each) for each in context.own_or_listed(None)]
         catch = Presentation(0, "main", context.surface(options.standard_level))
         planned = with_catch_trials(

@@ -60,7 +60,7 @@ class VisualAnalogueScale(RatedOptions):
     cursor_shown: Switch = setting(
         False,
         "Whether the mark is visible at its start position before the first press or click. If "
-        "not, the line is empty until the first press or click.",
+        "false, the line is empty until the first press or click.",
     )
     catch_trials: Count = setting(
         0,

@@ -30,7 +30,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
     version = "2026.2.0"
     plugin = "slipscale"
     iconFile = FOLDER / "plate.png"  # noqa: N815 - PsychoPy takes the theme's own from there
-    tooltip = "Slipscale plate: vibrate at an amplitude, or at a level of the plate's own quantity"
+    tooltip = "Slipscale plate: vibrate at an amplitude, or at a level in the plate's unit"
     beta = False
 
     def __init__(
@@ -81,7 +81,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
             allowedUpdates=["constant", "set every repeat"],
             label="Amplitude [µm peak to peak, or the plate's unit]",
             hint=(
-                "0 switches the plate off. To use a variable of the loop's file, enter "
+                "0 switches the plate off. To use a variable of the conditions file, enter "
                 "$amplitude and choose 'set every repeat'"
             ),
         )
@@ -97,7 +97,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
         buff.writeIndentedLines(code % getInitVals(self.params, "PsychoPy"))
 
     def writeFrameCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the code for the start, the check in every frame and the stop."""
+        """Write the code that starts the plate, checks it in every frame and stops it."""
         names = {**self.params, "loop": self.currentLoop}
         for write_test, code in (
             (self.writeStartTestCode, START),
@@ -110,7 +110,7 @@ class SlipscalePlateComponent(BaseDeviceComponent):  # type: ignore[misc] # Psyc
                 buff.setIndentLevel(-indented, relative=True)
 
     def writeRoutineEndCode(self, buff: Any) -> None:  # noqa: N802
-        """Write the code at the end of the routine, which always stops the plate."""
+        """Write the code that always stops the plate at the end of the routine."""
         buff.writeIndentedLines(STOP % self.params)
         super().writeRoutineEndCode(buff)
 

@@ -7,7 +7,7 @@ from psychopy.hardware import DeviceManager
 
 
 class PlateOutput:
-    """Controls a plate for one Builder component. Several components can share a plate.
+    """Control of a plate by one Builder component. Several components can share a plate.
 
     Parameters
     ----------

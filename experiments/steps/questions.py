@@ -8,7 +8,7 @@ from typing import ClassVar, Literal, NamedTuple
 
 from slipscale.experiments.steps.trial import Value
 
-#: The surface that a comparison asks for; odd: the surface that differs from the others.
+#: Which surface a comparison asks for; "odd" is the surface that differs from the others.
 Sought = Literal["most", "least", "odd"]
 # Name of the question about the participant's consent, whose answer is "yes" or "no".
 CONSENT = "informed_consent"
@@ -65,7 +65,7 @@ class WholeNumberQuestion:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ComparisonQuestion:
-    """Question that asks for one of several surfaces; the reply's value is its number.
+    """Question answered by choosing one of several surfaces; the reply's value is its number.
 
     ``options`` contains the labels on the screen, in the order of presentation ("the first", ...).
     ``seeks`` specifies whether the question asks for the most slippery, the least slippery or the
@@ -106,7 +106,7 @@ class VisualAnalogueQuestion:
     def nearest(self, place: float) -> float:
         """Return the position on the line nearest to ``place``, as a multiple of ``resolution``."""
         held = min(max(place, 0.0), 100.0)
-        # Rounded, so that three steps of 0.1 are exactly 0.3.
+        # The result is rounded, so that three steps of 0.1 are exactly 0.3.
         return round(round(held / self.resolution) * self.resolution, 6)
 
 
@@ -124,13 +124,13 @@ class Selection(NamedTuple):
 
     @property
     def value(self) -> str:
-        """The selection formatted as text, as required for `Reply.value`."""
+        """The selection as text, for `Reply.value`."""
         return " ".join(f"{number:.6f}" for number in self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class PointingQuestion:
-    """Pointing movement from a start to a target on the screen, answered with a `Selection`.
+    """Question answered by pointing from a start to a target; the reply is a `Selection`.
 
     Parameters
     ----------

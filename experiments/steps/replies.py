@@ -7,9 +7,9 @@ from typing import ClassVar
 
 from slipscale.experiments.steps.trial import Value
 
-# Reply to a question with a sound, if the sound could not be played.
+# Reply to a question whose sound could not be played.
 NO_SOUND = "no_sound"
-# Participant's reply to an `Adjust` step that requests the reference.
+# Reply with which a participant requests the reference during an `Adjust` step.
 FEEL_AGAIN = "feel again"
 # Participant's reply that returns to the previous question; free text cannot contain this value.
 BACK = "\b"
@@ -55,7 +55,7 @@ class Adjusted(Reply):
         Amplitude read back from the plate at the end of the adjustment.
     trace : tuple of pairs
         The time at which each amplitude settled, in seconds from the beginning of the adjustment,
-        and the amplitude in µm peak to peak. The first pair contains 0 s and the initial amplitude.
+        and the amplitude in µm peak to peak. The first pair is the initial amplitude at 0 s.
     again_s : tuple of float
         The times at which the reference was requested, in seconds from the beginning of the
         adjustment.

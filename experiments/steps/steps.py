@@ -51,7 +51,7 @@ class Played:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Instruct:
-    """Text that the participant reads at their own pace. ``last`` marks the final text."""
+    """Text that the participant reads at their own pace. ``last`` marks the last text of a run."""
 
     text: str
     title: str = ""
@@ -107,9 +107,9 @@ class Present:
     """Present a surface on the plate.
 
     If participants judge a difference, ``lead_in`` is the surface that they explore before
-    ``surface``. A lead-in that is already on the plate is not presented again. ``second`` is the
-    level of a second actuator, in the quantity of that actuator. The field's name does not end in
-    ``_level``, because this ending is reserved for levels in the plate's quantity.
+    ``surface``. A lead-in that the plate is already producing is not presented again. ``second`` is
+    the level of a second actuator, in the quantity of that actuator. The name ``second`` does not
+    end in ``_level``, because this suffix is reserved for levels in the plate's quantity.
     """
 
     LATER: ClassVar = frozenset({"second"})
@@ -218,7 +218,7 @@ class Rest:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class EndTrial:
-    """The end of a trial."""
+    """End of a trial. The reply lists the trials that the operator voids."""
 
     trial: Trial
 

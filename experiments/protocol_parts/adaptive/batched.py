@@ -17,7 +17,7 @@ from slipscale.experiments.protocol_parts.adaptive.quest_plus import QuestPlus, 
 from slipscale.experiments.steps.rounding import DECIMALS
 from slipscale.faults import UserError
 
-#: Largest product of runs and parameter combinations: 400 MB.
+#: Maximum number of runs times parameter combinations, whose posteriors take 400 MB.
 LARGEST_BATCH = 50_000_000
 
 

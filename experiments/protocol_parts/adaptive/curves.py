@@ -31,7 +31,7 @@ def _normal_inverse(share: Array) -> Array:
 
 
 def _logistic(z: Array) -> Array:
-    # exp(z) and exp(-z) each overflow on one side; exp(-abs(z)) never does.
+    # exp(z) overflows for large z, and exp(-z) for very negative z; exp(-abs(z)) never does.
     small = np.exp(-np.abs(z))
     return np.where(z >= 0, 1.0, small) / (1.0 + small)
 
@@ -50,7 +50,7 @@ def _gumbel(z: Array) -> Array:
 
 
 def _gumbel_density(z: Array) -> Array:
-    # exp(z - exp(z)) underflows to 0 on both sides.
+    # The limit prevents overflow of exp(z); the density is 0 far below the limit.
     bounded = np.minimum(z, HIGHEST_EXPONENT)
     return np.asarray(np.exp(bounded - np.exp(bounded)))
 
@@ -89,7 +89,7 @@ class Curve:
     density: Callable[[Array], Array]
 
     def coordinate(self, level: npt.ArrayLike) -> Array:
-        """Convert levels in µm peak to peak to ``u``. A logarithmic curve returns -inf for 0."""
+        """Convert levels in µm peak to peak to coordinates ``u`` (-inf for 0 if logarithmic)."""
         level = np.asarray(level, float)
         if not self.logarithmic:
             return level
@@ -97,7 +97,7 @@ class Curve:
             return np.asarray(np.log(level))
 
     def level(self, coordinate: npt.ArrayLike) -> Array:
-        """Convert ``u`` to levels in µm peak to peak (inverse of `coordinate`)."""
+        """Convert coordinates ``u`` to levels in µm peak to peak (inverse of `coordinate`)."""
         u = np.asarray(coordinate, float)
         return np.asarray(np.exp(u)) if self.logarithmic else u
 

@@ -27,7 +27,7 @@ class Interleaved:
     stopping : Stopping
         Rule that decides when a track ends.
     stream : callable
-        Returns the random number stream for a round. Calls with the same round number must return
+        Returns the random number stream for a round number. Calls with the same number must return
         the same stream.
     order : {"alternating", "shuffled"}
         Whether the tracks keep a fixed order or are shuffled in each round.
@@ -68,17 +68,17 @@ class Interleaved:
 
     @property
     def over(self) -> bool:
-        """Whether all tracks are over."""
+        """Whether all tracks have ended."""
         return not self.left
 
     @property
     def current(self) -> int:
-        """Index of the track with the next trial. Raises IndexError if all tracks are over."""
+        """Index of the track with the next trial. Raises IndexError if all tracks have ended."""
         return self.left[0]
 
     @property
     def level(self) -> float:
-        """Level of the next trial in µm peak to peak. Raises IndexError if all tracks are over."""
+        """Level of the next trial (µm peak to peak). Raises IndexError if all tracks have ended."""
         return self.tracks[self.current].level
 
     @property
@@ -100,9 +100,9 @@ class Interleaved:
     def taken_back(self, tracks: tuple[Track, ...], again: tuple[int, ...]) -> Self:
         """Return the interleaved tracks after some answers have been removed.
 
-        ``tracks`` contains the tracks without the removed answers, and ``again`` contains the track
-        number of each removed answer. In the current round, a track gets one additional trial per
-        removed answer, unless the track is over.
+        ``tracks`` contains the tracks without the removed answers. ``again`` contains the track
+        number of each removed answer. Each removed answer adds a trial to its track in the current
+        round, unless the track has ended.
         """
         going = tuple(number for number in again if self._goes_on(tracks[number]))
         return replace(self, tracks=tracks, left=(*self.left, *going))

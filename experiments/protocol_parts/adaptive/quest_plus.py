@@ -19,10 +19,10 @@ from slipscale.experiments.protocol_parts.adaptive.track import Progress, check_
 from slipscale.experiments.steps.rounding import DECIMALS, rounded
 from slipscale.faults import UserError
 
-#: Levels times parameter combinations: four tables of 8-byte values, 64 MB in total. Each trial
-#: reads two of them, which takes 0.37 of a frame at 60 Hz.
+#: Maximum number of levels times parameter combinations. A grid of this size has four tables that
+#: take 64 MB in total. Reading two of these tables in each trial takes 0.37 of a frame at 60 Hz.
 LARGEST_GRID = 2_000_000
-#: With a larger lapse rate, an observer is not performing the task.
+#: An observer with a larger lapse rate is not performing the task.
 LARGEST_LAPSE = 0.5
 
 

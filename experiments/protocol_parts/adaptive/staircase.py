@@ -11,8 +11,9 @@ from __future__ import annotations
 from slipscale.experiments.protocol_parts.adaptive.up_down import Scale, UpDown
 from slipscale.faults import UserError
 
-#: Number of correct answers in a row for a step down -> size of the step down relative to the step
-#: up. These staircases converge to 77.85, 80.35, 83.15 and 85.84 % correct.
+#: Size of a step down relative to a step up, keyed by the number of consecutive correct answers
+#: before a step down. Staircases with these sizes converge to 77.85, 80.35, 83.15 and 85.84 %
+#: correct.
 STEP_RATIOS = {1: 0.2845, 2: 0.5488, 3: 0.7393, 4: 0.8415}
 
 

@@ -22,7 +22,7 @@ class Progress:
     trials : int
         Number of answers so far.
     reversals : int or None
-        Number of changes between steps up and steps down; None for a method without steps.
+        Number of reversals of the step direction; None for a method without steps.
     threshold_sd_log10 : float or None
         Posterior standard deviation of the threshold, in decades; None if the method has no
         posterior.

@@ -96,7 +96,7 @@ class UpDown:
 
     @property
     def target(self) -> float:
-        """Proportion of correct answers at the level where steps down and steps up balance."""
+        """Proportion of correct answers to which tracks converge."""
         return float((1 / (1 + self.down_to_up)) ** (1 / self.down_after))
 
     def start(self) -> UpDownTrack:
@@ -152,7 +152,7 @@ class UpDownTrack:
         return Progress(trials=self.trials, reversals=len(self.reversal_levels))
 
     def answered(self, *, correct: bool, at_level: float | None = None) -> Self:  # noqa: ARG002
-        """Return the track after one more answer; ``at_level`` is ignored."""
+        """Return the track after one more answer. Up-down rules ignore ``at_level``."""
         in_row = self.correct_in_row + 1 if correct else 0
         beginning = self.rule.until_first_error and self.direction != UP
         needed = 1 if beginning and not self.reversal_levels else self.rule.down_after

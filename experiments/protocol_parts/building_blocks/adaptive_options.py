@@ -78,12 +78,12 @@ class AdaptiveOptions(RestedOptions):
     )
     quest_slopes: Some = setting(
         (1.0, 1.5, 2.0, 3.0, 5.0),
-        "Slopes of the Weibull function that quest_plus considers.",
+        "Candidate slopes of the Weibull function for quest_plus.",
         unit="none",
     )
     quest_lapses: Annotated[
         tuple[Annotated[float, Field(strict=True, gt=0, lt=0.5)], ...], Field(min_length=1)
-    ] = setting((0.01, 0.04), "Lapse rates that quest_plus considers.", unit="share, 0 to 1")
+    ] = setting((0.01, 0.04), "Candidate lapse rates for quest_plus.", unit="share, 0 to 1")
     tracks: Annotated[int, Field(strict=True, ge=1, le=8)] = setting(
         2, "Number of interleaved tracks, each with the same rule.", unit="tracks"
     )
@@ -97,7 +97,7 @@ class AdaptiveOptions(RestedOptions):
     )
     least_trials: TrialCap = setting(
         1,
-        "Minimum number of answers before reversals or threshold_sd_log10 can end a track.",
+        "Minimum number of answers before the option reversals or threshold_sd_log10 ends a track.",
         unit="trials per track",
     )
     reversals: AtLeastOne | None = setting(

@@ -37,7 +37,7 @@ def adjusted_columns(name: str, description: str) -> dict[str, Column]:
         ),
         f"{name.removesuffix('_level')}_readback_level": Column(
             value=lambda record: of("readback_level", record),
-            description="The same {q.name}, as read back from the plate{q.behind}",
+            description=f"{description}, as read back from the plate{{q.behind}}",
             units="{q.bids}",
         ),
         "turns": Column(

@@ -48,7 +48,7 @@ class StandardOptions(RatedOptions):
 
     @property
     def in_each_trial(self) -> bool:
-        """Whether the standard is the first interval of each trial."""
+        """Whether each trial presents the standard in its first interval."""
         return self.standard_every_trials == 1
 
 
@@ -89,7 +89,7 @@ class AgainstStandard(RatedSurfaces):
         yield from super().between()
 
     def standard(self, trial: Trial) -> Steps:
-        """Yield the steps that present the standard before a trial's own surface, if it is due."""
+        """Yield the steps that present the standard, if the standard is due before this trial."""
         surface = self.context.surface(self.against.standard_level)
         if self.against.in_each_trial:
             yield Present(surface=surface, trial=trial, interval=STANDARD)

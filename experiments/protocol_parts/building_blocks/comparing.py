@@ -94,7 +94,7 @@ def in_both_orders(
 def the_two_ends(
     easy: tuple[Stimulus, ...], context: Context, phase: Phase, count: int
 ) -> list[Shown]:
-    """Return trivially easy trials: the given surfaces in forward or reverse order at random."""
+    """Return trivially easy trials: the given surfaces, randomly in forward or reverse order."""
     stream = context.stream(context.task, "easy", phase)
     turned = [stream.below(2) for _ in range(count)]
     return [Shown(phase, easy[::-1] if turn else easy, {"catch": True}) for turn in turned]
@@ -108,8 +108,9 @@ def name_of(surface: Stimulus) -> str:
 def sought(quantity: Quantity, sign: int = 1) -> Sought:
     """Return whether a question asks for the "most" or the "least" of the judged attribute.
 
-    The question is about the higher level if ``sign`` is 1, and about the lower level if ``sign``
-    is -1. For some quantities, the judged attribute decreases with the level.
+    The question asks for the surface with the higher level if ``sign`` is 1, and for the surface
+    with the lower level if ``sign`` is -1. For some quantities, the judged attribute decreases with
+    the level.
     """
     return "least" if (sign < 0) != quantity.falls else "most"
 

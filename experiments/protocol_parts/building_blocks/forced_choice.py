@@ -88,8 +88,8 @@ class ForcedChoice(IntervalTask[Choice]):
     sign : {1, -1}
         Whether the target is the standard plus (1) or minus (-1) the track's level.
     seeks : {"most", "least", "odd"}, optional
-        Which surface the question asks for; by default, the surface with the most or the least of
-        the attribute, depending on the sign.
+        Which surface the question asks for. By default, ``sign`` determines whether the question
+        asks for the most or the least of the attribute (`comparing.sought`).
     """
 
     def __init__(
@@ -113,9 +113,11 @@ class ForcedChoice(IntervalTask[Choice]):
         )
         self.tracks = AnsweredTracks(start)
         drawn = context.stream(context.task, "catch").shuffled(range(options.expected_trials))
-        self._catch_at = sorted(drawn[: options.catch_trials])  # answers before each of them
+        # Numbers of answers after which the catch trials are presented.
+        self._catch_at = sorted(drawn[: options.catch_trials])
         self._missed = 0  # number of trials without an answer
-        self._again: dict[int, int] = {}  # track -> number of the trial that its next trial repeats
+        # Number of the trial that a track's next trial repeats, keyed by track.
+        self._again: dict[int, int] = {}
         self._practice_left = options.practice
         self._repetitions_left = 0
 
@@ -135,7 +137,7 @@ class ForcedChoice(IntervalTask[Choice]):
         yield from self.close(lambda: part_over(texts))
 
     def next(self) -> Choice | None:
-        """Return the definition of the next trial, or None when all tracks are over."""
+        """Return the definition of the next trial, or None when all tracks have ended."""
         now = self.tracks.now
         if now.over or self._missed >= now.most_trials:
             return None
@@ -146,7 +148,7 @@ class ForcedChoice(IntervalTask[Choice]):
         return Choice("main", now.level, now.current, repeats=repeats)
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Choice]]:
-        """Schedule repetitions of voided trials, at the track's next level if adaptive."""
+        """Schedule repetitions of voided trials, at the next level of the track if there is one."""
         numbers = list(numbers)
         self.tracks.take_back(numbers)
         tracks = {number: self._known[number].track for number in numbers}

@@ -36,7 +36,7 @@ class PacedOptions(Options):
     def explore(
         self, text: str, trial: Trial | None = None, *, interval: int | None = None
     ) -> Explore:
-        """Return the exploration step for the current surface."""
+        """Return a step in which the participant explores the current surface."""
         return Explore(
             text=text,
             trial=trial,

@@ -61,8 +61,8 @@ class Repeating(ABC, Generic[Condition]):
         """Yield the trials of a block whose conditions are selected one at a time.
 
         Before each trial, ``draw`` returns the trial's condition, which may depend on all earlier
-        answers, or None to end the block. ``draw`` is called again if a trial is voided while the
-        screen after the block is shown.
+        answers, or None to end the block. If a trial is voided while `close` shows its screen,
+        ``draw`` is called again.
         """
         self._draw = draw
         yield from self._trials(deque())
@@ -76,7 +76,7 @@ class Repeating(ABC, Generic[Condition]):
             yield from self._trials(self.again(reply.trials))
 
     def again(self, numbers: Iterable[int]) -> deque[Repetition[Condition]]:
-        """Return repetitions of the given trials, and add them to the total number of trials."""
+        """Schedule the given trials for repetition, and increase the total number of trials."""
         repetitions = deque((self._known[number], number) for number in numbers)
         self.total += len(repetitions)
         return repetitions

@@ -20,18 +20,18 @@ ALONE = (
     "no_immediate_repeat: a single surface always follows itself; use more surfaces, or "
     "no_immediate_repeat = false"
 )
-# This is four hours of trials. Generating an order of this size takes a second.
+# Maximum number of trials. 1200 trials take four hours, and generating their order takes a second.
 MOST = 1200
 
 
 def without_repeats(kinds: int, each: int, stream: Stream) -> list[int]:
-    """Return ``each`` copies of 0 to ``kinds - 1`` in a random order without equal neighbours.
+    """Return a random order of 0 to ``kinds - 1``, each ``each`` times, without equal neighbours.
 
-    The copies of one number after another are inserted into the order. The copies of each number
-    are divided into groups. Each group is inserted either between two equal neighbours or at
-    another position. The algorithm randomly chooses how many groups are inserted at each type of
-    position, with probabilities proportional to the exact number of orders that result from each
-    choice. All other choices are uniform shuffles. Once the counts are cached, the running time is
+    The order begins as the copies of 0. The copies of each further number are divided into groups,
+    which are inserted into the order. Each group is inserted either between two equal neighbours or
+    at another position. The numbers of groups at these two types of position are chosen at random,
+    with probabilities proportional to the exact number of orders that result from each choice. All
+    other choices are uniform shuffles. Once the counts are cached, the running time is
     linear in the number of copies.
 
     Raises
@@ -78,7 +78,7 @@ def _counts(each: int, kinds: int) -> _Counts:
 
 @dataclass(slots=True)
 class _Counts:
-    """Number of ways to complete a partial order so that no neighbours are equal."""
+    """Number of ways to complete an unfinished order so that no neighbours are equal."""
 
     each: int
     kinds: int
@@ -94,13 +94,13 @@ class _Counts:
         Parameters
         ----------
         placed : int
-            Number of kinds of items that the partial order contains.
+            Number of kinds of items that are already in the order.
         equal : int
-            Number of pairs of equal neighbours in the partial order.
+            Number of pairs of equal neighbours in the unfinished order.
         """
         if (placed, equal) not in self._known:
-            # Blocks of the other kinds go between the items, in C(items + blocks - equal, blocks -
-            # equal) ways, because every equal pair must be separated by one.
+            # Every equal pair must be separated by a block of another kind. The remaining blocks
+            # can be at any position, so there are C(items + blocks - equal, blocks - equal) ways.
             signed = self._signed[self.kinds - placed]
             total, ways = 0, 1
             for blocks in range(equal, len(signed)):
@@ -111,9 +111,10 @@ class _Counts:
         return self._known[placed, equal]
 
     def draw_groups(self, placed: int, equal: int, stream: Stream) -> tuple[int, int]:
-        """Randomly choose how many groups of the next kind of item are inserted at which positions.
+        """Choose at random into how many groups the copies of the next number are divided.
 
-        Return the number of groups between equal neighbours, and the number at other positions.
+        Return the number of groups to insert between equal neighbours, and the number of groups to
+        insert at other positions.
         """
         each, items = self.each, placed * self.each
 
@@ -130,8 +131,8 @@ class _Counts:
             )
 
         rank = stream.below_any(self.completions(placed, equal))
-        # The distribution does not depend on the order of the choices; trying likely ones first is
-        # fastest.
+        # Choices can be tried in any order without changing the distribution. Starting with the
+        # most likely choice is fastest.
         best = (min(equal, each), max(each - equal, 0))
         while ways(near := max(_ring(best, 1), key=ways)) > ways(best):
             best = near
@@ -150,14 +151,15 @@ def _ring(centre: tuple[int, int], distance: int) -> list[tuple[int, int]]:
 
 
 def _signed_blocks(each: int, most: int) -> list[list[int]]:
-    """Return the signed counts of orders for inclusion and exclusion.
+    """Return the signed counts of orders that inclusion-exclusion adds up.
 
-    Element ``[kinds][blocks]`` counts the orders of ``blocks`` blocks of equal items that contain
-    ``each`` copies of every kind of item, for 0 to ``most`` kinds. Each item after the first in a
-    block changes the sign of an order, so that orders with equal neighbours cancel.
+    Element ``[kinds][blocks]`` is the number of sequences of ``blocks`` blocks of equal items in
+    which each of ``kinds`` kinds has ``each`` copies, for 0 to ``most`` kinds. The number is
+    negative if the number of items minus the number of blocks is odd. In the sum, orders with equal
+    neighbours therefore cancel.
     """
     scale = math.factorial(each)
-    # Count for one kind, divided by the factorial of the number of blocks and scaled to an integer.
+    # Terms of the exponential generating function for one kind, scaled to integers.
     one = [
         (-1) ** (each - blocks)
         * math.comb(each - 1, blocks - 1)

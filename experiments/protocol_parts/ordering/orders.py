@@ -44,8 +44,8 @@ def presentation_order(
     stream : Stream
         The run's stream of random numbers.
     shared : callable
-        Returns the random number stream for the design of a group of runs, given the numbers of the
-        group and the turn (see `Place.within`). With "williams", each run of a group uses a part of
+        Returns the random number stream for the design of a group of runs, given the group number
+        and the turn number from `Place.within`. With "williams", each run of a group uses a part of
         the same design.
     place : Place
         The run's position in the counterbalancing, used by "williams".
@@ -55,7 +55,7 @@ def presentation_order(
     Returns
     -------
     list of list of int
-        Blocks of conditions; "simple" returns one block.
+        The conditions of each block. The rule "simple" gives a single block.
 
     Raises
     ------
@@ -90,19 +90,19 @@ def practice_order(
     conditions, repetitions, stream
         See `presentation_order`.
     following : int or None
-        First condition after the practice. If given, no condition is presented twice in a row,
-        either during the practice or from the practice to the next block. If None, immediate
-        repeats are allowed.
+        First condition after practice. If it is not None, no condition is presented twice in a
+        row, either during practice or from practice to the next block. If None, immediate repeats
+        are allowed.
 
     Raises
     ------
     UserError
-        If immediate repetitions are forbidden and there is practice, but only one surface.
+        If immediate repetitions are forbidden, but practice has only one surface.
     """
     if following is not None and conditions == 1 and repetitions:
         raise UserError(ALONE)
     blocks: list[list[int]] = []
-    # Generated backwards, so that the practice adapts to the main order and not vice versa.
+    # Blocks are generated from last to first, so that practice adapts to the main order.
     for _ in range(repetitions):
         block = stream.shuffled(range(conditions))
         while following is not None and block[-1] == following:

@@ -1,7 +1,7 @@
 """Seeded random numbers that are the same on every machine and in every version.
 
 The numbers are SHA-256 hashes of a key and a counter. NumPy and ``random`` are not used, because
-they guarantee their bit streams but not the result of ``shuffle``.
+their ``shuffle`` can give different results in different versions.
 """
 
 from __future__ import annotations

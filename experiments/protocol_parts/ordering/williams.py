@@ -24,7 +24,7 @@ def williams_square(size: int) -> list[list[int]]:
     Returns
     -------
     list of list of int
-        Rows of condition numbers from 0 to ``size - 1``.
+        Rows of the square, each an order of the conditions 0 to ``size - 1``.
     """
     # 0, 1, n-1, 2, n-2, ...: neighbours differ by every amount once.
     first = [0, *((step + 1) // 2 if step % 2 else size - step // 2 for step in range(1, size))]
@@ -56,8 +56,8 @@ class Place:
 
         A group consists of ``size`` participants, and each turn of a group has its own random
         design with ``size`` positions. If ``advance`` is True, a turn consists of ``size`` runs per
-        participant, in which the participant takes each position once. If False, each run of a
-        participant belongs to a new turn, and the participant keeps the same position.
+        participant, in which the participant takes each position once. If False, the turn
+        increases with each run of a participant, and the position stays the same.
         """
         group, place = divmod(self.row, size)
         turn, step = divmod(self.visit, size) if self.advance else (self.visit, 0)
@@ -65,7 +65,7 @@ class Place:
 
 
 def williams_group(conditions: int, repetitions: int, *, no_immediate_repeat: bool) -> int:
-    """Return the smallest number of runs whose blocks together fill whole Williams squares."""
+    """Return the smallest number of runs that together use complete Williams squares."""
     rows = len(williams_square(conditions))
     return rows // math.gcd(rows, _rows_drawn(conditions, repetitions, no_immediate_repeat))
 
@@ -86,7 +86,7 @@ def williams_blocks(
     """Return a run's blocks, which are rows of the Williams squares shared by a group of runs.
 
     Each square has new random labels and a new random order of its rows. A run's blocks are
-    successive rows, which continue in the next square after the last row of a square.
+    successive rows. The last row of a square is followed by the first row of the next square.
     """
     taken = _rows_drawn(conditions, repetitions, no_immediate_repeat)
     size = williams_group(conditions, repetitions, no_immediate_repeat=no_immediate_repeat)
@@ -102,7 +102,7 @@ def williams_blocks(
             for number, (before, after) in enumerate(
                 pairwise([*known, *rows]), start=len(blocks) + 1 - len(known)
             )
-            if number % taken  # otherwise `after` begins another run
+            if number % taken  # otherwise, `after` is the first block of another run
         )
 
     while len(blocks) < (own + 1) * taken:

@@ -211,7 +211,7 @@ def test_a_study_may_replace_a_text_that_a_protocol_brings(pilot):
             r"trials raised KeyError: 'lost' \(module .*protocols, line",
         ),
         ({"trials": lambda *_: "two"}, "trials returned 'two', expected a whole number"),
-        ({"steps": lambda *_: [1, 2]}, "its steps are list, expected a generator"),
+        ({"steps": lambda *_: [1, 2]}, "its steps are of type list, expected a generator"),
         (
             {"steps": lambda *_: (each for each in ("Present",))},
             "its steps contain an object",

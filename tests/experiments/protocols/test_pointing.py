@@ -68,7 +68,7 @@ def test_the_plate_has_its_other_level_on_the_target_only(on, off, target):
     "old, new, message",
     [
         ("movements = 15", "movements = 4\ndimensions = 2", "expected an odd number"),
-        ("widths_mm = [4.0, 10.0]", "widths_mm = [25.0]", "overlaps a start that is 20 mm away"),
+        ("widths_mm = [4.0, 10.0]", "widths_mm = [25.0]", "overlaps the start, which is 20 mm"),
         ("80.0]", "400.0]", "reach 205 mm from the middle, but the screen has room for 189 mm"),
         ("movements = 15", "dimensions = 2", "expected dimensions = 1"),
         ("target_um_pp = 0.0", "target_um_pp = 2.3", "target_um_pp equals ground_um_pp"),
