@@ -66,7 +66,7 @@ def cousineau_morey(values: NDArray[np.float64], confidence: float = 0.95) -> ND
     Parameters
     ----------
     values : array, shape (participants, conditions)
-        Values, none of which may be missing. With fewer than `FEWEST` participants or fewer than
+        Values; missing values are not allowed. With fewer than `FEWEST` participants or fewer than
         two conditions, the half-widths are NaN.
     """
     from scipy import stats  # noqa: PLC0415 - takes a second to import, only when an interval is asked for

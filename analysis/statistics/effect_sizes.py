@@ -13,12 +13,12 @@ TINY = 1e-12
 LARGEST_T = 1e4
 #: Largest F for which an interval is computed.
 LARGEST_F = 1e4
-#: Below this |t|, SciPy's inverse can return the value for t = 0, so a root search replaces it.
+#: Below this |t|, `scipy.special.nctdtrinc` can return the result for t = 0, so it is not used.
 SMALL_T = 1.0
 
 
 def _noncentrality(t: float, df: int, p: float) -> float:
-    """Return the non-centrality parameter at which a small t has cumulative probability p."""
+    """Return the non-centrality parameter for which P(T <= t) = p, for a small t."""
     from scipy import optimize, stats  # noqa: PLC0415 - see `d_z_interval`
 
     return float(optimize.brentq(lambda shift: stats.nct.cdf(t, df, shift) - p, -8.0, 8.0))
@@ -151,15 +151,15 @@ def eta_squared(values: Array) -> float:
 def eta_squared_interval(values: Array, confidence: float) -> ConfidenceInterval | None:
     """Return the interval for generalised eta squared, or None if it is not defined.
 
-    Tukey's jackknife across participants is applied to artanh η (Fisher's z of the correlation
-    ratio), with a t quantile. The coverage is nominal with six or more participants
-    (tests/analysis). With twelve participants, the coverage of a percentile bootstrap is about 75 %
-    instead of 95 %, because η² is biased upwards.
+    The interval is computed for artanh η (Fisher's z of the correlation ratio η), with Tukey's
+    jackknife across participants and a t quantile. The coverage is nominal with six or more
+    participants (tests/analysis). With twelve participants, the coverage of a percentile bootstrap
+    is about 75 % instead of 95 %, because η² is biased upwards.
 
     Parameters
     ----------
     values : array, shape (participants, amplitudes)
-        Values of at least three participants, without missing values.
+        Values of at least three participants; missing values are not allowed.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -15,7 +15,8 @@ from slipscale.analysis.statistics.mean_over_participants import MeanOverPartici
 
 #: Scale of the Cauchy prior for d_z, as in pingouin, JASP and the R package BayesFactor.
 PRIOR_SCALE = 0.707
-#: The integral over the prior's variance g is a sum from exp(-LOG_G) to exp(LOG_G).
+#: The integral over g, the variance in the prior, is computed at GRID values of log g, from -LOG_G
+#: to LOG_G.
 LOG_G, GRID = 60.0, 12_001
 #: The logarithm of the largest floating-point number.
 LARGEST_LOG = 709.0
@@ -86,7 +87,7 @@ def bayes_factor(t: float, n: int) -> float:
     """
     log_g, step = np.linspace(-LOG_G, LOG_G, GRID, retstep=True)
     spread = np.log1p(n * PRIOR_SCALE**2 * np.exp(log_g))
-    # The integrand is multiplied by g, because the sum is over log g.
+    # The integrand contains a factor g, because the grid is uniform in log g.
     density = (
         -spread / 2
         - n / 2 * np.log1p(t**2 / (n - 1) * np.exp(-spread))

@@ -73,6 +73,6 @@ def mean_over_participants(
 
 
 def holm_of(found: Sequence[MeanOverParticipants | NotComputed]) -> list[float | None]:
-    """Return Holm-corrected p-values for a family of means, with None for missing means."""
+    """Return the Holm-corrected p-values of a family of tests, with None for missing results."""
     ps = holm([each.p if each else np.nan for each in found])
     return [p if each else None for p, each in zip(ps, found, strict=True)]

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-FEWEST_TRIALS = 4  # Fisher's interval needs four points, and a line through three is uninformative
+FEWEST_TRIALS = 4  # Fisher's interval is not defined for fewer points
 # Fisher's z is infinite for a perfect correlation.
 LARGEST_CORRELATION = 1 - 1e-12
 

@@ -21,17 +21,17 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
 
-#: Largest number of participants. With more, the fit takes minutes, and the t interval of the
-#: slopes gives the same result.
+#: Largest number of participants. With more participants, the fit takes minutes, and the t interval
+#: of the slopes gives the same result.
 AT_MOST = 200
-#: Optimisers of statsmodels, tried until two converge to the same maximum. Each of them fails on
-#: some data, or reports convergence although another finds a better fit (on the R reference data,
-#: lbfgs stops before it reaches lme4's maximum).
+#: Optimisers of statsmodels, tried until two converge to the same maximum. Each optimiser fails on
+#: some data, or reports convergence although another optimiser finds a better fit (on the R
+#: reference data, lbfgs stops before it reaches lme4's maximum).
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
-#: Log likelihoods closer than this value count as the same maximum.
+#: Log likelihoods closer than this value are treated as the same maximum.
 SAME_MAXIMUM = 1e-3
 #: Diagonal elements of the random effects' Cholesky factor below this value, in residual standard
-#: deviations, count as being at their bound. lme4's `isSingular` uses 1e-4 by default.
+#: deviations, are treated as being at their bound. lme4's `isSingular` uses 1e-4 by default.
 AT_ITS_BOUND = 1e-2
 BOUND_SENTENCE = "an estimated variance or correlation is on the boundary of its range"
 
@@ -148,8 +148,8 @@ def _frame(data: Prepared) -> tuple[pd.DataFrame, str | None]:
         few(f"{data.quantity.levels} above 0", frame["lx"].nunique(), 2): frame["lx"].nunique() < 2,  # noqa: PLR2004
         f"there are {n} participants, but at most {AT_MOST} are supported; for more, use "
         "power_law, whose estimate is the same, with a t interval across participants": n > AT_MOST,
-        f"there are at most two estimates above {data.quantity.value(0)} per participant, which "
-        "leaves no residuals": len(frame) <= 2 * n,
+        f"there are at most two estimates above {data.quantity.value(0)} per participant, so "
+        "there are no residuals": len(frame) <= 2 * n,
         "the estimates of each participant are all the same": len(frame) > 0
         and float(np.ptp(around)) <= TINY,
     }

@@ -1,8 +1,8 @@
 """Represent a result that could not be computed, and the reason for this.
 
-`NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. To use the
-reason as well, call `fold` or check the type with ``isinstance``. Use `computed` for results that
-can themselves be falsy, such as a number or an empty tuple.
+`NotComputed` is falsy, so ``if result:`` is enough for code that needs only the result. If the
+reason is also needed, call `fold` or check the type with ``isinstance``. Use `computed` for results
+that can themselves be falsy, such as a number or an empty tuple.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def computed(result: T | NotComputed) -> T | None:
 
 
 def all_computed(results: Iterable[T | NotComputed]) -> list[T]:
-    """Return the results that were computed, without the missing results."""
+    """Return only the results that were computed."""
     return [each for each in results if not isinstance(each, NotComputed)]
 
 

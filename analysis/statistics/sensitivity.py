@@ -35,9 +35,9 @@ class RuleSummary:
 
 
 def sensitivity(trials: pd.DataFrame, used: str, quantity: Quantity) -> tuple[RuleSummary, ...]:
-    """Return the means and standard deviations of Table III under every applicable rule.
+    """Return the means and standard deviations of Table III for each possible normalisation rule.
 
-    The exponent and all within-participant tests on logarithms are the same under all rules.
+    The exponent and all within-participant tests on logarithms do not depend on the rule.
     """
     rows = []
     normalised = normalise_by_all(trials)

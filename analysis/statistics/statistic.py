@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 T = TypeVar("T")
-#: Covariant, so that a list can contain statistics of several types. This is safe because the
-#: callables of a statistic receive only its own results.
+#: The type is covariant, so that a list can contain statistics of several types. This is safe
+#: because the callables of a statistic receive only its own results.
 T_co = TypeVar("T_co", covariant=True)
 
 #: A session measure: name, unit, and a table of participants (rows) by sessions (columns).
@@ -52,7 +52,7 @@ class Inputs:
     session_tables : callable
         Function that returns one `SessionTable` for each measure of each kind of task.
     found : Inference
-        The results of the statistics declared before this one.
+        The results of all statistics that are declared before the current one.
     """
 
     data: Dataset
@@ -123,18 +123,18 @@ class Statistic(Generic[T_co]):
         Title in the list of tests that could not be computed. If the title is empty, the statistic
         is not listed.
     parts : callable, optional
-        Function that returns the parts of a result, each of which can be missing. The keys are
+        Function that divides a result into parts, some of which may be `NotComputed`. The keys are
         titles, which can contain placeholders such as ``{q.levels}``.
     families : tuple of Family
         Families of tests with p-values, listed in the report. Estimates with confidence intervals
-        need no family.
+        do not belong to a family.
     sentences : tuple of Sentence
         Sentences for the results section, in order.
     methods : str
-        Sentence for the methods section. It can contain placeholders such as ``{q.levels}``, and
+        Sentence for the methods section, which can contain placeholders such as ``{q.levels}``, and
         references as ``[[key]]``.
     conclusions, headlines : Mapping
-        Conclusions of simulated pilots, and numbers to plot from them. The keys are regular
+        Conclusions and main results that are summarised over simulated pilots. The keys are regular
         expressions that match names of results, without the prefix ``key``. The values are
         descriptions, in which ``{0}`` is the first group of the expression.
     """
@@ -157,7 +157,7 @@ class Statistic(Generic[T_co]):
 
 
 def _statistic_of(key: str) -> object:
-    # Imported when unpickling, because the declarations import this module.
+    # The declarations are imported only here, because their modules import this module.
     kinds = import_module("slipscale.analysis.tasks.outside.guard").every_kind()
     return next(each for kind in kinds for each in kind.statistics if each.key == key)
 
@@ -168,8 +168,8 @@ class Inference:
 
     Examples
     --------
-    Code looks up a result by its declaration, as in ``inference[FRIEDMAN]``. In a notebook,
-    attributes are shorter: ``analysis.inference.friedman``.
+    Results are available by declaration, as in ``inference[FRIEDMAN]``, and by key, as in
+    ``analysis.inference.friedman``, which is shorter in a notebook.
     """
 
     results: Mapping[str, object] = field(default_factory=dict)
@@ -209,7 +209,7 @@ class Inference:
 def of_estimates(
     test: Callable[[Prepared], T | NotComputed],
 ) -> Callable[[Inputs], T | NotComputed]:
-    """Adapt a test of magnitude estimates so that it can be declared as a statistic."""
+    """Adapt a test of magnitude estimates for use as `Statistic.compute`."""
 
     def compute(inputs: Inputs) -> T | NotComputed:
         if inputs.prepared is None:

@@ -24,9 +24,7 @@ STARTS = ((1.0, 0.5), (0.05, 0.05))
 def reml_components(
     means: Array, counts: Array, squares: Array, starts: Sequence[Sequence[float]] = STARTS
 ) -> Array:
-    """Return the variance components of participant, participant x level and repetition.
-
-    The result is an array of three variances in this order, each at least 0.
+    """Return the variances of participant, participant x level and repetition, each at least 0.
 
     Parameters
     ----------
@@ -81,8 +79,8 @@ def _deviance(  # noqa: PLR0917
     """Return -2 log restricted likelihood (no constant), its gradient and the repetition variance.
 
     ``ratios`` are the participant and interaction components divided by the repetition variance,
-    for which there is a closed formula. Each row of ``counts`` describes a group of ``people`` with
-    the same counts. ``sums`` and ``products`` refer to the cell means of the group.
+    which follows from the ratios by a closed formula. Each row of ``counts`` describes a group of
+    ``people`` with the same counts. ``sums`` and ``products`` refer to the cell means of the group.
     """
     person, cell = ratios
     present = counts > 0
@@ -102,15 +100,16 @@ def _deviance(  # noqa: PLR0917
         + people @ np.log1p(person * each)
         + np.linalg.slogdet(normal)[1]
     )
-    # A group's covariance V is 1 person + diagonal cell + diagonal 1 / count, relative to the
-    # repetition variance.
+    # A group's covariance matrix V, relative to the repetition variance, is `person` everywhere,
+    # plus `cell + 1 / count` on the diagonal.
     inverse = weights[:, :, None] * np.eye(len(levels))
     inverse -= shrink[:, None, None] * weights[:, :, None] * weights[:, None, :]
     across = sums[:, :, None] * levels
     squared = products - across - across.swapaxes(1, 2)
     squared += people[:, None, None] * np.outer(levels, levels)
-    # tr(A dV) for A = people V^-1 - V^-1 squared V^-1 / scale - people V^-1 normal^-1 V^-1; dV is
-    # a matrix of ones for participants, and the diagonal for cells.
+    # The gradient is tr(A dV) with A = people V^-1 - V^-1 (squared / scale + people normal^-1)
+    # V^-1. dV is a matrix of ones for the participant component, and the identity for the
+    # interaction.
     middle = squared / scale + people[:, None, None] * np.linalg.inv(normal)
     slope = people[:, None, None] * inverse - inverse @ middle @ inverse
     gradient = np.array([slope.sum(), np.einsum("gkk->", slope)])

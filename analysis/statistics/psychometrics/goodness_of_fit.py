@@ -23,7 +23,7 @@ from slipscale.analysis.statistics.psychometrics.thresholds import (
 from slipscale.experiments.protocol_parts.adaptive.interleaved import Interleaved
 from slipscale.experiments.protocol_parts.adaptive.simulated_runs import simulated_runs
 
-#: Number of simulated runs if an adaptive rule chose the levels.
+#: Largest number of simulated data sets if an adaptive rule chose the levels.
 RUNS = 200
 
 
@@ -114,6 +114,6 @@ def goodness_of_fit(
 
 def deviance(counts: Counts, proportion: Array) -> Array:
     """Return the deviance of each data set from predicted proportions, shape (sets,)."""
-    # Levels without answers are padding and have no deviance.
+    # Levels without answers only fill the array, and their deviance is 0.
     own = counts.log_likelihood(counts.correct / np.maximum(counts.trials, 1))
     return 2 * (own - counts.log_likelihood(proportion))

@@ -7,11 +7,11 @@
 rate is the same for all participants and is estimated from all answers. Slopes differ between
 people: with a shared slope, the model would treat the errors of people with shallow curves as
 lapses, and the typical curve would be too steep. With several conditions, ν is 0, because a third
-integral would take seven times as long. The fit needs no prior and no bound near the true value,
-even if a participant gave few answers. Catch trials present a level that nobody misses, so only
-lapses cause errors in these trials, which contribute to the likelihood. The fitted parameters
-maximise the marginal likelihood (see `integrated_over_people`). No package on PyPI fits a
-psychometric function with lapses, random thresholds and random slopes.
+integral would take seven times as long. The fit needs neither a prior nor narrow bounds, even if a
+participant gave few answers. Catch trials present a level that nobody misses, so only lapses cause
+errors in these trials, which contribute to the likelihood. The fitted parameters maximise the
+marginal likelihood (see `integrated_over_people`). No package on PyPI fits a psychometric function
+with lapses, random thresholds and random slopes.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, 
 WIDEST, FARTHEST = 5.0, 6.0
 #: Longest and shortest rise of the curve, in standard deviations of the levels.
 SHALLOWEST, STEEPEST = 20.0, 0.02
-#: Number of nodes for people, per square root of a participant's number of answers; minimum and
-#: maximum number; and extent of the nodes in standard deviations. Curves that may be steep need
-#: twice as many nodes.
+#: Nodes for differences between people's thresholds: number per square root of the largest number
+#: of answers from one participant, minimum and maximum number, and extent in standard deviations.
+#: Curves that may be steep need twice as many nodes.
 NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
-#: Number of nodes for the deviations between a participant's conditions.
+#: Number of nodes for the deviation of a participant's threshold in one condition.
 INNER_NODES = 9
 #: Nodes for slopes. A participant's answers hardly determine the slope, so nodes one standard
 #: deviation apart are enough: with 41 nodes, estimates change by less than 0.1 standard errors.
@@ -213,7 +213,7 @@ class HierarchicalFit:
         return Prediction(np.log(p), np.log1p(-p), gradient)
 
     def coordinates(self, coefficient: Array) -> Array:
-        """Convert thresholds from the fit's internal units to positions on the curve's axis."""
+        """Convert thresholds from internal units to positions on the axis of the levels."""
         return self._centre + self._scale * np.asarray(coefficient, float)
 
     def interval(self, place: int, df: int, confidence: float) -> Interval:
@@ -222,7 +222,7 @@ class HierarchicalFit:
         Parameters
         ----------
         place : int
-            Index of a coefficient, or ``slope`` for the natural logarithm of the slope.
+            Index of a coefficient, or ``slope``, the index of the natural logarithm of the slope.
         df : int
             Degrees of freedom between people.
         """

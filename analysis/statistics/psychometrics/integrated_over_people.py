@@ -37,8 +37,8 @@ FLAT = 1e-3
 #: Accuracy of an interval's end, relative to its distance from the maximum, and largest number of
 #: fits.
 PRECISION, MOST_FITS = 1e-3, 30
-#: Largest gradient at a maximum (the log likelihood can then hardly grow by `FLAT`), and largest
-#: number of searches, each from the end of the previous one.
+#: Largest gradient at which a search is accepted (the log likelihood can then hardly grow by
+#: `FLAT`), and largest number of searches. Each search starts where the previous search ended.
 LARGEST_GRADIENT, MOST_SEARCHES = 0.03, 10
 #: Initial distance from the maximum when searching for an interval's end, in the model's units.
 FIRST_STEP = 0.3
@@ -62,7 +62,7 @@ class Predict(Protocol):
     """A function that predicts answers from parameters and from values of the random effects."""
 
     def __call__(self, theta: Array, outer: Array, inner: Array) -> Prediction:
-        """Return the predicted probabilities at the nodes of the grids of random effects.
+        """Return the log probabilities of answers for all combinations of outer and inner nodes.
 
         Parameters
         ----------
@@ -82,7 +82,7 @@ class Counted:
     ----------
     yes, no : array, shape (people, kinds)
     cells : int array, shape (kinds,)
-        For each kind of trial, the index of its cell (such as a condition), counted from 0.
+        Index of the cell (such as a condition) to which each kind of trial belongs, from 0.
     times : array, shape (people,)
         Number of people with the counts in each row.
     """
@@ -121,7 +121,7 @@ class Grid(NamedTuple):
     log_weights: Array
 
     def crossed(self, other: Grid) -> Grid:
-        """Return the grid of all combinations of nodes from two grids."""
+        """Combine each node of this grid with each node of another grid."""
         first, second = len(self.log_weights), len(other.log_weights)
         return Grid(
             np.concatenate([np.repeat(self.nodes, second, 1), np.tile(other.nodes, (1, first))]),
@@ -129,7 +129,7 @@ class Grid(NamedTuple):
         )
 
 
-#: Grid for an effect that the model omits.
+#: Grid with a single node at 0, for a random effect that the model omits.
 NO_EFFECT = Grid(np.zeros((1, 1)), np.zeros(1))
 
 
@@ -183,7 +183,7 @@ class IntegratedModel:
         self._cells = [np.flatnonzero(counted.cells == c) for c in np.unique(counted.cells)]
 
     def posteriors(self, theta: Array) -> tuple[Array, Array]:
-        """Return the log likelihood per row and the posterior probabilities of `outer` nodes."""
+        """Return each row's log likelihood and posterior probabilities of the `outer` nodes."""
         predicted = self._predicted(theta)
         logs, shares, _ = self._integrated(predicted)
         return logs, shares
@@ -228,8 +228,8 @@ class IntegratedModel:
     def fit(self, start: Array, held: Mapping[int, float] | None = None) -> Maximum:
         """Return the maximum of the likelihood, optionally with some parameters fixed.
 
-        If a lapse rate is near 0, a search can end after a few tiny steps, far from the maximum.
-        The search is therefore repeated until no free parameter has a large gradient.
+        The search is repeated until no free parameter has a large gradient, because a search with a
+        lapse rate near 0 can end after a few tiny steps, far from the maximum.
         """
         from scipy import optimize  # noqa: PLC0415
 
@@ -245,7 +245,7 @@ class IntegratedModel:
                 self.minus_log, start, jac=True, method="L-BFGS-B", bounds=bounds
             )
             start = found.x
-            # A parameter at a bound is free only if the likelihood grows away from the bound.
+            # A parameter at a bound is free only if moving it inwards increases the likelihood.
             free = np.where(found.jac > 0, start > low, start < high)
             if np.abs(found.jac[free]).max(initial=0.0) < LARGEST_GRADIENT:
                 break
@@ -259,15 +259,16 @@ class IntegratedModel:
         best : Maximum
             Maximum of the likelihood if no parameter is fixed, as returned by `fit`.
         fall : float
-            Drop in log likelihood at the ends of the interval, as computed by `students_fall`.
+            Drop in log likelihood at the ends of the interval (see `students_fall`).
         """
         ends: list[float] = []
         flat = False
         for edge in self.bounds[place]:
             end, likeliest, level = self._end(best, place, edge, fall)
             if likeliest.log_likelihood > best.log_likelihood + FLAT:
-                # A search with the parameter held at another value can find a higher maximum than
-                # the free search, which may even return to the lower one.
+                # With this parameter fixed, a search can find a higher maximum than with all
+                # parameters free. A new search with all parameters free may even return to the
+                # lower maximum.
                 freed = self.fit(likeliest.theta)
                 higher = max(likeliest, freed, key=lambda each: each.log_likelihood)
                 return self.profile(higher, place, fall)
@@ -286,8 +287,8 @@ class IntegratedModel:
         Returns
         -------
         end : float
-            End of the interval. Infinite if the profile log likelihood at ``edge``, the parameter's
-            bound, is less than ``fall`` below its maximum.
+            End of the interval. Infinite if the profile log likelihood drops by less than ``fall``
+            up to ``edge``, the parameter's bound.
         likeliest : Maximum
             Best fit found during the search.
         flat : bool

@@ -28,7 +28,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_fit import Array, 
 
 USUAL_SLOPE = 2.0
 SLOPE_SD = 0.6
-#: Slopes more than this many standard deviations from the prior's median are ignored.
+#: Half-width of the grid of log slopes around the prior's median, in prior standard deviations.
 SLOPE_SDS = 3.5
 #: Numbers of threshold and slope values on the coarse grid, which locates the posterior, and on the
 #: fine grid.
@@ -45,8 +45,8 @@ class Marginals:
     Parameters
     ----------
     threshold, log_slope : array, shape (3,)
-        Median, lower end and upper end. The threshold is a position on the curve's axis, and the
-        slope is given by its natural logarithm.
+        Median, lower end and upper end. The threshold is a position on the curve's axis;
+        `log_slope` is a natural logarithm.
     lapse, guess : float
         Posterior means.
     """

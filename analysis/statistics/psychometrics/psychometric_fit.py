@@ -18,13 +18,11 @@ from slipscale.experiments.protocol_parts.adaptive.curves import Curve
 Array = npt.NDArray[np.float64]
 Guess = Literal["fixed", "free", "equal to lapse"]
 
-#: Columns of a parameter array. The threshold is a position on the curve's axis, and the slope is
-#: given by its natural logarithm.
+#: Columns of a parameter array. The threshold is a position on the curve's axis.
 THRESHOLD, LOG_SLOPE, LAPSE, GUESS = range(4)
 #: Probabilities are kept this far from 0 and 1, so that logarithms are finite.
 EDGE = 1e-9
-#: Coordinate of a level of 0 on a logarithmic axis: far enough for every curve to be at its
-#: asymptote.
+#: Coordinate that represents level 0 on a logarithmic axis, where every curve is at its asymptote.
 FAR_BELOW = -1e6
 #: Upper bound of a free guess rate.
 LARGEST_GUESS = 0.5
@@ -33,7 +31,7 @@ ITERATIONS = 200
 TOLERANCE = 1e-9
 #: Damping at which the search stops, because shorter steps would not improve the fit.
 MOST_DAMPING = 1e10
-#: Number of grid values, and number of refinements, in the search for an interval's end. The
+#: Number of grid values and number of grid refinements in the search for a confidence limit. The
 #: resolution is 1/65,000 of the range.
 SECTIONS, ROUNDS = 16, 4
 
@@ -210,7 +208,8 @@ def fit(model: Model, counts: Counts, bounds: Bounds | None = None) -> Fits:
     Parameters
     ----------
     bounds : Bounds or None
-        Ranges in which to search. Equal bounds fix a parameter. Default: `search_bounds`.
+        Lower and upper bound of each parameter. Equal bounds fix a parameter. Default:
+        `search_bounds`.
     """
     bounds = search_bounds(model, counts.u) if bounds is None else bounds
     # The likelihood can have two peaks: one at which lapses explain the errors at high levels, and

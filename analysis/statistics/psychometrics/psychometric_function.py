@@ -92,7 +92,7 @@ class Answers:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Estimate:
-    """An estimate with its interval, in the unit given by the name of its field."""
+    """An estimate with its interval. The field that contains the estimate states the unit."""
 
     value: float
     interval: ConfidenceInterval
@@ -118,14 +118,14 @@ class PsychometricFunction:
     share : float
         Value of the curve at the threshold, without guesses and lapses.
     threshold_um_pp : Estimate
-        Threshold in µm peak to peak. If the data do not determine an end of the interval, this end
-        is infinite; for a logarithmic curve, an undetermined lower end is 0.
+        Threshold in µm peak to peak. A limit of the interval is infinite if the data do not
+        determine it; for a logarithmic curve, such a lower limit is 0.
     slope : Estimate or NotComputed
         Slope of the curve's argument per µm. For a logarithmic curve, the slope is dimensionless.
     lapse, guess : float
         Lapse rate (1 minus the upper asymptote), and lower asymptote.
     slope_value : float
-        Estimated slope, which is given even if the data do not determine it.
+        Estimated slope, also if `slope` is `NotComputed`.
     trials, levels : int
         Numbers of trials and levels.
     """

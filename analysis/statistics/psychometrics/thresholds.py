@@ -29,7 +29,7 @@ from slipscale.faults import UserError
 LARGEST_LAPSE = 0.06
 #: Drops in log likelihood below this value are negligible.
 NO_LESS_LIKELY = 1e-3
-#: A slope is undetermined if the ratio of its interval's ends exceeds this factor.
+#: A slope is undetermined if its upper confidence limit is more than this many times the lower one.
 WIDEST = 20.0
 
 
@@ -241,7 +241,7 @@ def _slope(value_and_ends: Array, answers: Answers, confidence: float) -> Estima
 
 
 def _jumps(model: Model, counts: Counts, found: likelihood.Fits) -> NDArray[np.bool_]:
-    """Return whether the steepest allowed slope fits about as well as the best, per data set."""
+    """Return which data sets the steepest allowed slope fits about as well as the best slope."""
     steepest = likelihood.Bounds(found.bounds.low.copy(), found.bounds.high)
     steepest.low[:, likelihood.LOG_SLOPE] = found.bounds.high[:, likelihood.LOG_SLOPE]
     held = likelihood.fit(model, counts, steepest)

@@ -26,7 +26,7 @@ def repeated_measures_f(tables: Array) -> Array:
     participants = k * (x.mean(axis=2) ** 2).sum(axis=1)
     total = (x**2).sum(axis=(1, 2))
     error = total - between - participants
-    # An error within rounding of zero counts as zero.
+    # An error that is zero except for rounding is set to zero.
     error = np.where(error > 1e-12 * total, error, 0.0)
     return _ratio(between * (n - 1), error, _limit(between))
 
@@ -87,7 +87,7 @@ def signed_rank_p(differences: Array) -> Array:
     """Return Wilcoxon's two-sided p-value for each row, or 1 if all its differences are zero.
 
     Differences of zero are omitted, and tied absolute differences share their mean rank. Without
-    ties, the p-value is exact up to the same sample size as in the report.
+    ties, the p-value is exact for up to `EXACT_AT_MOST` nonzero differences.
 
     Parameters
     ----------
@@ -113,8 +113,8 @@ def signed_rank_p(differences: Array) -> Array:
 def _exact_p(rank_sum: Array, changed: NDArray[np.int64]) -> Array:
     """Return exact two-sided p-values for sums of positive ranks, given the numbers of ranks.
 
-    Ties can give a sum that is not a whole number. As in SciPy, the sum is then rounded to the
-    neighbouring whole number with the larger p-value.
+    With ties, a sum may not be a whole number. As in SciPy, it is rounded up or down, whichever
+    gives the larger p-value.
     """
     all_ranks = changed * (changed + 1) // 2
     # The distribution is symmetrical, so the upper tail is computed as a lower tail.
@@ -175,7 +175,7 @@ def sd_of_exponents(tables: Array, log_amplitude: Sequence[float]) -> Array:
 
 
 def _limit(top: Array) -> Array:
-    """Return the limit of ``top / error`` as the error vanishes: infinity, or 0 if ``top`` is 0."""
+    """Return the limit of ``top / error`` at an error of 0: ±infinity, or 0 if ``top`` is 0."""
     return np.where(top == 0, 0.0, np.copysign(np.inf, top))
 
 

@@ -51,8 +51,8 @@ class RmAnova:
     eta2_generalised_interval : ConfidenceInterval or None
         Interval for generalised eta squared, or None if it is not defined.
     mauchly_w, mauchly_p : float or None
-        Mauchly's test of sphericity. None with two amplitudes, because sphericity then always
-        holds, and with fewer participants than amplitudes, because the test is then not defined.
+        Mauchly's test of sphericity. Both are None with two amplitudes, because sphericity always
+        holds, and with fewer participants than amplitudes, because the test is not defined.
     shapiro_w, shapiro_p : float or None
         Shapiro-Wilk test of the residuals' normality, or None if there are too many values for
         SciPy.
@@ -174,7 +174,7 @@ def log_table(data: Prepared) -> tuple[pd.DataFrame, str | None]:
 
 
 def _no_ranks(table: pd.DataFrame, quantity: Quantity) -> str | None:
-    """Return the reason why a complete table cannot be tested by ranks, or None."""
+    """Return the reason why a rank test of a complete table is impossible, or None."""
     why = lacking(table, 3, quantity)
     if why is None and (np.ptp(table.to_numpy(float), axis=1) == 0).all():
         why = "the estimates of each participant are all the same"

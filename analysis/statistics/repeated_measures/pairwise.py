@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from slipscale.analysis.preprocessing.log_transform import Prepared
     from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 
-#: Largest number of differences for an exact Wilcoxon test, without ties and with ties.
+#: Largest numbers of differences for which Wilcoxon tests are exact, without ties and with ties.
 EXACT_AT_MOST, EXACT_WITH_TIES = 50, 13
-#: Decimals to which values, in units of the largest, are compared for ties.
+#: Differences are divided by the largest and rounded to this number of decimals to find ties.
 TIED_DECIMALS = 9
 
 
@@ -95,9 +95,9 @@ class PairComparison:
     from_um_pp, to_um_pp : float
         The smaller and the larger amplitude in µm peak to peak.
     n, n_logs : int
-        Number of participants with an estimate at both amplitudes, and number of participants with
-        a mean logarithm at both amplitudes. A participant without a value at one amplitude is still
-        included in the other pairs.
+        Numbers of participants with an estimate (``n``) and with a mean logarithm (``n_logs``) at
+        both amplitudes. A participant without a value at one amplitude is still included in the
+        other pairs.
     logs, ranks
         Results of the t test (``n_logs`` participants) and of the Wilcoxon test (``n``
         participants).
@@ -236,7 +236,7 @@ def signed_rank_p(differences: NDArray[np.float64]) -> float:
     """Return the two-sided Wilcoxon signed-rank p-value, exact for small samples with ties.
 
     With ties in small samples, SciPy permutes in a Python loop and takes about a second per pair.
-    This function permutes precomputed ranks and is a thousand times faster.
+    This function permutes precomputed ranks, which is a thousand times faster.
     """
     from scipy import stats  # noqa: PLC0415
 

@@ -69,7 +69,7 @@ def two_way(
     ----------
     whole : DataFrame, shape (participants, first x second)
         Values to test, such as mean log estimates, of participants who have a value in every
-        combination of conditions. The columns are a two-level index.
+        combination of conditions. The columns have a two-level index.
     confidence : float
         Confidence level of the intervals for effect sizes.
     cells : str
@@ -99,7 +99,8 @@ def two_way(
         }
     )
     with warnings.catch_warnings():
-        # Suppresses only pingouin's warning with pandas 3 (dropna in place).
+        # With pandas 3, pingouin's in-place use of dropna causes a warning; others are not
+        # suppressed.
         warnings.filterwarnings("ignore", category=pd.errors.Pandas4Warning)
         found = pingouin.rm_anova(
             data=long,

@@ -163,8 +163,8 @@ def _trials(data: Prepared) -> Trials | NotComputed:
         few(f"{data.quantity.levels} above 0", len(np.unique(log_x)), 2): len(np.unique(log_x)) < 2,  # noqa: PLR2004
         f"there are {len(names)} participants, but at most {AT_MOST} are supported": len(names)
         > AT_MOST,
-        f"there are at most two estimates above {data.quantity.value(0)} per participant, which "
-        "leaves no residuals": len(rows) <= 2 * len(names),
+        f"there are at most two estimates above {data.quantity.value(0)} per participant, so "
+        "there are no residuals": len(rows) <= 2 * len(names),
     }
     if why := next((text for text, holds in reasons.items() if holds), None):
         return NotComputed(why)

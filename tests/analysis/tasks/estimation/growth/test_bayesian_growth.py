@@ -173,7 +173,7 @@ def test_the_figure_shows_everybody_twice(found):
     [
         (np.zeros((2, 4, 3)), "too few participants (2; at least 3 are needed)"),
         (np.zeros((5, 1, 3)), "too few amplitudes above 0 (1; at least 2 are needed)"),
-        (np.zeros((5, 2, 1)), "which leaves no residuals"),
+        (np.zeros((5, 2, 1)), "so there are no residuals"),
     ],
 )
 def test_too_little_is_not_sampled(logs, why):
