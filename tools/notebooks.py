@@ -19,9 +19,9 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 DOCS = Path(__file__).parents[1] / "docs"
-#: MIME type of an output -> the method that creates it.
+#: Method that creates the output of each MIME type.
 FORMS = {"text/html": "_repr_html_", "image/svg+xml": "_repr_svg_"}
-#: A figure's lines differ between versions of Matplotlib.
+#: Figures are not compared, because they differ between versions of Matplotlib.
 PICTURE = re.compile(r"<svg.*?</svg>", re.DOTALL)
 
 Notebook = dict[str, Any]
@@ -62,7 +62,7 @@ def outputs(source: str, names: dict[str, Any], number: int) -> list[dict[str, A
         data = {"text/plain": lines(repr(value))} | {
             form: lines(made)
             for form, method in FORMS.items()
-            # matplotlib's figures have the HTML method, but it returns None.
+            # Matplotlib's figures define `_repr_html_`, but it returns None.
             if (made := getattr(value, method, lambda: None)()) is not None
         }
         found.append(

@@ -9,11 +9,11 @@ END = "<!-- end of figures -->\n"
 
 
 def put(command: str, text: str) -> None:
-    """Replace the page's results of a command's last run."""
+    """Replace the results of a command on the page."""
     page = PAGE.read_text(encoding="utf-8")
     begin = f"<!-- figures: {command} -->\n"
     before, mark, rest = page.partition(begin)
     _, end, after = rest.partition(END)
     if not (mark and end):
-        raise LookupError(f"{PAGE}: no place for the figures of {command}")
+        raise LookupError(f"{PAGE}: no markers around the results of {command}")
     PAGE.write_text(f"{before}{begin}{text}{END}{after}", encoding="utf-8")

@@ -2,9 +2,9 @@
 
 Usage: python tools/planning_pictures.py [--only WORD ...]
 
-A picture ``A-B.svg`` in docs/images/planning is the file ``B.svg`` of the folder ``plan/A/`` that
-a command wrote; ``A.svg`` is the file ``A.svg``. With ``--only``, only commands that contain one
-of the words are run. This takes some minutes.
+The picture ``A-B.svg`` in docs/images/planning is a copy of ``plan/A/B.svg``, which a command
+writes; the picture ``A.svg`` is a copy of ``A.svg``. With ``--only``, only commands that contain
+one of the words are run. This takes some minutes.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def main() -> None:
             print(shlex.join(words), flush=True)
             environment = os.environ | {"OMP_NUM_THREADS": "1"}
             done = subprocess.run([slipscale, *words[1:]], cwd=folder, env=environment, check=False)
-            if done.returncode not in {0, 1}:  # 1: no sample size is large enough
+            if done.returncode not in {0, 1}:  # 1: no sample size was sufficient
                 raise SystemExit(done.returncode)
             if first:
                 file = folder / words[3]

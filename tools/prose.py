@@ -1,8 +1,8 @@
-"""Count markers of unnatural English per 1,000 words; fail if a kind of text exceeds the limit.
+"""Count markers of unnatural English, and fail if they exceed a limit per 1,000 words.
 
-The kinds are docstrings, messages (other strings of at least four words in the code), texts (the
-English of screens and pages) and documentation. The limit is the most that documentation of other
-scientific Python projects has.
+Docstrings, messages (other strings of at least four words in the code), texts (the English of
+screens and pages) and documentation are counted separately. The limit is the highest count in the
+documentation of other scientific Python projects.
 
     python -m tools.prose               the counts
     python -m tools.prose --list PATH   every marker below a path
@@ -20,9 +20,9 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 KINDS = ("docstrings", "messages", "texts", "documentation")
-#: Markers per 1,000 words that are allowed.
+#: Limit for the number of markers per 1,000 words.
 LIMIT = 2.0
-#: Name of a marker -> its pattern.
+#: Pattern of each marker of unnatural English, by name.
 MARKERS = {
     "software that tells or says": r"\b(?:tell|tells|told)\b(?! apart)|\b(?:says|said)\b",
     "where for if": (
@@ -81,7 +81,7 @@ def of_code(path: Path) -> Iterator[tuple[str, int, str]]:
 
 
 def texts() -> Iterator[tuple[Path, str, int, str]]:
-    """Yield the file, kind, line and text of everything that is counted."""
+    """Yield the file, kind, line and content of each text that is counted."""
     for path in tracked("*.py"):
         if path != Path(__file__).resolve():
             for kind, line, text in of_code(path):
@@ -95,7 +95,7 @@ def texts() -> Iterator[tuple[Path, str, int, str]]:
 
 
 def main(arguments: list[str]) -> int:
-    """Print the counts or the places; return the exit status."""
+    """Print the counts and, with ``--list``, each marker; return the exit status."""
     below = [str((ROOT / each).resolve()) for each in arguments if not each.startswith("-")]
     words: Counter[str] = Counter()
     markers: Counter[str] = Counter()

@@ -1,9 +1,10 @@
-"""Run every line of docs/validation/index.md: each promise with its command.
+"""Check every guarantee in docs/validation/index.md by running its command.
 
 Usage: ``make reliability`` (an hour on a quiet machine), ``make reliability ARGS=--list``,
 ``make reliability ARGS="--line 5 --line 7"``; ``ARGS=--write`` updates the results on the page.
 
-Prints one line per promise, and how many hold. The exit status is 1 if one does not.
+Prints the result for each guarantee, and how many guarantees hold. The exit status is 1 if a
+guarantee does not hold.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ TOLD = 4000  # maximum number of characters of a failed command's output
 
 @dataclass(frozen=True)
 class Promise:
-    """A line of the page: a promise, and the command that demonstrates it."""
+    """Guarantee on the page, and the command that demonstrates it."""
 
     text: str
     command: str
@@ -39,7 +40,7 @@ class Promise:
 
 @dataclass(frozen=True)
 class Shown:
-    """The result of a promise's command: whether it holds, number of passed tests, and time."""
+    """Whether a guarantee holds, and its command's number of passed tests and duration."""
 
     promise: Promise
     holds: bool
@@ -48,17 +49,17 @@ class Shown:
 
 
 def promises() -> list[Promise]:
-    """Return the page's promises in order."""
+    """Return the page's guarantees in order."""
     found = (ROW.fullmatch(line) for line in PAGE.read_text(encoding="utf-8").splitlines())
     return [Promise(row["promise"], row["command"]) for row in found if row]
 
 
 def shown(promise: Promise) -> Shown:
-    """Run a promise's command; print its output if it fails."""
+    """Run the command of a guarantee, and print the command's output if it fails."""
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"
     began_s = time.monotonic()
     done = subprocess.run(
-        ["sh", "-c", promise.command],  # a line of our own page, as a reader would type it
+        ["sh", "-c", promise.command],
         cwd=ROOT,
         env=os.environ | {"PATH": path},
         capture_output=True,
@@ -75,23 +76,23 @@ def shown(promise: Promise) -> Shown:
 
 
 def summary(results: Sequence[Shown]) -> str:
-    """Return how many promises hold, and which ones do not."""
+    """Return the number of guarantees that hold, and the text of those that do not."""
     failed = [result.promise.text for result in results if not result.holds]
     minutes = sum(result.seconds for result in results) / 60
     tests = sum(result.passed or 0 for result in results)
     said = (
-        f"{len(results) - len(failed)} of {len(results)} promises hold: {tests:,} tests and the "
+        f"{len(results) - len(failed)} of {len(results)} guarantees hold: {tests:,} tests and the "
         f"campaigns, {minutes:.0f} min."
     )
     return "\n".join([said, *(f"Does not hold: {text}" for text in failed)])
 
 
 def main(words: list[str] | None = None) -> int:
-    """Run every promise's command; return 1 if one fails."""
-    parser = argparse.ArgumentParser(prog="reliability", description="every promise, shown")
-    parser.add_argument("--line", type=int, action="append", help="this promise alone, from 1")
-    parser.add_argument("--list", action="store_true", help="the promises and their commands")
-    parser.add_argument("--write", action="store_true", help="put the figures into the page")
+    """Check the guarantees; return 1 if one does not hold."""
+    parser = argparse.ArgumentParser(prog="reliability", description="Check every guarantee.")
+    parser.add_argument("--line", type=int, action="append", help="guarantee to check, from 1")
+    parser.add_argument("--list", action="store_true", help="list guarantees and commands")
+    parser.add_argument("--write", action="store_true", help="update the documentation page")
     args = parser.parse_args(words)
     every = list(enumerate(promises(), 1))
     chosen = [(number, each) for number, each in every if not args.line or number in args.line]

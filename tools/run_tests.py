@@ -1,10 +1,10 @@
 """Run all tests: make test.
 
-Tests marked `clock` wait in real time for a board, a window or a browser. Those of boards run one
-after another in their own process, as do those that need a display. Displays have a lower priority,
-and the other tests the lowest, so that a board answers in time on two busy cores, and no core is
-idle while a test waits. Boards switch off if a busy computer is late, so tests of boards or
-displays that fail are repeated at the end, when nothing else runs; the repetition decides.
+Tests marked `clock` wait in real time for a board, a window or a browser. Tests of boards run one
+after another in one process, and tests that need a display in another. Display tests have a lower
+priority, and all other tests the lowest. Boards thus answer in time on two busy cores, and no core
+is idle while a test waits. A board switches off if a busy computer is late. Failed tests of boards
+and displays are therefore repeated at the end, when nothing else runs; only the repetition counts.
 """
 
 import re
@@ -18,14 +18,14 @@ from contextlib import ExitStack
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-MARK, DISPLAY = "pytest.mark.clock", "display"  # found in the text of the tests
+MARK, DISPLAY = "pytest.mark.clock", "display"  # strings in the files of such tests
 WORKERS = ["-n", "2", "--dist", "worksteal"]
 FAILED = re.compile(r"^(?:FAILED|ERROR) (.+?)(?: - .*)?$", re.MULTILINE)
-NOTHING_CHOSEN = 5  # pytest's status, if a choice such as -k leaves no test
+NOTHING_CHOSEN = 5  # pytest's exit status if no test was selected
 
 
 def total(summaries: list[str]) -> str:
-    """Add up the counts of several of pytest's last lines.
+    """Add up the counts in the summary lines of several pytest runs.
 
     >>> total(["1 failed, 20 passed, 3 skipped in 5.10s", "7 passed, 1 skipped in 9.00s"])
     '1 failed, 27 passed, 4 skipped in 9.0s'
@@ -58,7 +58,7 @@ def failed(output: str) -> list[str]:
 
 
 def nice(steps: int) -> list[str]:
-    """Return the words that start a command with a lower priority, where the system has them."""
+    """Return the command prefix for a lower priority; empty if the system has no `nice`."""
     return ["nice", "-n", str(steps)] if shutil.which("nice") else []
 
 

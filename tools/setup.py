@@ -16,10 +16,10 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 BOOTSTRAP = ROOT / ".setup"
-#: A link made by the editable installation; without it, nothing can be imported.
+#: Link created by the editable installation, without which imports fail.
 LINK = ROOT / "src" / "slipscale" / "analysis"
 OLDEST = (3, 11)
-#: Set -> the newest Python that it supports (PsychoPy has no release for 3.13), and its size.
+#: Newest Python (PsychoPy has no release for 3.13), and size and set-up time of each set.
 SETS = {
     "pilot": ((3, 13), "450 MB, half a minute"),
     "session": ((3, 12), "650 MB, a minute"),
@@ -28,12 +28,12 @@ SETS = {
 
 
 def pins(name: str) -> str:
-    """Return the file of a set's pinned packages, relative to the project's root."""
+    """Return the path of a set's list of pinned packages, relative to the project's root."""
     return f"requirements/{name}.txt"
 
 
 def stamp(name: str) -> Path:
-    """Return the file with the fingerprint of an installed set."""
+    """Return the file that stores the fingerprint of an installed set of packages."""
     return VENV / f"ready-{name}"
 
 
@@ -46,7 +46,7 @@ def fingerprint(name: str) -> str:
 
 
 def is_ready(name: str) -> bool:
-    """Return whether .venv contains a set, or a larger one, as currently pinned."""
+    """Return whether .venv contains this or a larger set of packages, with the current pins."""
     larger = list(SETS)[list(SETS).index(name) :]
     return LINK.exists() and any(
         stamp(each).exists() and stamp(each).read_text() == fingerprint(each) for each in larger
@@ -65,7 +65,7 @@ def find_uv() -> str | None:
         return present
     own = BOOTSTRAP / "bin" / ("uv.exe" if os.name == "nt" else "uv")
     if not own.exists():
-        # --target works even if the system's Python is externally managed and has no venv module.
+        # pip's --target works even if Python is externally managed and has no venv module.
         command = [sys.executable, "-m", "pip", "install", "--quiet", "--target", str(BOOTSTRAP)]
         if subprocess.run([*command, "uv"], check=False).returncode:
             return None
@@ -73,7 +73,7 @@ def find_uv() -> str | None:
 
 
 def install(name: str, uv: str | None) -> bool:
-    """Create .venv and install a set with uv, or with pip; return whether that worked."""
+    """Create .venv and install a set of packages with uv or pip; return whether this succeeded."""
     python = str(python_in(VENV))
     if uv:
         venv = [uv, "venv", "--quiet", "--allow-existing", "--python", sys.executable, str(VENV)]
@@ -81,8 +81,8 @@ def install(name: str, uv: str | None) -> bool:
     else:
         venv = [sys.executable, "-m", "venv", str(VENV)]
         pip = [python, "-m", "pip", "install", "--quiet", "--no-compile"]
-    # The pins are complete. They leave out packages that PsychoPy requires and Slipscale never
-    # imports, so the installer must not add a package's own requirements.
+    # The pins are complete, except for packages that PsychoPy requires but Slipscale never imports.
+    # The installer must not add these dependencies.
     pip.append("--no-deps")
     steps = (venv, [*pip, "-r", pins(name)], [*pip, "-e", "."])
     return all(subprocess.run(step, cwd=ROOT, check=False).returncode == 0 for step in steps)
@@ -97,7 +97,7 @@ def main(name: str = "session") -> int:
     if not OLDEST <= sys.version_info[:2] <= newest:
         print(
             f"The {name} environment requires Python 3.{OLDEST[1]} to 3.{newest[1]}; "
-            f"this is {sys.version.split()[0]}. Name another, for example: make PYTHON=python3.12",
+            f"this is {sys.version.split()[0]}. Choose another: make PYTHON=python3.12",
             file=sys.stderr,
         )
         return 1
@@ -108,7 +108,7 @@ def main(name: str = "session") -> int:
     if not (uv and install(name, uv)) and not install(name, None):
         print(
             "Set-up failed; the installer's own message is above. Behind a proxy, set HTTPS_PROXY. "
-            "Without the venv module, install it (Debian: apt-get install python3-venv).",
+            "If Python has no venv module, install it (Debian: apt-get install python3-venv).",
             file=sys.stderr,
         )
         return 1

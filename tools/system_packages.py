@@ -16,14 +16,14 @@ from collections.abc import Sequence
 INSTALL = ("apt-get", "install", "-y", "--no-install-recommends")
 # Requirements of the participant's window: OpenGL, fonts, sound.
 WINDOW = ("libgl1", "libglu1-mesa", "libfontconfig1", "libportaudio2")
-# Additional requirements of the tests, by purpose.
+# Additional packages that the tests require.
 TESTS = (
-    *("xvfb", "xauth", "x11-xkb-utils", "xdotool"),  # a virtual screen, its keyboard, key presses
+    *("xvfb", "xauth", "x11-xkb-utils", "xdotool"),  # virtual screen and key presses
     *("gcc", "g++", "gcc-avr", "avr-libc", "arduino-core-avr"),  # the reference firmware
     *("libpango-1.0-0", "libpangoft2-1.0-0", "libharfbuzz-subset0"),  # reports as PDF
     *("r-base-core", "r-cran-lme4"),  # scripts that recompute a report in R
     *("chromium", "openssl"),  # the laboratory console, also encrypted
-    *("libegl1", "libdbus-1-3", "libxkbcommon0"),  # PsychoPy Builder; Pango brings GLib
+    *("libegl1", "libdbus-1-3", "libxkbcommon0"),  # PsychoPy Builder; Pango installs GLib
 )
 
 

@@ -53,7 +53,7 @@ def test_a_promise_that_does_not_hold_is_told(lines, capsys):
     said = capsys.readouterr().out
     assert "promise true\n      true\n      holds" in said
     assert "promise false\n      false\n      FAILS" in said
-    assert "1 of 2 promises hold" in said
+    assert "1 of 2 guarantees hold" in said
     text = page.read_text()
     assert text.startswith("a\n<!-- figures: make reliability -->\nLast run (")
     assert "Does not hold: promise false\n<!-- end of figures -->\nb\n" in text
@@ -62,7 +62,7 @@ def test_a_promise_that_does_not_hold_is_told(lines, capsys):
 def test_promises_that_all_hold_are_counted_with_their_tests(lines, capsys):
     lines("echo 3 passed", "echo 4 passed in 2 s")
     assert reliability.main([]) == 0
-    assert "2 of 2 promises hold: 7 tests" in capsys.readouterr().out
+    assert "2 of 2 guarantees hold: 7 tests" in capsys.readouterr().out
 
 
 def test_tests_that_were_all_left_out_show_nothing(lines):
@@ -79,5 +79,5 @@ def test_one_promise_can_be_run_by_its_number_and_all_be_listed(lines, capsys):
 
 def test_figures_that_have_no_place_on_the_page_are_told(lines):
     lines()
-    with pytest.raises(LookupError, match="no place for the figures of make tea"):
+    with pytest.raises(LookupError, match="no markers around the results of make tea"):
         page_figures.put("make tea", "none")

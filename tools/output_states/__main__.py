@@ -1,15 +1,15 @@
-"""Random histories of a plate on every backend, compared with the true state of its drive.
+"""Run random histories of a plate on every backend, and compare them with the drive's true state.
 
 Usage: ``python -m tools.output_states [--histories 10000]`` (an hour). A history is a sequence of
-commands, rejected commands and events on the rig: a line that drops, a key on a generator's front
-panel, a broken sensor, a finger. After each event, two promises of `slipscale.hardware.driver` are
-checked:
+commands, rejected commands and events on the rig, such as a lost connection, a key pressed on a
+generator, a broken sensor or a finger on the plate. After each command, two guarantees of
+`slipscale.hardware.driver` are checked:
 
-1. after a presentation has returned, its amplitude is on the plate (within 5 % or 0.05 µm p-p);
-2. an output that is *confirmed off* is off; a command that raised does not leave it *may be on*;
-   after `close` it is off, or *unreachable*.
+1. After a successful presentation, its amplitude is on the plate (within 5 % or 0.06 µm p-p).
+2. An output that is *confirmed off* is off. After a command has failed, the output is not in the
+   state *may be on*. After `close`, the output is off or *unreachable*.
 
-The exit status is 1 if a promise was broken.
+The exit status is 1 if a guarantee was violated.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("--histories", type=int, default=HISTORIES, help="of each backend")
+    parser.add_argument("--histories", type=int, default=HISTORIES, help="per backend")
     parser.add_argument("--backend", choices=RIGS, action="append")
     arguments = parser.parse_args()
     broken = 0
@@ -39,7 +39,7 @@ def main() -> int:
             wrong += [f"seed {seed}: {each}" for each in history.broken]
         print(
             f"{backend}: {arguments.histories} histories, {presented} presentations, {faults} "
-            f"faults, {len(wrong)} broken promises, {time.monotonic() - begun_s:.0f} s", flush=True
+            f"faults, {len(wrong)} violations, {time.monotonic() - begun_s:.0f} s", flush=True
         )  # fmt: skip
         print(*wrong[:5], sep="\n", end="\n" if wrong else "")
         broken += len(wrong)

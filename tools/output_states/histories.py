@@ -1,4 +1,4 @@
-"""Random histories of a plate, and the promises of `slipscale.hardware.driver` that they check."""
+"""Run random histories of a plate, and check the guarantees of `slipscale.hardware.driver`."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ if TYPE_CHECKING:
 
 TOLERANCE, TOLERANCE_UM = 0.05, 0.06
 RESTS_UM = 0.001
-# Weights: an amplitude, output off, beyond the limits, an event on the rig, another command.
+# Weights: present an amplitude, switch off, exceed the limits, change the rig, other commands.
 SHARES = {"present": 35, "0": 10, "9": 5, "happens": 25, "other": 25}
 AMPLITUDES_UM_PP = (0.3, 0.5, 1.0, 1.2, 2.0, 2.3)
 
 
 @dataclass
 class History:
-    """What was done to a rig, and which promises were broken."""
+    """Commands and events of a rig, and the guarantees that were violated."""
 
     rig: Rig
     events: list[str] = field(default_factory=list)
@@ -39,7 +39,7 @@ class History:
     faults: int = 0
 
     def command(self, name: str, act: Callable[[], object], *, wanted_um_pp: float | None) -> None:
-        """Run a command and check the promises."""
+        """Run a command, and check the guarantees."""
         self.events.append(name)
         raised: Exception | None = None
         before = self.rig.plate.output
@@ -53,9 +53,9 @@ class History:
         if raised is None and wanted_um_pp is not None:
             self.presented += 1
             if abs(true_um_pp - wanted_um_pp) > max(TOLERANCE * wanted_um_pp, TOLERANCE_UM):
-                self._break(f"{wanted_um_pp:g} µm p-p was presented, {true_um_pp:.3f} is true")
+                self._break(f"presented {wanted_um_pp:g} µm p-p, true amplitude {true_um_pp:.3f}")
         if output is Output.OFF and true_um_pp > RESTS_UM and wanted_um_pp != 0:
-            self._break(f"confirmed off, and {true_um_pp:.3f} µm p-p is driven")
+            self._break(f"confirmed off, but driven at {true_um_pp:.3f} µm p-p")
         if raised is not None and output is Output.MAY_BE_ON and not refused:
             self._break(f"may be on after {type(raised).__name__}")
 
@@ -74,7 +74,7 @@ class History:
 
 
 def lived(backend: str, seed: int, events: int = EVENTS) -> History:
-    """Run a random history on a backend and return it."""
+    """Run random commands and events on a backend, and return their history."""
     draw = random.Random(f"{backend} {seed}")
     rig = RIGS[backend]()
     history = History(rig)

@@ -1,4 +1,4 @@
-"""Plates on every backend with a known true state, and the events that can happen to each."""
+"""Simulate a rig for every backend, with the plate's true amplitude and possible events."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def calibration(backend: str, serial: str, gain: float) -> Calibration:
 
 
 class Rig(ABC):
-    """A plate, its true amplitude, and the events that can happen to it."""
+    """Simulated rig: a plate, the amplitude of its drive, and possible events such as faults."""
 
     plate: PlateDriver
     happenings: dict[str, Callable[[], object]]
@@ -143,7 +143,7 @@ class GeneratorRig(Rig):
 
 
 class Beating(SerialBoard):
-    """A board with a heartbeat at each check, because virtual time has no threads."""
+    """Board driver whose checks replace the heartbeat thread, which cannot run in virtual time."""
 
     def __init__(self, line: VirtualLine, calibration: Calibration) -> None:
         super().__init__("virtual", clock=line, calibration=calibration)
@@ -181,7 +181,7 @@ class Plug(VirtualLine):
 
 
 class BoardRig(Rig):
-    """The emulated board, its sensor, its plug and a finger."""
+    """Rig with an emulated board, a sensor, a plug that can be pulled, and a finger."""
 
     def __init__(self) -> None:
         self.twin = Twin(noise_um=0.002)
@@ -254,7 +254,7 @@ class Audio:
         self.abort()
 
     def play(self, duration_s: float) -> None:
-        """Request the samples for a duration."""
+        """Request ``duration_s`` of samples from the driver."""
         if not self.active or self.stuck or self.callback is None:
             return
         for _ in range(max(round(duration_s * RATE_HZ / BLOCK), 1)):
@@ -265,14 +265,14 @@ class Audio:
 
 
 class AudioClock(VirtualClock):
-    """A clock during which a card plays."""
+    """Virtual clock that lets the sound card play during waits."""
 
     def __init__(self, audio: Audio) -> None:
         super().__init__()
         self.audio = audio
 
     def sleep(self, duration_s: float) -> None:
-        """Let the card play."""
+        """Advance the clock, and let the card play."""
         super().sleep(duration_s)
         self.audio.play(duration_s)
 
@@ -334,10 +334,10 @@ class DaqRig(Rig):
 
 
 class Alike(PlatePair):
-    """A pair whose second actuator always gets the first's level, so that both can be compared."""
+    """Pair in which both actuators have the same level, so that they can be compared."""
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
-        """Set the second's level before both are checked."""
+        """Set the level of the second actuator, then check both actuators."""
         self.second_level = surface.level
         return super().check_supported(surface, sensors=sensors)
 
@@ -355,7 +355,7 @@ class PairRig(Rig):
         }
 
     def true_um_pp(self) -> float:
-        """Return the amplitude of both; their sum, which nobody commanded, if they differ."""
+        """Return the amplitude of the actuators or, if their amplitudes differ, the sum."""
         both = [rig.true_um_pp() for rig in self.rigs]
         alike = max(both) - min(both) <= self.plate.limits.allowed_level(max(both))
         return max(both) if alike else sum(both)

@@ -41,7 +41,7 @@ class EmulatorProcess:
         return self._tell("state")
 
     def fault(self, order: str) -> dict[str, Any]:
-        """Inject a fault: NAME at the next command, or NAME@PHASE/N from now."""
+        """Inject a fault at the next command (NAME) or the N-th of a phase (NAME@PHASE/N)."""
         return self._tell(f"fault {order}")
 
     def no_faults(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A line to a simulated generator within this process, which can drop."""
+"""Simulate the connection to a function generator, which can be lost."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class LocalLine(GeneratorLine):
-    """A line to a simulated generator in this process, without delay.
+    """Connection to a simulated generator in this process, without delay.
 
     Parameters
     ----------
@@ -23,8 +23,8 @@ class LocalLine(GeneratorLine):
     wire : list of str
         Commands that were sent.
     drop_at : int or None
-        Number of the command at which the line drops before the generator receives it; once, or
-        ``for_good``.
+        Number of the command at which the connection is lost before the generator receives it;
+        once, or ``for_good``.
     """
 
     def __init__(self, generator: SimulatedGenerator) -> None:
@@ -37,17 +37,17 @@ class LocalLine(GeneratorLine):
 
     @property
     def opened(self) -> bool:
-        """Whether the line is open."""
+        """Whether the connection is open."""
         return self._open
 
     def open(self) -> None:
-        """Open the line."""
+        """Open the connection."""
         if self.for_good and self.drop_at is not None and len(self.wire) >= self.drop_at:
             raise PlateNotFound(f"{self.resource}: cannot be opened")
         self._open = True
 
     def release(self) -> None:
-        """Release the line."""
+        """Close the connection."""
         self._open = False
 
     def write(self, command: str) -> None:

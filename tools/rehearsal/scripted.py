@@ -21,8 +21,8 @@ class ScriptedParticipant:
     ----------
     script : iterable or callable
         The answers, or a function that returns the answer to an `Ask`. A `Reply` is returned
-        unchanged, and an exception is raised. The answer to an `Adjust` is the number of notches,
-        or `FEEL_AGAIN`.
+        unchanged; an exception given as an answer is raised. The answer to an `Adjust` is the
+        number of notches, or `FEEL_AGAIN`.
     clock : Clock
         Advances by ``step_s`` in each step.
     step_s : float
@@ -72,7 +72,7 @@ class ScriptedParticipant:
         *,
         again: int = 0,  # noqa: ARG002 - fixed by the script
     ) -> Reply:
-        """Turn the surface by the next answer's notches one by one, or request the reference."""
+        """Adjust the surface by the next answer, notch by notch, or request the reference."""
         watch()
         self.turned.append(step)
         onset_s = self._clock.now()

@@ -21,7 +21,7 @@ command was interrupted.
 
 @cache
 def parsers() -> dict[str, argparse.ArgumentParser]:
-    """Return every command's parser by its words: ``"slipscale plate list"``."""
+    """Return the parser of each command, keyed by its name, such as ``"slipscale plate list"``."""
     return dict(_walk())
 
 
@@ -36,7 +36,7 @@ def _walk() -> Iterator[tuple[str, argparse.ArgumentParser]]:
                     part.description = part.description or helps[word]
                     yield part.prog, part
     for word, (module, purpose) in plate.SUBCOMMANDS.items():
-        # Loaded one by one, as by the command.
+        # Subcommands of `slipscale plate` add their arguments only when they are called.
         part = argparse.ArgumentParser(prog=f"slipscale plate {word}", description=purpose)
         import_module(module).COMMANDS[word][0](part)
         yield part.prog, part
@@ -59,7 +59,7 @@ def pages() -> dict[str, str]:
 
 
 def section(prog: str, parser: argparse.ArgumentParser) -> str:
-    """Return a command's section: description, usage and arguments."""
+    """Return the section of a command: description, usage and arguments."""
     parser.formatter_class = partial(argparse.HelpFormatter, width=88)
     purpose = parser.description or ""
     lines = [
@@ -73,7 +73,7 @@ def section(prog: str, parser: argparse.ArgumentParser) -> str:
 
 
 def row(parser: argparse.ArgumentParser, action: argparse.Action) -> list[str]:
-    """Return an argument's row of the table."""
+    """Return the table row of an argument."""
     names = ", ".join(action.option_strings)
     value = "" if action.nargs == 0 else str(action.metavar or action.dest.upper())
     if action.choices and not names:

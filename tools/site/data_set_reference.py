@@ -102,7 +102,7 @@ def page() -> str:
     parts = [INTRODUCTION, "\n## Columns of most tables\n\n", _table(shared)]
     for name, protocol in shipped.items():
         stem = table_stem(participant="01", session="", task=protocol.task, run="01")
-        more = " A third interval has the same columns." if protocol.intervals else ""
+        more = " Any third interval has the same columns." if protocol.intervals else ""
         lacking = ", ".join(row[0] for row in shared if row not in rows[name])
         more += f" Without {lacking}." if lacking else ""
         parts += [

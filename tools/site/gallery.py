@@ -36,7 +36,7 @@ These studies come with Slipscale. `slipscale pilot NAME` runs a study with simu
 participants. To write your own study, start with `slipscale study new mine.toml`, and see
 [all study-file keys](../reference/study-file.md).
 """
-#: Study -> its task, published effect, simulated effect and recovered effect.
+#: Task, published effect, simulated effect and recovered effect of each study.
 PUBLISHED: Mapping[str, Mapping[str, str]] = tomllib.loads(
     (Path(__file__).parents[2] / "docs/tutorials/published-studies.toml").read_text("utf-8")
 )
@@ -118,13 +118,13 @@ def _effect(name: str) -> Iterator[tuple[str, str]]:
 
 
 def _remarks(keys: str) -> Iterator[tuple[str, str]]:
-    """Yield the values on which the study file has a remark, such as "assumed"."""
+    """Yield a table of the values that have a comment in the study file, such as "assumed"."""
     if rows := [[code(f"{key} = {value}"), said] for key, value, said in REMARK.findall(keys)]:
         yield "## Remarks on values", table(["value", "remark"], rows)
 
 
 def _methods(study: Study) -> Iterator[str]:
-    """Yield the report's methods sentences on a study's tasks: the chosen, named results."""
+    """Yield the sentences of a study's report on the methods of its main results."""
     estimated = any(isinstance(options, MagnitudeEstimation) for options in study.tasks)
     kinds = [FACTORS] if study.factors and estimated else []
     for options in study.tasks:

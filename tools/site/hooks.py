@@ -44,7 +44,7 @@ SOURCES: tuple[Callable[[], dict[str, str]], ...] = (
     reconstruction_example.pages,
     study_reference.pages,
 )
-# Page at the repository's root -> its path in the site.
+# Path in the site of each page from outside docs/.
 AT_THE_ROOT = {
     ".github/CONTRIBUTING.md": "contributing.md",
     "CHANGELOG.md": "changelog.md",
@@ -60,9 +60,9 @@ MENU: dict[str, tuple[str, ...]] = {
     "extending": (),
 }
 PROJECT = ("changelog.md", "contributing.md", "decisions/index.md")
-# Replaced by the generated table of published studies.
+# Placeholder for the generated table of published studies.
 PUBLISHED_STUDIES = "<!-- published studies -->"
-# Ranked after user pages in the search.
+# Pages that the search ranks below pages for users.
 SPECIAL = ("decisions/", "reference/python/")
 
 
@@ -93,7 +93,7 @@ def menu(pages: list[str]) -> list[str | dict[str, list[str]]]:
 
 
 def on_post_build(config: MkDocsConfig) -> None:
-    """Remove the page that only works on a server, since its links begin at the server's root."""
+    """Remove 404.html, because its links begin at the root of a server."""
     Path(config.site_dir, "404.html").unlink(missing_ok=True)
 
 

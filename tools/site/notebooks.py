@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tools.notebooks import DOCS, Notebook, read
 
-#: MIME type of an output -> its form on the page; the first available one is used.
+#: Markdown for each MIME type; the first type that an output has is shown.
 SHOWN = {
     "text/html": '<div style="overflow-x: auto">{}</div>',
     "image/svg+xml": '<div style="overflow-x: auto">{}</div>',
@@ -13,7 +13,7 @@ SHOWN = {
 
 
 def pages() -> dict[str, str]:
-    """Return one page per notebook."""
+    """Return the page of each notebook, keyed by path."""
     return {
         str(path.relative_to(DOCS).with_suffix(".md")): page(read(path))
         for path in sorted(DOCS.rglob("*.ipynb"))

@@ -33,7 +33,7 @@ def pages() -> dict[str, str]:
 
 
 def _markdown(docstring: str) -> str:
-    r"""Return a docstring's reStructuredText as Markdown: tables, code, nothing more.
+    r"""Convert the tables, code and links of a docstring to Markdown.
 
     >>> print(_markdown("See ``a``.\n\n===  ====\n``q``  one\n     two\n===  ===="))
     See `a`.

@@ -9,7 +9,7 @@ from tools.site.tables import table
 
 ROOT = Path(__file__).parents[2]
 WINGS = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
-# Commands have a separate reference; the participant's window is not a library.
+# Commands have a separate reference, and the participant's window is not meant for import.
 LEFT_OUT = ("cli", "psychopy_window")
 INTRODUCTION = """# Python API
 

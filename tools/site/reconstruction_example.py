@@ -1,4 +1,4 @@
-"""The example on the reconstruction page: Table III's page on all its possible data sets."""
+"""Generate the example report on all possible data sets of Table III (Biet et al., 2007)."""
 
 from __future__ import annotations
 

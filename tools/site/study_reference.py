@@ -102,7 +102,7 @@ def row(key: str, value: dict[str, Any], part: dict[str, Any]) -> list[str]:
 
 
 def _kind(value: dict[str, Any]) -> str:
-    """Return a key's type in words: one of the schema's types, or a list of one.
+    """Describe the type of a key: one of the schema's types, or a list of such values.
 
     >>> _kind({"type": "array", "items": {"type": "string"}})
     'list: text'

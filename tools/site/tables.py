@@ -20,5 +20,5 @@ def table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def code(value: object) -> str:
-    """Return a value as code; empty for an empty value."""
+    """Format a value as code; return an empty string if the value is empty."""
     return f"`{value}`" if str(value) else ""
