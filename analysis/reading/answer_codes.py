@@ -3,7 +3,7 @@
 Rules:
 
 - Common pairs of codes, such as yes and no or 1 and 0, are recognised (`PAIRS`). For any other
-  pair, the user must declare which code means yes; the most frequent other code means no.
+  pair, the user must declare which code means yes; of the other codes, the most frequent means no.
 - Cells that match neither code are excluded and reported. If more than `FEW` cells and more than
   the proportion `FEW_SHARE` of the filled cells match neither code, the column is probably not an
   answer column and is rejected.

@@ -10,9 +10,9 @@ if TYPE_CHECKING:
 
     from slipscale.analysis.reading.delimited import Source
 
-#: Maximum number of characters of a cell in a message.
+#: Maximum number of characters quoted from a cell in a message.
 LONGEST_CELL = 60
-#: A column is rejected if its invalid cells exceed both this number and this share.
+#: A column is rejected if it has more than `FEW` invalid cells and their share exceeds `FEW_SHARE`.
 FEW, FEW_SHARE = 3, 0.05
 #: Maximum number of participants to list in a message.
 LISTED = 6

@@ -122,7 +122,7 @@ def numbers(
     minimum : float
         Smallest valid number. Numbers above `LARGEST` are also invalid.
     lost : str
-        Name used in messages for the data that an invalid cell excludes.
+        What is omitted because of an invalid cell, as named in messages.
     """
     raw, values = as_numbers(frame[column])
     text = values.isna() & raw.notna()
@@ -220,7 +220,7 @@ def _catches(frame: pd.DataFrame, clean: pd.DataFrame, problems: Problems) -> pd
                 marked.isin(TRUE) & ~unchanged,
             ),
             (
-                "ordinary steps do not change the amplitude and are analysed as catch steps",
+                "steps without a change are analysed as catch steps, although not marked as such",
                 ~marked.isin(TRUE) & unchanged,
             ),
         ):
@@ -252,7 +252,7 @@ def labels(frame: pd.DataFrame, column: str, missing: str) -> pd.Series[Any]:
 
 
 def _phases(frame: pd.DataFrame, problems: Problems) -> pd.Series[Any]:
-    """Return "practice" or "main" for each row; report other labels, which count as main."""
+    """Return "practice" or "main" for each row; other labels are reported and count as main."""
     values = labels(frame, "phase", MAIN)
     counts = values.value_counts()
     for name, count in counts[counts > 0].items():

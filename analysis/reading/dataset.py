@@ -59,10 +59,10 @@ class Dataset:
     choices : AnalysisChoices
         Analysis choices from the study file, or the defaults.
     frozen : tuple of str
-        Keys of the analysis choices that the study file sets.
+        Analysis choices that are set in the study file, by key.
     unchanged : bool or None
-        Whether the sessions used this study file, which means that the choices were made before
-        data collection. None if the sidecars do not contain this information.
+        Whether the sessions used the same study file. If so, the choices were made before data
+        collection. None if the sidecars do not contain this information.
     journal_differences : tuple of str or None
         Differences between tables and journals, one sentence each; None without journals.
     problems : tuple of str

@@ -40,7 +40,7 @@ NOT_AVAILABLE = (
 #: Columns that contain names and words, including the columns of a codebook.
 TEXT = (*FREE_TEXT, "coder", "category")
 LISTED_PROBLEMS = 12
-#: Option of ``slipscale analyse`` -> typical parts of the column name, most likely first.
+#: Typical parts of column names, most likely first, keyed by option of ``slipscale analyse``.
 LIKELY = {
     "participant": ("participant", "subject", "prolific", "responseid", "worker", "person", "who"),
     "stimulus": ("amplitude", "stimulus", "intensity", "level", "pressure", "frequency"),
@@ -59,7 +59,7 @@ class Problems:
     """Descriptions of errors in the data. Long lists of errors are shortened."""
 
     sentences: list[str] = field(default_factory=list)
-    #: Slipscale's name of a column -> name in the file, if different.
+    #: Names of columns in the file, keyed by Slipscale's names, if different.
     titles: Mapping[str, str] = field(default_factory=dict)
 
     def title(self, column: str) -> str:
@@ -162,7 +162,8 @@ def read_tables(
         if problems is not None:
             for phrase in lines.left_out:
                 problems.add(f"{source.name}, {phrase}")
-        # A quotation must not extend from one file into the next.
+        # Files with quotation marks are parsed separately, so that no quotation extends into the
+        # next file.
         alone = str(number).encode() if b'"' in lines.body else b""
         groups.setdefault(lines.header + b"\n" + alone, []).append((number, lines))
     frames = [
@@ -209,7 +210,7 @@ def _read_group(
 
     try:
         frame = _joined([parsed(part) for part in _parts(group)])
-        # If a column has numbers in one part and words in another, all parts are parsed together.
+        # If a column's type differs between parts, the whole table is parsed at once.
         frame = parsed(group) if frame is None else frame
     except UserError:
         for number, lines in group:
@@ -240,7 +241,7 @@ def _parts(group: Sequence[tuple[int, Lines]]) -> list[list[tuple[int, Lines]]]:
 def _joined(frames: list[pd.DataFrame]) -> pd.DataFrame | None:
     """Concatenate parts of a table; return None if a column's type differs between parts.
 
-    A column with both whole and decimal numbers becomes decimal, as if it had been parsed at once.
+    A column with integers in one part and decimals in another becomes a column of decimals.
     """
     kinds = [["number" if kind in NUMBERS else str(kind) for kind in f.dtypes] for f in frames]
     if any(other != kinds[0] for other in kinds):
@@ -318,7 +319,7 @@ def parse(
             names=names,
             na_values={name: list(missing[name]) for name in names},
             keep_default_na=False,
-            # Files edited by hand often contain 'a, "b"'.
+            # Files edited by hand often have spaces between separators and quotation marks.
             skipinitialspace=separator.encode() + b" " in text,
             low_memory=False,
             dtype=dict.fromkeys([*words, *as_written], "str"),

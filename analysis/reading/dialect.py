@@ -22,12 +22,12 @@ BOMS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-si
 FALLBACK = "cp1252"
 
 _TAIL = r"(?:[eE][+-]?\d+)?"
-#: Blanks and the Swiss apostrophe may separate thousands with either decimal mark.
+#: Spaces and apostrophes may separate thousands, whatever the decimal mark.
 _GAPS = r"[ '\u2019\u00a0\u202f]"
 
 
 def _certain(mark: str, other: str) -> re.Pattern[str]:
-    """Return a pattern for numbers in which ``mark`` can only be the decimal mark."""
+    """Return a pattern for numbers that identify ``mark`` as the decimal mark."""
     m, o = re.escape(mark), re.escape(other)
     forms = (
         rf"\d*{m}(?:\d{{1,2}}|\d{{4,}})?",  # 0,5 but not 1,000
@@ -49,8 +49,8 @@ THOUSANDS_POINT = re.compile(rb"(?<![\d.])[1-9]\d{0,2}\.\d{3}(?![\d.])")
 def in_points(cell: str, decimal: Decimal) -> str:
     """Write a number with a decimal point and without thousands separators.
 
-    Thousands may be separated by the mark that is not the decimal mark, by blanks or by
-    apostrophes. Cells that are not numbers are not changed.
+    Thousands may be separated by spaces, apostrophes, or the comma or point that is not the decimal
+    mark. Cells that are not numbers are not changed.
 
     >>> in_points("1.234,5", ",")
     '1234.5'

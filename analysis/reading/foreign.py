@@ -40,7 +40,7 @@ REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
 GROUP = "group"
 #: Label of the task in a table of answers.
 ANSWERS = "answers"
-#: Column in a mapping -> column in Slipscale's tables.
+#: Columns in Slipscale's tables, keyed by field name of `mapping.Columns`.
 OURS = {
     "participant": PARTICIPANT,
     "stimulus": STIMULUS,
@@ -253,12 +253,12 @@ def _long(frame: pd.DataFrame, mapping: TableMapping) -> pd.DataFrame:
 def _of_trials(
     frame: pd.DataFrame, mapping: TableMapping, problems: Problems, path: Path
 ) -> pd.DataFrame:
-    """Omit rows without stimulus and response, which PsychoPy writes for every routine."""
+    """Omit rows with neither stimulus nor response, which PsychoPy writes for every routine."""
     response = "n" if mapping.columns.n else ANSWER if mapping.of_answers else RESPONSE
     blank = frame[STIMULUS].isna() & frame[response].isna()
     if blank.any():
         problems.add(
-            f"{path.name}: {int(blank.sum())} rows without stimulus and response were skipped"
+            f"{path.name}: {int(blank.sum())} rows with neither stimulus nor response were skipped"
         )
     return frame[~blank].reset_index(drop=True)
 
@@ -326,7 +326,7 @@ def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
 
 def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFrame:
     """Convert answers to forced-choice trials or comparisons with a standard."""
-    # `_above_reference` has swapped the two columns.
+    # The columns are swapped here, because `_above_reference` has exchanged them.
     level, standard = steps[REFERENCE], steps[STIMULUS]
     if method != "comparison":
         level = told_apart((level - standard).abs(), quantity)
@@ -386,7 +386,7 @@ def _steps(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _above_reference(steps: pd.DataFrame) -> pd.DataFrame:
-    """Exchange the columns of stimulus and reference: the step size is then stimulus - reference.
+    """Exchange stimulus and reference, so that the step size is the stimulus minus the reference.
 
     In Slipscale's own tables, the step size is the decrease in amplitude.
     """
@@ -399,7 +399,7 @@ def _groups(frame: pd.DataFrame, path: Path, problems: Problems) -> pd.DataFrame
     Raises
     ------
     UserError
-        If a participant is in two groups. The column of groups then probably contains conditions.
+        If a participant is in two groups, probably because the group column contains conditions.
     """
     who = tidied(frame[PARTICIPANT]).astype("str")
     if GROUP not in frame:

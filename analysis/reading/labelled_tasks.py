@@ -42,7 +42,7 @@ class TaskTrials:
     name : str
         Key in `Dataset.trials`.
     counted : str
-        Prefix for row counts: ``{counted}_rows``, ``{counted}_unanswered``.
+        Prefix for the keys of row counts, as in ``{counted}_rows`` and ``{counted}_unanswered``.
     title : str
         Name of the kind of task, used in messages after "trials of".
     belongs : callable
@@ -52,7 +52,7 @@ class TaskTrials:
     empty : callable
         Function that returns an empty table with the columns of the answered trials.
     label : str
-        The protocol's default task label, if only one label of this kind is analysed.
+        Default task label. Set only if a single label of this kind is analysed.
     divide : callable, optional
         Function that splits the rows into tables, keyed by name in `Dataset`. By default, all rows
         form a single table.
@@ -117,7 +117,7 @@ def of_one_label(
     wanted: str | None,
     problems: Problems,
 ) -> Entries:
-    """Return the tables with the analysed task label, and report the labels left out.
+    """Return the tables of one task label, and report labels that are not analysed.
 
     Parameters
     ----------

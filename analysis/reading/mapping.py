@@ -19,7 +19,7 @@ from slipscale.faults.validation import complaint, faults_in, sentences
 from slipscale.stimuli.quantity import UNNAMED, Quantity
 
 NAME = "analysis.toml"
-#: Pattern for codes that can be used as words in a sentence; "2" and "r" cannot.
+#: Two consecutive letters, by which codes that are words are recognised.
 WORD = re.compile(r"[^\W\d_]{2}")
 
 
@@ -61,8 +61,7 @@ class AnswerWords(FrozenTable):
     yes : str, optional
         Code for "yes"; required unless the codes are a common pair such as yes/no or 1/0.
     alternatives : {2, 3}, optional
-        Number of alternatives in a forced-choice task. In such a task, "yes" means a correct
-        answer.
+        Number of alternatives in a forced-choice task, in which "yes" means a correct answer.
     """
 
     yes: ColumnName | None = None
@@ -70,7 +69,7 @@ class AnswerWords(FrozenTable):
 
     @property
     def word(self) -> str:
-        """Word for "yes" in the report: the code if it is a word, otherwise "yes"."""
+        """Word for "yes" in the report: the code for yes, or "yes" if that code is not a word."""
         return self.yes if self.yes and self.yes.isprintable() and WORD.search(self.yes) else "yes"
 
 
@@ -114,7 +113,7 @@ class TableMapping(FrozenTable):
         condition that varies within participants.
     stimulus : StimulusWords
         Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
-        the unit used in the report, if its prefix differs from the table's.
+        the unit in the report, if it has a different prefix (mPa instead of µPa).
     answers : AnswerWords
         Code for yes, and number of alternatives in a forced-choice task.
     levels : dict
@@ -150,26 +149,26 @@ class TableMapping(FrozenTable):
         return self
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
-        """List the rules for a table of rated pairs, as tuples of (violated, message)."""
+        """Check a table of rated pairs; return (violated, message) for each rule."""
         pair = {"first", "second", "dissimilarity"}
         others = {"participant", "session", "run", "trial", "group"}
         columns = self.columns.model_dump(exclude_none=True)
         return (
             (
                 not pair <= set(columns),
-                "expected columns for first, second and dissimilarity",
+                "expected columns for the first item, the second item and the dissimilarity",
             ),
             (
                 bool(set(columns) - pair - others or self.levels),
                 (
-                    "with first, second and dissimilarity, the only other columns can be "
-                    "participant, session, run, trial and group; levels are not possible"
+                    "in a table of rated pairs, the only other columns can be "
+                    "participant, session, run, trial and group, and levels are not possible"
                 ),
             ),
         )
 
     def _wide(self) -> tuple[tuple[bool, str], ...]:
-        """List the rules for a wide table, as tuples of (violated, message)."""
+        """Check a wide table; return (violated, message) for each rule."""
         columns = self.columns
         return (
             (
@@ -183,7 +182,7 @@ class TableMapping(FrozenTable):
         )
 
     def _narrow(self) -> tuple[tuple[bool, str], ...]:
-        """List the rules for tables with one response per row, as tuples of (violated, message)."""
+        """Check a table with one response per row; return (violated, message) for each rule."""
         columns, answers = self.columns, self.answers
         return (
             (
@@ -198,12 +197,12 @@ class TableMapping(FrozenTable):
                 or bool(columns.yes_count and columns.answer),
                 (
                     "expected both yes_count and n (numbers of yes answers and of all answers), "
-                    "but no column of answers"
+                    "without a column of answers"
                 ),
             ),
             (
                 bool(columns.response) and answers != AnswerWords(),
-                "yes and alternatives can be set only if there is a column of yes/no answers",
+                "'yes' and 'alternatives' can be set only if there is a column of yes/no answers",
             ),
             (
                 bool(columns.yes_count and answers.yes),

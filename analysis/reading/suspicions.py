@@ -1,8 +1,8 @@
 """Detect rows that are probably not valid data, and reject or report them.
 
-Summary rows and participants with two spellings are rejected, because the number of participants
-would be wrong. Labels that differ only in case, answers that were pasted twice or copied from
-another participant, and usual codes for missing answers are reported.
+Summary rows and participants with two spellings of their label are rejected, because the number of
+participants would be wrong. Labels that differ only in case, answers that were pasted twice or
+copied from another participant, and usual codes for missing answers are reported.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ SUMMARIES = re.compile(
 WHOLE_NUMBER = re.compile(r"0*(\d+)([.,]0*)?")
 #: Codes for missing answers in questionnaires and statistics programs.
 MISSING_CODES = (99.0, 999.0, 9999.0, 99999.0, 88.0, 888.0, 77.0, 777.0)
-#: Minimum ratio of a code for missing answers to the largest other number.
+#: Codes for missing answers are reported if they exceed this multiple of the largest other answer.
 FAR = 3.0
-#: Numbers of answers and of different values from which equality by chance is unlikely.
+#: Minimum number of answers, and of different values, for reporting identical sequences.
 FEWEST_ALIKE, FEWEST_VALUES = 8, 4
 
 
@@ -58,8 +58,8 @@ def check_labels(labels: Sequence[str], column: str, file: str) -> list[str]:
             first = numbers.setdefault(found[1], label)
             if first != label:
                 raise UserError(
-                    f"{file}, column {column}: '{first}' and '{label}' are the same number; write "
-                    "the label of each participant in the same way throughout the file"
+                    f"{file}, column {column}: '{first}' and '{label}' represent the same number; "
+                    "write the label of each participant in the same way throughout the file"
                 )
     lower: dict[str, str] = {}
     return [

@@ -34,8 +34,8 @@ from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
 from slipscale.faults import UserError
 
-#: Codes for missing identifiers in other programs. The BIDS code and blanks always count as
-#: missing.
+#: Codes that other programs use for missing identifiers. The BIDS code and blank cells always count
+#: as missing.
 NO_IDENTIFIER = tuple(name for name in NOT_AVAILABLE if name not in MISSING)
 
 
@@ -80,8 +80,8 @@ def read_table(
     ------
     UserError
         See `slipscale.analysis.reading.delimited.read_tables`,
-        `slipscale.analysis.reading.dialect.decimal_of` and the module for the program that wrote
-        the file.
+        `slipscale.analysis.reading.dialect.decimal_of` and the modules in
+        `slipscale.analysis.reading.programs`.
     """
     content, source = read_source(path, path.parent)
     quoted = None
@@ -104,7 +104,9 @@ def read_table(
 def _as_utf_8(content: bytes, path: Path, problems: Problems) -> bytes:
     text, encoding = decoded(content, path)
     if encoding == FALLBACK:
-        problems.add(f"{path.name}: not UTF-8, so read as Windows-1252; check names with accents")
+        problems.add(
+            f"{path.name} is not UTF-8 and was read as Windows-1252; check names with accents"
+        )
     return text
 
 
@@ -152,7 +154,7 @@ def _with_points(
     frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
 ) -> None:
     """Rewrite all numbers in a file with decimal points."""
-    # TRUE and FALSE count as numbers here. They are rejected when columns are cleaned.
+    # Columns with only TRUE and FALSE are skipped, because `cleaning.numbers` rejects their cells.
     written = {
         column: frame[column]
         for column in numbers
@@ -204,8 +206,8 @@ def only_named(
         names = ", ".join(sorted({f"'{who}'" for who in tidy[words]}))
         lines = listed_lines(frame.loc[words, "line"].tolist())
         problems.add(
-            f"{name}, {lines}: {identifier} is {names}, a usual code for missing values, so the "
-            "rows are omitted (if it is a name, put it in quotation marks)"
+            f"{name}, {lines}: {identifier} is {names}, a usual code for missing values. "
+            "The rows are omitted; if this is a name, put it in quotation marks"
         )
     kept = ~(absent | words)
     frame = frame.assign(**{identifier: tidy})
@@ -217,7 +219,7 @@ def _are_no_identifier(names: pd.Series[Any]) -> NDArray[np.bool_]:
 
 
 def _quoted_identifiers(frame: pd.DataFrame, identifier: str, text: bytes) -> NDArray[np.bool_]:
-    """Return which rows have a missing-value code in quotation marks as their identifier."""
+    """Return whether each row's identifier is a missing-value code in quotation marks."""
     found = np.zeros(len(frame), bool)
     suspects = np.flatnonzero(_are_no_identifier(tidied(frame[identifier])))
     if not len(suspects) or b'"' not in text:

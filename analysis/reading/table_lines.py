@@ -120,14 +120,15 @@ def _names(header: bytes, separator: str) -> tuple[str, ...]:
 def _regular(header: bytes, body: bytes, separator: str, cells: int) -> int | None:
     """Return the number of rows if all lines have as many cells as the header; otherwise None."""
     mark = separator.encode()
-    # Repeated headers and lines of only separators are not rows, but have the right number.
+    # Repeated headers and lines with only separators have the expected number of cells, but are not
+    # data rows.
     for line in (header + NEWLINE, mark * (cells - 1) + NEWLINE):
         if body.startswith(line) or NEWLINE + line in body:
             return None
     lines = body.count(NEWLINE)
     if QUOTE not in body:
-        # Too many cells in one line may compensate for too few in another. pandas rejects such
-        # files, unless it is the first line.
+        # Too many cells in one line may compensate for too few in another. pandas rejects a line
+        # with too many cells, unless it is the first line, which is therefore checked here.
         width = body.partition(NEWLINE)[0].count(mark)
         total = body.count(mark)
         return lines if total == lines * (cells - 1) and total in (0, lines * width) else None
@@ -206,9 +207,9 @@ def _rows(
 
 def _miscounted(found: int, names: Sequence[str], separator: str) -> str:
     guess = (
-        "is the file truncated?"
+        "check whether the file is truncated"
         if found < len(names)
-        else f"is there a '{separator}' inside a cell?".replace("\t", "tab")
+        else f"check whether there is a '{separator}' inside a cell".replace("\t", "tab")
     )
     cells = "1 cell" if found == 1 else f"{found} cells"
     return f"has {cells}, expected {len(names)} as in the header; {guess}"

@@ -31,14 +31,14 @@ from slipscale.analysis.reading.labelled_tasks import (
 from slipscale.analysis.reading.surface_labels import padded, plain
 from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
 
-#: Columns of all kinds of task.
+#: Columns that the trial tables of all kinds of task contain.
 COMMON = (*IDENTITY, "task", "trial", "catch")
-#: In a study with factors, column with the task label without the condition.
+#: In a study with factors, the column that contains the task label without the condition.
 BEFORE_CONDITION = "task of all conditions"
 
 
 def by_task(rows: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
-    """Group trials by task label, with the numbers in labels in ascending order."""
+    """Group trials by task label; numbers in labels are sorted by value."""
     groups = {str(task): own for task, own in rows.groupby("task")} if len(rows) else {}
     return [(task, groups[task]) for task in sorted(groups, key=padded)]
 
@@ -66,14 +66,15 @@ def task_trials(
     Parameters
     ----------
     name, title : str
-        See `TaskTrials`. The title is also the prefix for row counts, as in ``{title}_rows``.
+        See `TaskTrials`. The title is also the prefix for the keys of row counts, as in
+        ``{title}_rows``.
     marks : tuple of str
         Columns by which a table is recognised.
     numeric : tuple of str
         Numeric columns with values of at least 0. Columns other than those in ``marks`` may be
         absent, in which case their values are NaN.
     words : tuple of str
-        Columns of labels. If such a column is absent, its labels are empty.
+        Columns of labels. Absent columns are filled with empty labels.
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str

@@ -24,12 +24,12 @@ from slipscale.experiments.dataset.schema import (
 from slipscale.experiments.protocol_parts.base import Column, Protocol
 from slipscale.experiments.protocols import descending_difference, magnitude_estimation
 
-#: Columns that identify a trial. Their values come from file names in a data set, and from columns
-#: in other tables.
+#: Columns that identify a run. Participant, session and run are read from file names in a data set,
+#: and from columns in other tables.
 IDENTITY = (PARTICIPANT, "session", "run")
 #: Prefix for the columns of study factors in the analysis.
 FACTOR = "factor: "
-#: Columns that number the blocks or series in which trial numbers may restart.
+#: Columns that identify the block or series. Trial numbers may restart in each block or series.
 BLOCK, SERIES = "block", "series"
 
 
@@ -56,7 +56,7 @@ class TrialTable:
 
     @property
     def columns(self) -> tuple[str, ...]:
-        """All columns that are read. Other columns in the files are ignored."""
+        """All columns that the analysis reads. Other columns in the files are ignored."""
         return (*IDENTITY, *self.required, *self.numbers, *self.words)
 
 

@@ -1,6 +1,6 @@
 """Compute which conclusions follow from a published table, per column and across columns.
 
-The module `report` formats these answers as text and JSON.
+The module `report` formats the results as text and JSON.
 """
 
 from __future__ import annotations
@@ -21,11 +21,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.inference.conclusions import Conclusion
     from slipscale.analysis.reconstruction.inference.distributions import Distribution
 
-# Limits above which the command line skips a computation: cells in the state tables, counted once
-# per goal, and additions for counting ordered samples if multisets are requested.
+# Exact distributions are computed only if the state tables, counted once per goal, have at most
+# this number of cells.
 MARGINAL_CELLS = 5_000_000
+# Ordered samples are counted without a request only if this takes at most this number of additions.
 ORDERED_ADDITIONS = 6_000_000_000
-# Maximum number of sums to list in an answer without a count.
+# Maximum number of pairs of sum and sum of squares to list if the data sets were not counted.
 SHOWN_SUMS = 100
 
 
@@ -43,7 +44,7 @@ class OrderStatistic:
 class Variant:
     """Number of data sets under one SD convention and one rounding rule.
 
-    `multisets` is None if they are not counted; `reason` then contains the reason.
+    `multisets` is None if the data sets were not counted; `reason` states why.
     """
 
     sd_convention: str
@@ -75,7 +76,7 @@ class ColumnAnswer:
     sums : tuple of (Fraction, Fraction)
         Sums and sums of squares that match the published numbers, in the unit of the scale.
     order_statistics : tuple of OrderStatistic
-        Order statistics of the ratings. Empty if no data set exists or if the computation takes too
+        Order statistics of the ratings; empty if no data set exists or the computation takes too
         long.
     variants : tuple of Variant
         Counts under all SD conventions and rounding rules, if these were requested.
@@ -84,12 +85,11 @@ class ColumnAnswer:
     assumptions : tuple of str
         Descriptions of the assumptions about the column.
     refused : str
-        Reason why the data sets were not counted. Empty if the data sets were counted.
+        Reason why the data sets were not counted, or an empty string.
     not_drawn : str
-        Reason why the data sets were counted but cannot be sampled. Empty if sampling is possible,
-        if no data set exists or if the data sets were not counted.
+        Reason why the data sets were counted but cannot be sampled, or an empty string.
     witness : tuple of float
-        A verified data set. Empty if the data sets were counted or if the search found no data set.
+        A verified data set; empty if the data sets were counted or the search found none.
     log10_estimate : float or None
         Approximate log10 of the number of data sets (saddle-point method), if the data sets were
         not counted.
@@ -132,7 +132,7 @@ class Across:
         Conclusions that cover all data sets and pairings. If there are too many data sets to list,
         only sums and sums of squares are used for the bounds.
     not_listed : tuple of str
-        Labels of the columns with too many data sets to list.
+        Labels of the columns whose data sets cannot all be listed.
     distributions : tuple of Distribution
         Distributions of test statistics, estimated from uniform samples.
     """
@@ -207,7 +207,7 @@ def worth_marginals(solutions: Solutions) -> bool:
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
-    """Return whether to count ordered samples: if the user requested it, or if it is quick."""
+    """Return whether to count ordered samples, which is done on request or if it is quick."""
     if solutions.not_drawn:
         return False
     if solutions.listed_apart:
@@ -272,7 +272,7 @@ def across(
     seed: int,
     tell: Callable[[str], None] = lambda _: None,
 ) -> Across:
-    """Return bounds on statistics across columns and, if all columns can be sampled, distributions.
+    """Compare columns; return bounds and, if all columns can be sampled, distributions.
 
     The function `tell` is called with a description of the current step.
 

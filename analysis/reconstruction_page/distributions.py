@@ -31,7 +31,7 @@ class Bands:
     mean, low, high, least, most : ndarray, shape (places,)
         Mean, 2.5 % quantile, 97.5 % quantile, smallest value and largest value per bin.
     exact : bool
-        Whether the summary is exact. If False, samples were used.
+        Whether the summary is exact, not estimated from samples.
     """
 
     edges: Array
@@ -56,7 +56,7 @@ def histogram(solutions: Solutions, samples: Array) -> Bands:
         [((samples >= a) & (samples < b)).sum(axis=1) for a, b in pairwise(starts)], axis=1
     )
     low, high = np.quantile(counts, BAND, axis=0, method="inverted_cdf")
-    # Each bar extends from half a step below to half a step above its ratings.
+    # Each bar extends half a step beyond the smallest and the largest rating that it contains.
     edges = float(scale.minimum) + float(scale.step) * (starts - 0.5)
     return Bands(
         edges=edges,

@@ -22,8 +22,8 @@ SIZE = (5.2, 2.5)
 def histogram_figure(bands: Bands, ends: tuple[float, float]) -> Figure:
     """Plot a histogram of ratings that shows the variation across data sets.
 
-    Each bar is the mean number of ratings across data sets. Lines show the 95 % band, and the
-    smallest and largest number. ``ends`` are the limits of the rating axis.
+    Each bar is the mean number of ratings across data sets. Lines show the 95 % band and the full
+    range of this number. ``ends`` are the limits of the rating axis.
     """
     figure, axes = canvas(size=SIZE)
     middle, width = (bands.edges[1:] + bands.edges[:-1]) / 2, np.diff(bands.edges)

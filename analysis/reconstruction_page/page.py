@@ -54,7 +54,7 @@ class Source:
     across : Across or None
         Results across columns, if they were requested.
     measure, seed : str, int
-        Settings with which the samples are drawn.
+        Measure (multisets or ordered samples) and random seed for drawing samples.
     """
 
     title: str

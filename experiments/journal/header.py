@@ -20,7 +20,7 @@ def header(
     """Return the header, which contains everything needed to resume or analyse the run."""
     content = asdict(plan)
     if not plan.population:
-        del content["population"]  # not relevant in runs with a person
+        del content["population"]  # Only pilots have a population.
     return {
         "format": FORMAT,
         **plan.study.quantity_notes(QUANTITY),
@@ -39,8 +39,8 @@ def header(
 def resume_data(plan: RunPlan, plate: PlateDriver, spec: str, masking: str) -> dict[str, object]:
     """Return the record for a resumption, with everything that may differ from the header.
 
-    Later records are dated from the date and the session time of this record, because session time
-    never decreases, even if the computer's clock was set back.
+    The dates of later records are computed from this record's date and session time, because
+    session time never decreases, even if the computer's clock was set back.
     """
     return {
         "plate_spec": spec,

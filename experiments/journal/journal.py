@@ -9,7 +9,7 @@ The rules for flushing data to disk are:
 - `Journal.append` passes a record to the operating system and returns. If the process is killed, no
   record is lost. A thread (`slipscale.experiments.journal.keeper`) then flushes the record to disk.
 - Before each question, a session calls `Journal.wait_for` to wait until the last answer is on disk.
-  A power failure loses nothing that was written before a call to `wait_for`.
+  Nothing written before a call to `wait_for` is lost in a power failure.
 - `Journal.write` combines `append` and `wait_for`. For records that must not delay a trial, only
   `append` is called.
 - If the disk fails, unconfirmed records are removed from the file. The next call to `append`,
@@ -61,9 +61,9 @@ class Journal:
     clock : Clock
         Provides the records' times.
     synced : bool
-        Whether each record is flushed to disk. If False, records are passed to the operating
-        system, but flushed only at the end. A power failure may then lose records, but a killed
-        process loses none. Pilots are not flushed, because they can be repeated.
+        Whether each record is flushed to disk. If False, the journal is flushed to disk only when
+        it is closed. A power failure may then lose records, but a killed process loses none.
+        Journals of pilots are not synced, because pilots can be repeated.
 
     Raises
     ------
@@ -125,12 +125,12 @@ class Journal:
 
     @classmethod
     def reopen(cls, path: Path, clock: Clock, *, synced: bool = True) -> Self:
-        """Continue an interrupted journal after removing an incomplete end of the file."""
+        """Continue an interrupted journal after removing incomplete records at its end."""
         return cls._open(path, clock, synced=synced, empty=False)
 
     @classmethod
     def _open(cls, path: Path, clock: Clock, *, synced: bool, empty: bool) -> Self:
-        """Open, lock and read a journal; close it again if an error or a signal interrupts this."""
+        """Open, lock and read a journal; close it again after an error or a signal."""
         locked = False
         try:
             stream = path.open("r+b", buffering=0)
@@ -147,7 +147,7 @@ class Journal:
                     "or resume it: slipscale resume"
                 )
             return journal  # noqa: TRY300 - a signal can arrive before an `else`
-        except BaseException:  # also after signals, because a stored traceback would keep the lock
+        except BaseException:  # Includes signals, because a stored traceback would keep the lock.
             if locked:
                 locks.release(path)
             stream.close()
@@ -199,13 +199,13 @@ class Journal:
         Raises
         ------
         UserError
-            If the disk failed or does not respond. Unconfirmed records may be lost.
+            If the disk failed or does not respond. Records that are not yet on disk may be lost.
         """
         if keeper := self._keeper:
             if self._unfinished:
                 self._take_stock()
             records = min(records, len(self.records))
-            if keeper.wanted.records < records:  # a signal interrupted the handover
+            if keeper.wanted.records < records:  # A signal interrupted `append`.
                 keeper.want(self._mark())
             if not keeper.wait(records):
                 self._keeper = None  # the thread hangs in a system call
@@ -336,7 +336,7 @@ class Journal:
 
 
 def fallback_folders() -> list[Path]:
-    """Create fallback folders for a journal whose location is missing, in order of preference.
+    """Create fallback folders for a journal whose location is missing; return the best one first.
 
     Each folder has the structure of a data set, so `slipscale resume` and `slipscale data` can read
     it.

@@ -5,7 +5,7 @@ The rules are:
 - The caller writes to the file; the thread only flushes the file to disk. A killed process
   therefore loses no data, and a power failure can lose only data that are not yet flushed.
 - Each flush covers all data written before the flush began.
-- The thread ends when a flush fails. It does not try again, because a second flush can report
+- The thread ends when a flush fails. The flush is not repeated, because a second flush can report
   success although data were lost. The caller reads the error from `failure`, truncates the file and
   starts a new thread.
 - The thread and its caller share only single values and no lock, because a signal may interrupt the
@@ -46,7 +46,7 @@ class Keeper:
     kept : Mark
         Position up to which all data have been flushed to disk so far.
     wanted : Mark
-        Position up to which flushing was requested with `want`.
+        Position up to which the caller requested flushing, by calling `want`.
     failure : BaseException or None
         The error that ended the thread.
     """
@@ -75,7 +75,7 @@ class Keeper:
         return True
 
     def stop(self) -> None:
-        """Wait for the thread to finish its work and end, but only for `ENDS_S` seconds."""
+        """Wait at most `ENDS_S` seconds for the thread to finish."""
         self._handed.put(None)
         self._thread.join(ENDS_S)
 

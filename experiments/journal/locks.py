@@ -1,8 +1,8 @@
 """Allow only one writer per journal at a time, with a system lock and a lock file.
 
-The system releases its lock when the process ends, but some network drives do not support locks.
-Next to the journal, a writer therefore also creates a lock file that contains its host and process.
-A crash may leave a lock file behind, so implausible lock files are ignored.
+The system releases its lock when the process ends. Because some network drives do not support
+locks, a writer also creates a lock file next to the journal, with the writer's host name and
+process ID. A crash may leave a lock file behind, so implausible lock files are ignored.
 """
 
 from __future__ import annotations
@@ -20,23 +20,23 @@ import portalocker
 
 from slipscale.faults import UserError
 
-# A session on another computer updates its lock file with each record. If the lock file is older
-# than this, the session has ended, because no participant thinks for this long.
+# A session on another computer updates its lock file whenever it writes a record. If the lock file
+# is older than this, the session has ended, because no participant thinks for this long.
 STALE_S = 900.0
-# Taking a lock takes milliseconds, so an older claim was left behind by a crash.
+# Taking a lock takes milliseconds, so an older temporary lock file was left behind by a crash.
 CLAIM_S = 10.0
 LOOKS, LOOK_S = 5, 0.02
 
 
 @dataclass(frozen=True, slots=True)
 class Holder:
-    """The writer of a journal, as named in the lock file."""
+    """The process that a lock file names as the writer of a journal."""
 
     host: str
     process: int
 
     def __str__(self) -> str:
-        """Describe the writer by process and host."""
+        """Return the process ID and the host name in words."""
         return f"process {self.process} on {self.host}"
 
 
@@ -82,7 +82,7 @@ def take(stream: FileIO, journal: Path) -> None:
     for _ in range(LOOKS):
         if free is not False:
             break
-        # A process that checks for a writer (the console) holds the lock briefly.
+        # A process that checks for a writer, such as the console, holds the lock briefly.
         time.sleep(LOOK_S)
         free = _lock(stream, portalocker.LOCK_EX)
     if free is False:
@@ -126,8 +126,8 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
     try:
         if not (_make(claim) or _make_again(claim, system_locks=system_locks)):
             raise UserError(f"journal {journal}: another session is about to write to it")
-        # The time of the claim comes from the file system, whose clock may differ from this
-        # computer's.
+        # The new file's time is the current time of the file system, whose clock may differ from
+        # this computer's.
         now_s = claim.stat().st_mtime
         holder = _believed(journal, system_locks=system_locks, now_s=now_s)
         if holder is None:
@@ -135,7 +135,7 @@ def _leave_lock_file(journal: Path, *, system_locks: bool) -> None:
             return
         claim.unlink(missing_ok=True)
     except OSError:
-        return  # if the folder is not writable, the journal reports this with its first record
+        return  # If the folder is not writable, the first record cannot be written either.
     raise UserError(
         f"journal {journal}: another session is writing to it ({holder}); if no session is running "
         f"there, delete {lock}"
@@ -155,13 +155,13 @@ def _make(claim: Path) -> bool:
 def _make_again(claim: Path, *, system_locks: bool) -> bool:
     """Replace a temporary lock file left behind by a crash; return whether it was replaced.
 
-    Only the holder of the system lock can be sure that no other session replaces this file.
+    Without a system lock, a recent file is not replaced, because its session may still be starting.
     """
     try:
         if not system_locks and abs(time.time() - claim.stat().st_mtime) < CLAIM_S:
             return False
     except FileNotFoundError:
-        return False  # its creator has just renamed the file
+        return False  # Another session has just renamed it.
     claim.unlink(missing_ok=True)
     return _make(claim)
 
@@ -177,14 +177,14 @@ def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | No
         return None
     if holder.host != socket.gethostname():
         return holder if age_s < STALE_S else None
-    # On this computer, the system lock (if supported) is more reliable.
+    # For processes on this computer, the system lock (if supported) is more reliable than the file.
     mine = holder.process == os.getpid()
     return None if system_locks or mine or not _runs(holder.process) else holder
 
 
 def _runs(process: int) -> bool:
     """Return whether a process is running on this computer."""
-    if os.name == "nt":  # os.kill would end the process on Windows
+    if os.name == "nt":  # On Windows, os.kill would end the process.
         return True
     try:
         os.kill(process, 0)

@@ -25,7 +25,7 @@ PACKAGES = ("slipscale", "numpy", "psychopy")
 
 
 def software() -> dict[str, str]:
-    """Return the versions of Python and of the packages that can affect data."""
+    """Return the versions of Python and of the packages that can affect the data."""
     return {"python": platform.python_version()} | {name: _version(name) for name in PACKAGES}
 
 

@@ -5,10 +5,10 @@ used to build data sets; it omits only damaged records. The rules are:
 
 - Records are sorted by number, even if lines were moved in the file.
 - If several records have the same number, the record whose hash agrees with its neighbours is used.
-- An incomplete end of the file does not count as damage: a last line that is truncated, or that
-  contains zero bytes because the disk lost power. If several records were not yet on disk, the
-  incomplete end can include earlier lines. The entry `kept` in the "begin" record of each question
-  is the number of records that were then on disk.
+- An incomplete end of the file does not count as damage. The end is incomplete if the last line is
+  truncated, or contains zero bytes because the disk lost power. If several records were not yet on
+  disk, the incomplete end can include earlier lines. The entry `kept` in the "begin" record of each
+  question is the number of records that were then on disk.
 - A record of kind `DAMAGED` replaces each gap in the numbering, and each record whose hash is
   inconsistent with the previous record.
 """
@@ -51,7 +51,7 @@ class Reading:
     damage : list of Damage
         Damaged lines with the reason for each; empty if the journal is intact.
     length : int
-        Length of the file in bytes, excluding an incomplete end.
+        Length of the file in bytes, excluding incomplete records at its end.
     torn : bool
         Whether the end of the file is incomplete, because the machine stopped while writing.
     """
@@ -140,7 +140,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
     at = {line.place: line.record.number for line in found}
 
     def trust(line: _Line) -> tuple[int, int]:
-        """Count the neighbouring records whose hash or position is consistent with a line."""
+        """Count the neighbouring records that confirm a line's hash, and its position."""
         number, place = line.record.number, line.place
         before = of_number.get(number - 1, [])
         after = of_number.get(number + 1, [])
@@ -162,7 +162,7 @@ def _one_each(found: list[_Line], reading: Reading) -> list[_Line]:
 
 def _report_moved(chosen: list[_Line], reading: Reading) -> None:
     """Report all lines that are not part of the longest sequence in numerical order."""
-    ends: list[int] = []  # lowest last number of an increasing sequence of each length
+    ends: list[int] = []  # Smallest last number of the increasing sequences of each length.
     lengths = []
     for line in chosen:
         length = bisect_left(ends, line.record.number)
@@ -205,7 +205,7 @@ def _put_in_order(chosen: list[_Line], wrong: list[int], reading: Reading) -> No
 def read_records(path: Path) -> tuple[list[Record], int]:
     """Return a journal's records and the length of its intact part in bytes.
 
-    An incomplete end of the file is omitted; the length is then the offset at which it begins.
+    An incomplete end of the file is omitted, and is not included in the length.
 
     Raises
     ------
@@ -241,7 +241,7 @@ def _before_torn_end(lines: list[bytes]) -> int:
 
 
 def _kept(records: list[Record]) -> int:
-    """Return the number of records on disk, as stated in the records themselves."""
+    """Return the largest entry `kept`, the number of records that were then on disk."""
     kept = [record.data.get("kept") for record in records]
     return max((each for each in kept if isinstance(each, int)), default=0)
 

@@ -5,8 +5,8 @@ seconds, the record's ``kind`` and its data. The last two entries are checksums:
 
 - ``hash``: the first 32 hexadecimal digits of the SHA-256 of the previous record's hash and this
   record's text. This hash does not match if a record was removed, moved, repeated or edited.
-- ``crc``: the CRC-32 of the line up to this entry. It detects a truncated or altered line without
-  reference to other lines, so that the other lines can still be read.
+- ``crc``: the CRC-32 of the line up to this entry. This checksum detects a truncated or altered
+  line without reference to other lines, so that undamaged lines can still be read.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Record:
     kind : str
         Kind of record, such as "header", "begin" or "done".
     data : dict
-        Entries of the line, except the number, the time, the kind and the checksums.
+        Entries of the line other than the number, time, kind and checksums.
     hash : str
         Running hash up to this record; empty until it is computed by `sealed`.
     """

@@ -1,4 +1,4 @@
-"""Check the records of a journal against the content required for their kinds.
+"""Check that each record of a journal has the content required for its kind.
 
 A checksum detects random damage, but a record that another program wrote or edited can contain
 anything. Unknown kinds and entries are accepted, because later versions of Slipscale may write
@@ -24,7 +24,7 @@ from slipscale.faults import UserError
 from slipscale.faults.validation import in_words
 from slipscale.hardware.contact.source import QUANTITIES
 
-# About thirty years, longer than any session.
+# Maximum session time of a record, about thirty years.
 LONGEST_S = 1e9
 Number = Annotated[int, Field(ge=0)]
 Text = dict[str, Any]
@@ -177,7 +177,7 @@ class _Adjust(_InInterval):
     again: tuple[_LeadIn, Any] | None = None
 
 
-# kind of record -> required data
+# Required data, keyed by kind of record.
 RECORDS: dict[str, Any] = {
     "header": _Header,
     "begin": _Begin,
@@ -195,7 +195,7 @@ RECORDS: dict[str, Any] = {
     "stroke": _Stroke,
     "tracking": _Tracking,
 }
-# step type -> its required record, and the type of its answer
+# Required record of a step and type of its answer, keyed by type of step.
 STEPS: dict[str, tuple[Any, type | None]] = {
     "Instruct": (_Step, Reply),
     "Rest": (_Step, Reply),
@@ -234,7 +234,7 @@ def checked(records: Sequence[Record]) -> tuple[list[Record], list[Damage]]:
 
 
 class _Order:
-    """Checks the order of steps: a step may begin repeatedly, and ends before the next begins."""
+    """Checks that each step ends before the next begins; a step may begin repeatedly."""
 
     def __init__(self) -> None:
         self.sure = True  # whether there was no damage since the last step began
@@ -332,12 +332,12 @@ def _check_answer(answer: dict[str, Any]) -> None:
 
 
 def _fit(shape: Any, data: dict[str, Any]) -> None:
-    """Raise an error unless data match a model, or a dataclass without additional entries."""
-    # Validated as JSON: strict, except that lists are accepted for tuples.
+    """Raise an error unless data match a model or a dataclass, which permits no other entries."""
+    # Strict validation of JSON accepts lists for tuples.
     _fit_json(shape, json.dumps(data))
 
 
-@lru_cache(maxsize=4096)  # the same surfaces recur, and a run is read more than once
+@lru_cache(maxsize=4096)  # Records repeat surfaces, and runs are read repeatedly.
 def _fit_json(shape: Any, text: str) -> None:
     if not issubclass(shape, _Shape):
         data = in_own_names(json.loads(text))

@@ -114,7 +114,7 @@ def answer_record(answer: Answer) -> dict[str, Any] | None:
 
 
 def in_um_names(data: dict[str, Any]) -> dict[str, Any]:
-    """Return a record's data with the names used in µm journals; the inverse of `in_own_names`."""
+    """Return a record's data with the keys of journals in µm; the inverse of `in_own_names`."""
     found: dict[str, Any] = renamed(data, in_um)
     for step in (found, *(each for each in found.values() if isinstance(each, dict))):
         if step.get("type") == "Adjust":

@@ -1,7 +1,7 @@
 """Read E-Prime text files: logs written by E-Run and tables exported by E-DataAid.
 
-Both are usually UTF-16. A log begins with ``*** Header Start ***``. A log consists of nested
-frames, which are lists of variables; each frame is written after the frames that it contains. Each
+Both are usually UTF-16. A log begins with ``*** Header Start ***``. A log consists of frames, which
+are lists of variables. Frames are nested, and each frame follows the frames nested inside it. Each
 row of the returned table combines a frame at the deepest level of nesting (usually a trial) with
 its enclosing frames and the header. An exported table begins with its column names, which include
 ``ExperimentName`` and ``Subject``, possibly after a line with the file name.
@@ -80,7 +80,7 @@ def _log(text: str, path: Path) -> pd.DataFrame:
     deepest = max(level for level, _, _ in frames)
     rows, lines = [], []
     around: dict[int, dict[str, str]] = {}
-    # Frames are read from the end, so that enclosing frames come before the frames they contain.
+    # The order is reversed, because each frame in a log follows the frames nested inside it.
     for level, number, frame in reversed(frames):
         around = {outer: values for outer, values in around.items() if outer < level}
         around[level] = frame

@@ -1,9 +1,9 @@
 """Read MATLAB ``.mat`` files, versions 4 to 7: variables, a structure or a structure array.
 
 A table is a structure array, a structure with fields of equal length, or separate vectors of equal
-length. If a file contains several tables, ``--sheet`` selects the variable. MATLAB ``table``
-objects and version 7.3 files are not supported; the error message contains a command that saves
-them in a supported format.
+length. If a file contains several tables, ``--sheet`` selects one by the name of its variable.
+MATLAB ``table`` objects and version 7.3 files are not supported; the error message contains a
+command that saves them in a supported format.
 """
 
 from __future__ import annotations

@@ -13,7 +13,7 @@ import pandas as pd
 from slipscale.analysis.reading.dialect import decoded, separator_of
 from slipscale.faults import UserError
 
-#: Number of bytes from which text files are recognised.
+#: Number of bytes read at the beginning of a text file to recognise its format.
 HEAD = 65_536
 
 

@@ -102,7 +102,7 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
         found, meta = pyreadstat.read_sav(str(path))
     except (pyreadstat.ReadstatError, pyreadstat.PyreadstatError, OSError, ValueError) as error:
         raise UserError(f"{path}: not a readable SPSS file ({error})") from None
-    del content  # The caller hashed `content`; the library opens the file itself.
+    del content  # The library opens the file itself.
     frame = pd.DataFrame(index=found.index)
     for name in found.columns:
         labels = meta.variable_value_labels.get(name, {}) if name in labelled else {}

@@ -22,7 +22,7 @@ from slipscale.analysis.reconstruction.counts.residues import WORD, join, primes
 
 
 def total(joint: Joint, modulus: int | None) -> float | int:
-    """Return the number of solutions in a pair of table slices, modulo `modulus`."""
+    """Return the number of solutions that a `Joint` represents, modulo `modulus`."""
     if modulus is None or modulus == WORD:
         # `einsum` avoids a temporary product. Machine words wrap, as required modulo 2^64.
         found = np.einsum("ij,ij", joint.below, joint.above)
@@ -44,8 +44,7 @@ class Estimate:
     value : float
         Estimated count, which is infinite if it exceeds the floating-point range.
     error : float
-        Bound on the relative error. All terms of a count are positive, and each rounding has a
-        relative error of at most 2^-53.
+        Bound on the relative error: 2^-53 per rounding, because only positive terms are added.
     """
 
     value: float
@@ -100,7 +99,7 @@ def count(
     Parameters
     ----------
     tasks : list of Problem
-        The problems into which the count for a column is divided.
+        Subproblems of a column, whose counts are added.
     measure : {"multisets", "ordered"}
         Whether to count multisets or ordered samples.
     memory_gib : float

@@ -2,12 +2,12 @@
 
 Choose three neighbouring values c - 1, c and c + 1. Only the frequencies of the other values (the
 outer values) are enumerated. For a given choice of these frequencies, let k be the number of outer
-values, d the sum of their signed distances from c, and q the sum of their squared distances. The
-totals n, D and V (see `meet_in_the_middle`) then determine the frequencies of the three
-neighbouring values. The frequencies of c + 1 and c - 1 add up to w = V - q and differ by D - d.
-Such frequencies exist if and only if ``|D - d| <= w <= n - k``. If the possible sums of squares
-form a range with step 2, so do the possible values of w. For each choice of the outer values'
-frequencies, the number of multisets then follows from one subtraction.
+values, d the sum of their signed distances from c, and q the sum of their squared distances.
+Together with the required totals n, D and V (see `meet_in_the_middle`), they determine the
+frequencies of the three neighbouring values: the frequencies of c + 1 and c - 1 add up to w = V - q
+and differ by D - d. None of the three is negative if and only if ``|D - d| <= w <= n - k``. If the
+possible sums of squares form a range with step 2, so do the possible values of w. One subtraction
+therefore gives the number of multisets for each choice of the frequencies of outer values.
 """
 
 from __future__ import annotations
@@ -21,22 +21,22 @@ import numpy as np
 from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Goal
 from slipscale.analysis.reconstruction.counts.state_table import Array
 
-# Maximum number of choices of outer values. For more choices, another method is faster.
+# Maximum number of combinations of outer values. Beyond this number, another method is faster.
 CHOICES = 100_000
-# Number of scale values above which this maximum is always exceeded.
+# Scales with more values than this always exceed `CHOICES`.
 VALUES = 12
 
 
-# Sum -> possible sums of squares, as sequences with a step of two. Each sequence is given by its
-# first and last element.
+# Possible sums of squares, keyed by sum. They form arithmetic sequences with a common difference of
+# 2, each given by its first and last element.
 Runs = dict[int, list[tuple[int, int]]]
 
 
 def number(values: Sequence[int], goals: Iterable[Goal]) -> int | None:
     """Return the number of multisets of `values` that have the moments required by any of `goals`.
 
-    `values` must be in ascending order. Returns None if other methods are faster, or if there are
-    no three neighbouring values.
+    `values` must be in ascending order. Returns None if other methods are faster, or if no three
+    values are consecutive.
     """
     groups: dict[int, dict[int, list[int]]] = defaultdict(lambda: defaultdict(list))
     for goal in goals:
@@ -67,7 +67,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     centres = [b for a, b, c in zip(values, values[1:], values[2:], strict=False) if c - a == 2]  # noqa: PLR2004
     if not centres or len(values) > VALUES:
         return None
-    # Few choices of outer values remain if the centre is close to the mean.
+    # If the centre is close to the mean, fewer combinations of outer values are possible.
     mean = sum(of_sum) / max(len(of_sum) * n, 1)
     centre = min(centres, key=lambda c: abs(c - mean))
     shifted = {
@@ -87,7 +87,8 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     for signed_sum, runs in shifted.items():
         reach = np.abs(signed_sum - d) + q, n - k + q
         for first, last in runs:
-            # All sums have the same parity, so rounding down is correct.
+            # Every second number is a possible sum of squares, so half of `room`, rounded down, is
+            # their number.
             room = np.minimum(reach[1], last) - np.maximum(reach[0], first) + 2
             found += int((np.maximum(room, 0) // 2).sum())
     return found
@@ -101,7 +102,7 @@ def without_median(goal: Goal) -> bool:
 
 
 def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
-    """Yield the first and last element of each sequence of numbers with a step of two."""
+    """Split numbers into sequences with common difference 2; yield each first and last element."""
     breaks = [i + 1 for i, (a, b) in enumerate(pairwise(square_sums)) if b != a + 2]
     for first, end in pairwise([0, *breaks, len(square_sums)]):
         yield square_sums[first], square_sums[end - 1]
@@ -110,17 +111,17 @@ def _runs(square_sums: list[int]) -> Iterator[tuple[int, int]]:
 def _outer(
     n: int, distances: list[int], least: int, most: int
 ) -> tuple[Array, Array, Array] | None:
-    """Return k, d and q, as defined in the module docstring, for each choice of outer values.
+    """Return k, d and q, as defined in the module docstring, for each combination of outer values.
 
-    Choices for which the sum of all squared distances cannot lie between `least` and `most` are
-    omitted. Returns None if there are too many choices.
+    Combinations for which the sum of all squared distances cannot lie between `least` and `most`
+    are omitted. Returns None if there are too many combinations.
     """
     k = d = q = np.zeros(1, dtype=np.int64)
     far_to_near = sorted(distances, key=abs, reverse=True)
     for x, following in pairwise([*far_to_near, 1]):
         square, rest = x * x, following * following
         top = np.minimum((most - q) // square, n - k)
-        # If x occurs f times, the remaining values add at most (n - k - f) * rest.
+        # If x occurs f times, the squares of other values add up to at most (n - k - f) * rest.
         lacking = least - q - (n - k) * rest
         if square > rest:
             bottom = np.maximum(-(-lacking // (square - rest)), 0)

@@ -18,7 +18,7 @@ CHUNK = 2**18
 
 
 def rankings(tasks: list[Problem], measure: str, memory_gib: float) -> list[Ranking]:
-    """Return a ranking of solutions for each problem.
+    """Return one `Ranking` of solutions per problem.
 
     Raises
     ------
@@ -52,8 +52,8 @@ def arrangements(rows: Array, total: int | None = None) -> Array:
     """Return the number of orderings of each sorted row: n! / (c1! c2! ...).
 
     Multiplications and divisions alternate, so that every intermediate result is a whole number.
-    Intermediate results are at most n times `total`. If they could exceed 64 bits, Python integers
-    are used.
+    Intermediate results are at most n times `total`. Python integers are used unless this bound
+    fits in 64 bits.
     """
     n = rows.shape[1]
     kind = np.dtype(np.uint64 if total is not None and n * total < WORD else object)

@@ -1,7 +1,8 @@
 """Combine state tables for values below and above the centre into complete solutions.
 
-Let c be the centre. For n free values with sum S and sum of squares Q, the signed distances from c
-add up to D = S - nc, and the squared distances add up to V = Q - 2cS + nc².
+Let c be the centre, a reference value on the scale (see `partition.Split`). For n free values with
+sum S and sum of squares Q, the signed distances from c add up to D = S - nc, and the squared
+distances add up to V = Q - 2cS + nc².
 """
 
 from __future__ import annotations
@@ -20,19 +21,18 @@ from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 class Goal:
     """Required number of free values, and required sums of their distances from the centre.
 
-    A `Goal` applies to one part of the solutions. The centre is a reference value on the scale (see
-    `partition.Split`).
+    Free values and parts are defined in `partition`. The centre is a reference value on the scale.
 
     Parameters
     ----------
     part : Part
-        Part of the solutions to which these requirements apply.
+        The part whose free values must meet these requirements.
     n : int
         Number of free values.
     signed_sum : int
-        Sum D of the signed distances.
+        Sum D of the free values' signed distances from the centre.
     square_sum : int
-        Sum V of the squared distances. V has the same parity as `signed_sum`.
+        Sum V of the free values' squared distances from the centre, which has the same parity as D.
     """
 
     part: Part
@@ -42,14 +42,14 @@ class Goal:
 
     @property
     def numbers_above(self) -> range:
-        """Range of the possible number of free values at or above the centre."""
+        """Possible numbers of free values at or above the centre."""
         return range(self.n - self.part.most_below, self.n - self.part.fewest_below + 1)
 
 
 def goals(parts: Iterable[Part]) -> dict[Split, list[Goal]]:
-    """Return one `Goal` for each part that can have solutions, grouped by `Split`.
+    """Convert parts to `Goal` objects, grouped by `Split`.
 
-    Parts are omitted if the sum of squared distances would be negative or would have the wrong
+    A part without solutions is omitted if its sum of squared distances is negative or has the wrong
     parity.
     """
     groups: dict[Split, list[Goal]] = {}
@@ -73,11 +73,11 @@ def shapes(split: Split, wanted: list[Goal]) -> tuple[Shape, Shape]:
 
 
 def glimpses(split: Split, wanted: list[Goal]) -> list[Glimpse]:
-    """Return sampled sizes of both state tables, for a quick estimate of their total sizes."""
+    """Return the sizes of some planes of both state tables (see `Glimpse`)."""
     return [half.glimpse() for half in _halves(split, wanted)]
 
 
-# Numbers of planes, sums per plane, and distances for estimating the size of a table.
+# Maximum numbers of planes, sums per plane and distances that are sampled for a `Glimpse`.
 PLANES_LOOKED_AT = 16
 SUMS_LOOKED_AT = 256
 DISTANCES_LOOKED_AT = 1024
@@ -85,21 +85,21 @@ DISTANCES_LOOKED_AT = 1024
 
 @dataclass(frozen=True)
 class Glimpse:
-    """Sampled sizes of a state table, for a quick estimate of its total size.
+    """Sizes of some planes of a state table, for a quick estimate of the table's total size.
 
-    The cells of a state table for the same number k of values form a plane.
+    A plane consists of the cells for a given number k of values.
 
     Parameters
     ----------
     ks : ndarray, shape (planes,)
-        Number of values k in each sampled plane.
+        The number k that defines each sampled plane.
     cells : ndarray, shape (planes,)
-        Number of cells in each sampled plane.
+        Number of cells of each sampled plane.
     sizes : ndarray, shape (planes, distances)
-        Number of cells needed in each sampled plane if no value is nearer to the centre than the
-        sampled distance.
+        Number of cells of each sampled plane that are needed if all values are at least a certain
+        distance from the centre, for a sample of distances.
     share : float
-        Number of all distances divided by the number of sampled distances.
+        Ratio of the number of distances to the number of sampled distances.
     """
 
     ks: Array
@@ -113,16 +113,16 @@ class _Half:
     """The values on one side of the centre, and the bounds on their sums in any solution.
 
     If k values in [low, high] have the sum a, their sum of squares is at least a²/k and at most
-    (low + high) a - k low high. The same bounds apply to the remaining n - k values. Their signed
-    distances must add up to the rest of D, and their squared distances to the rest of V.
+    (low + high) a - k low high. The same bounds apply to the remaining n - k values. All n values
+    together must have the sums D and V (see `Goal`).
     """
 
     nearest: int
     farthest: int
     sign: int
-    lowest: int  # values still to come, relative to this half
-    most: int  # values
-    # Goals with the same n share bounds: n, smallest and largest D, smallest and largest V.
+    lowest: int  # Smallest remaining distance; negative on the other side.
+    most: int  # Number of values.
+    # For each n: n, the smallest and largest D, and the smallest and largest V of the goals.
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 
     def shape(self, holes: frozenset[int]) -> Shape:
@@ -132,7 +132,7 @@ class _Half:
         return Shape(self.nearest, self.farthest, self.sign, reach, own)
 
     def glimpse(self) -> Glimpse:
-        """Return sampled sizes of the state table for these values."""
+        """Return the sizes of some planes of the state table for these values."""
         ks = np.unique(np.linspace(0, self.most, PLANES_LOOKED_AT).astype(int))
         found = [self._reach_of(int(k), SUMS_LOOKED_AT) if k else (0, 0) for k in ks]
         a, w = np.array(found, dtype=np.float64).T[:, :, None]
@@ -149,7 +149,7 @@ class _Half:
     def _reach_of(self, k: int, looked_at: int) -> tuple[int, int]:
         """Return the largest a and w (see `state_table`) that k values can have in a solution.
 
-        At most `looked_at` values of a are examined, or all values if `looked_at` is 0.
+        If `looked_at` is not 0, at most this number of values of a is examined.
         """
         largest = (0, 0)
         for n, signed_sums, square_sums in self.groups:
@@ -163,7 +163,8 @@ class _Half:
             else:
                 a = np.arange(first, last + 1, dtype=np.int64)
             rest = n - k
-            # Possible sums of the remaining values, measured in the direction of this half.
+            # Limits on the sum of the remaining distances, which are positive on this side of the
+            # centre.
             ends = sorted(-self.sign * signed_sum for signed_sum in signed_sums)
             b_least, b_most = ends[0] - a, ends[1] - a
             nearest_to_0 = np.clip(0, b_least, b_most)
@@ -219,7 +220,7 @@ class Joint:
 
     Values from two cells at the same position together have the sums that `goal` requires. For
     ordered samples, `ways` is the number of ways to interleave the values below the centre, the
-    values above it and the fixed values. For multisets, `ways` is 1.
+    values above it and the fixed values. Multisets have no order, so `ways` is 1.
     """
 
     goal: Goal

@@ -1,10 +1,10 @@
 """Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
 A published minimum, maximum or median requires certain ratings to be present. The solutions are
-partitioned by how often each required rating occurs. In each part, these ratings are fixed,
-including their frequencies. The remaining ratings are free: they may take any permitted value in
-one interval or, if the median is published, in two intervals below and above the median. Every
-consistent multiset or ordered sample belongs to exactly one part.
+partitioned by how often each required rating occurs. Within a part, the frequencies of the required
+ratings are fixed. The remaining ratings are free: they may take any permitted value in one interval
+or, if the median is published, in two intervals below and above the median. Every consistent
+multiset or ordered sample belongs to exactly one part.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class Moments:
     squares: int
 
     def without(self, value: int, times: int) -> Moments:
-        """Return the moments that remain after removing `times` copies of `value`."""
+        """Return the moments without `times` occurrences of `value`."""
         return Moments(
             self.n - times, self.total - times * value, self.squares - times * value * value
         )
@@ -53,8 +53,8 @@ class Wanted:
     low, high : int
         Smallest and largest permitted rating.
     present : tuple of frozenset of int
-        At least one rating from each set must be present. Each set contains consecutive ratings at
-        the lower or upper end of the range.
+        Sets of consecutive ratings at the lower or upper end of the range. At least one rating from
+        each set must be present.
     medians : tuple of (int, int), optional
         Permitted pairs of the two middle ratings of the sorted data set (the same rating twice if n
         is odd).
@@ -90,13 +90,13 @@ class Split:
 class Part:
     """All solutions that contain the same fixed values with the same frequencies.
 
-    The remaining values of a solution are called free. Their number, sum and sum of squares are the
-    same in all solutions of the part.
+    The remaining values of a solution are called free values. All solutions in a part have the same
+    number, sum and sum of squares of free values.
 
     Parameters
     ----------
     split : Split
-        Intervals in which the free values lie.
+        Intervals that contain the free values.
     moments : Moments
         Number, sum and sum of squares of the free values.
     given : tuple of (int, int)
@@ -147,12 +147,12 @@ def partition(wanted: Wanted) -> Iterator[Part]:
 
 
 def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the values in [low, high] for which a frequency is specified."""
+    """Return the values from `low` to `high` whose number of occurrences is restricted."""
     return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
 
 
 def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
-    """Yield the moments and the permitted range of the free values, and the fixed values."""
+    """Yield the free values' moments, minimum and maximum, and the fixed values."""
     if not wanted.occurrences:
         yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
         return
@@ -210,8 +210,8 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
 def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
     """Yield the parts of the solutions in which the two middle ratings are `lower` and `upper`.
 
-    The middle ratings of a sorted data set determine its median. Each part fixes how often the
-    middle ratings occur.
+    The middle ratings of a sorted data set determine its median. In each part, the frequencies of
+    the middle ratings are fixed.
     """
     for moments, low, high, given in _ends(wanted):
         holes = _holes(wanted, low, high)
@@ -220,7 +220,7 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
         above = sum(times for value, times in given if value > upper)
         middle = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
         if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
-            continue  # A fixed value lies between the two middle ratings.
+            continue  # No value can lie between the two middle ratings.
         for copies in _copies(middle, moments.n, low, high, holes):
             rest, more = moments, given
             for value, times in copies:
@@ -245,9 +245,10 @@ def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
 def _copies(
     middle: dict[int, int], n: int, low: int, high: int, holes: frozenset[int]
 ) -> Iterator[Given]:
-    """Yield how many copies of each middle rating can be added to the fixed values.
+    """Yield the possible additional frequencies of the middle ratings.
 
-    No copies are added if a middle rating is already fixed, is excluded or lies outside the range.
+    The additional frequency is 0 for a rating that is already fixed, is excluded or is out of
+    range.
     """
     ranges = [
         range(n + 1) if low <= value <= high and not held and value not in holes else range(1)

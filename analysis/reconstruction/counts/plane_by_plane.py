@@ -2,21 +2,21 @@
 
 To draw samples and compute marginals, `state_table` stores the states for every number of values k.
 Counting does not require all of these states. Let T_k[d] be the table of counts, called a plane,
-for k values at distances of at least d from the centre. The nearest value is either at d or farther
-out, so
+for k values at distances of at least d from the centre (see `state_table` for a, w and w_d). The
+nearest value is either at d or farther out, so
 
     T_k[d](a, w) = T_k[d + 1](a, w) + T_{k-1}[d](a - d, w - w_d).
 
 If the tables are indexed by i = a - k d and j = w - k w_d, the left side and the second term of
-this equation have the same indices (i, j). T_k[d + 1] can therefore be added to the existing table
-in place, at the offset (k, k (w_{d+1} - w_d)). This recursion corresponds to enumerating conjugate
+this equation have the same indices (i, j). The table is therefore updated in place, by adding
+T_k[d + 1] at the offset (k, k (w_{d+1} - w_d)). The recursion corresponds to enumerating conjugate
 partitions. Tables for values far from the centre are small, and they are needed only for small k.
 
-Values above the centre are added by this recursion, with k ascending. Values below the centre
-follow the transposed recursion, with k descending. Tables below the centre contain weights. The
-weight of a state is the number of ways to complete this state to a solution by adding further
-values. The tables above and below the centre are combined at every k, using only additions and
-without storing a complete table.
+The recursion is used for values above the centre, with k ascending. For values below the centre,
+the transposed recursion is used, with k descending, and the tables contain weights instead of
+counts. The weight of a state is the number of ways to complete this state to a solution by adding
+further values. At every k, the counts above the centre are added to the weights below it, so that
+no complete table needs to be stored.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from slipscale.analysis.reconstruction.counts.state_table import Array, Shape
 
 
 def number(below: Shape, above: Shape, goals: Sequence[Goal], modulus: int | None) -> float | int:
-    """Return the number of multisets with the sums required by any of `goals`, modulo `modulus`.
+    """Return the number of multisets that satisfy any of `goals`, modulo `modulus`.
 
     Parameters
     ----------
     below, above : Shape
         Shapes of the state tables for values below and above the centre.
     goals : sequence of Goal
-        Required sums of the free values, one `Goal` per part of the solutions.
+        Requirements on the free values, one `Goal` per part.
     modulus : int or None
         Modulus of the result: 2**64 or a prime below 2**31. If None, the result is an estimate in
         floating point.
@@ -58,7 +58,8 @@ def cells(below: Shape, above: Shape, goals: Iterable[Goal]) -> int:
     for n in {goal.n for goal in goals}:
         alive = np.zeros(n + 1, dtype=np.int64)
         for place, (last, size) in enumerate(_lives(above)):
-            # The halves are combined in the nearest plane.
+            # Counts and weights are combined in the nearest plane, which is therefore needed for
+            # all k.
             alive[: (last if place else n) + 1] += size
         for last, size in _lives(below):
             # All of the n values that are not above the centre are below the centre.
@@ -74,12 +75,12 @@ def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
 
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
-    """For each distance, return the largest k for which its plane is needed, and its size."""
+    """Return each plane's number of cells, and the largest k for which the plane is needed."""
     return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
 
 
 def _extents(shape: Shape) -> list[tuple[int, int, int]]:
-    """For each distance, return the largest number k of values, and the largest indices i and j."""
+    """Return the largest k, i and j (see the module docstring) of the plane for each distance."""
     if not shape.distances:
         return []
     k, d = np.arange(len(shape.reach))[:, None], np.array(shape.distances, dtype=np.int64)
@@ -92,7 +93,7 @@ def _extents(shape: Shape) -> list[tuple[int, int, int]]:
 
 @dataclass
 class _Plane:
-    """The table T_k[d] for one distance d and the current k."""
+    """The plane T_k[d] (see the module docstring) for one distance d and the current k."""
 
     distance: int
     last: int
@@ -100,7 +101,7 @@ class _Plane:
 
 
 class _Half:
-    """The planes on one side of the centre, in ascending order of distance."""
+    """All planes for values on one side of the centre, in ascending order of distance."""
 
     def __init__(self, shape: Shape, kind: type) -> None:
         self.shape = shape
@@ -116,9 +117,9 @@ class _Half:
         return (i, j) if i > 0 and j > 0 else (0, 0)
 
     def between(self, place: int, k: int) -> tuple[Array, Array] | None:
-        """Return the cells of a plane for k values, and the matching cells of the nearer plane.
+        """Return the cells of a plane for k values, and the same states in the next nearer plane.
 
-        Returns None if ``planes[place]`` contains no cells for k values.
+        Returns None if there are no such cells in ``planes[place]``.
         """
         rows, columns = self.extent(place, k)
         if not rows:
@@ -142,10 +143,9 @@ class _Half:
 
 @dataclass(frozen=True)
 class _Run:
-    """A group of goals that differ only in V, the required sum of squared distances.
+    """Goals that differ only in V (see `Goal`), with consecutive values of (V - D) / 2.
 
-    All goals of the group require the same sum of signed distances, D. The values of (V - D) / 2
-    are the consecutive integers from `first` to `last`.
+    The values of (V - D) / 2 are the integers from `first` to `last`.
     """
 
     signed_sum: int
@@ -169,7 +169,7 @@ def _runs(goals: Iterable[Goal]) -> list[_Run]:
 
 
 class _Meeting:
-    """State of the algorithm that adds values above the centre and removes values below it."""
+    """State of the count while the number of values above the centre increases from 0 to n."""
 
     def __init__(self, below: Shape, above: Shape, modulus: int | None) -> None:
         kind = np.float64 if modulus is None else np.uint64
@@ -179,11 +179,11 @@ class _Meeting:
         for plane in self.above.planes:
             if plane.values.size:
                 plane.values[0, 0] = 1
-        # Upper bounds on the cells above and below.
+        # Upper bounds on the counts above the centre and the weights below it.
         self.ceilings = (1, 0)
 
     def number(self, n: int, goals: list[Goal]) -> float | int:
-        """Return the number of multisets of n values with the sums required by any of `goals`."""
+        """Return the number of multisets of n values that satisfy any of `goals`."""
         found: float | int = 0
         runs = _runs(goals)
         for k in range(n + 1):
@@ -200,9 +200,9 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Add a value above the centre, so that the planes contain the counts for k values.
+        """Update the planes above the centre from counts for k - 1 values to counts for k values.
 
-        The planes are updated from the farthest to the nearest distance.
+        The farthest plane is updated first, because each update uses the next farther plane.
         """
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
@@ -214,9 +214,9 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Convert the weights below the centre from k values to k - 1 values.
+        """Update the planes below the centre from weights for k values to weights for k - 1 values.
 
-        The planes are updated from the nearest to the farthest distance.
+        The nearest plane is updated first, because each update uses the next nearer plane.
         """
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
@@ -226,10 +226,10 @@ class _Meeting:
             far += near
 
     def _meet(self, run: _Run, k: int, left: int) -> float | int:
-        """Combine k values above the centre with `left` values below it, for the goals of `run`.
+        """Add the counts for k values above the centre to the weights for `left` values below it.
 
-        The resulting counts are added to the weights below the centre. If `left` is 0, their sum is
-        returned instead, otherwise 0.
+        Only states that together satisfy a goal in `run` are combined. If `left` is 0, the sum of
+        the counts is returned and no weight is changed; otherwise 0 is returned.
         """
         above, below = self.above.shape, self.below.shape
         if k >= len(above.reach) or left >= len(below.reach):
@@ -245,7 +245,7 @@ class _Meeting:
             return 0
         source = self.above.planes[0].values if k else self.none
         overlap = source[a[0] - low_a : a[1] - low_a + 1, w[0] - low_w : w[1] - low_w + 1]
-        # For each w below, the matching states above have this number of consecutive w.
+        # A state below with w = v matches states above with w from run.first - v to run.last - v.
         v = max(low_v, run.first - w[1]), min(high_v, run.last - w[0])
         before, after = w[0] - (run.first - v[1]), run.last - v[0] - w[1]
         worth = _window(overlap, before, after, run.last - run.first + 1)[:, ::-1]
@@ -269,11 +269,10 @@ class _Meeting:
         self.ceilings = above, below
 
     def _grown(self, above: int, below: int, goals: int) -> tuple[int, int]:
-        """Return upper bounds on the counts above and below the centre after the next step.
+        """Return bounds on counts above the centre and weights below it after the next step.
 
-        Above the centre, a step can add the counts of all farther planes to each plane. Below the
-        centre, a step can add the counts of all nearer planes, and one count per goal, to each
-        plane.
+        A step can add the counts of all farther planes to each plane above the centre. It can add
+        the weights of all nearer planes, and one count per goal, to each plane below the centre.
         """
         grown = above * (len(self.above.planes) + 1)
         return grown, (below + goals * grown) * (len(self.below.planes) + 1)
@@ -302,6 +301,6 @@ def _window(cells: Array, before: int, after: int, length: int) -> Array:
 
 
 def _lowest(shape: Shape, k: int) -> tuple[int, int]:
-    """Return the smallest a and w (see `state_table`) that k values can have."""
+    """Return the smallest possible a and w (see `state_table`) of k values."""
     nearest = shape.distances[0] if shape.distances else shape.nearest
     return k * nearest, k * shape.triangle(nearest)

@@ -1,4 +1,4 @@
-"""Group the parts of a column's solutions by state table, and estimate the cost of counting."""
+"""Divide a column's count into problems with one pair of state tables each; estimate the cost."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ MINUTES = 0.1
 WIDEST = 10_000_000
 # Measured: 1.3 to 2.4, with n = 50 to 200 on a scale from 0 to 100, and n = 200 on 1 to 7.
 NANOSECONDS_AN_ADDITION = 2.0
-# Maximum size in bits of a count in a single pass. Larger counts also need one pass in floating
-# point and one pass per additional `BITS_A_PASS` bits.
+# Counts of up to this number of bits need a single pass. Larger counts also need one pass in
+# floating point and one pass per additional `BITS_A_PASS` bits.
 WORD_BITS = 64
 BITS_A_PASS = 31
 
 
 @dataclass(frozen=True)
 class Problem:
-    """A group of parts of the solutions that are counted with the same two state tables.
+    """The parts of a partition whose solutions are counted with the same pair of state tables.
 
     Parameters
     ----------
     split : Split
-        Intervals in which the free values lie.
+        Intervals that contain the free values.
     goals : tuple of Goal
-        Required sums of the free values, one `Goal` per part of the solutions.
+        Requirements on the free values, one `Goal` per part.
     """
 
     split: Split
@@ -66,7 +66,7 @@ class Problem:
 
     @cached_property
     def of_few_values(self) -> int | None:
-        """Number of multisets by the formula for scales with few values, or None if not usable."""
+        """Number of multisets by the formula in `few_values`, or None if it does not apply."""
         if not all(map(few_values.without_median, self.goals)):
             return None
         split = self.split
@@ -91,7 +91,7 @@ class Problem:
         return _rough(self)
 
     def tables(self, measure: str, modulus: int | None) -> tuple[StateTable, StateTable]:
-        """Return the filled state tables for values below, and at or above, the centre."""
+        """Return the filled state tables for values below the centre, and at or above it."""
         return StateTable(self.below, measure, modulus).fill(), StateTable(
             self.above, measure, modulus
         ).fill()
@@ -116,7 +116,7 @@ class Rough:
     table_gib, count_gib : float
         Memory in GiB for both state tables, and for counting multisets.
     additions : float
-        Number of additions needed to count multisets modulo one number.
+        Number of additions per modulus for counting multisets.
     """
 
     table_gib: float
@@ -125,7 +125,7 @@ class Rough:
 
 
 def problems(parts: Iterable[Part]) -> list[Problem]:
-    """Group the parts of the solutions into problems that each use one pair of state tables.
+    """Group the parts of a partition by the pair of state tables that they need.
 
     Raises
     ------
@@ -177,7 +177,7 @@ def require_countable(tasks: list[Problem], memory_gib: float, minutes: float) -
     seconds = seconds_to_count(tasks)
     need_gib = max((task.rough.count_gib for task in large), default=0.0)
     if seconds <= 60 * minutes and need_gib <= 2 * memory_gib:
-        # The exact size of many planes is slow to compute, so it was estimated first.
+        # The exact memory is slow to compute, and is needed only if the estimate is not too high.
         need_gib = max((task.count_bytes for task in large), default=0) / 2**30
         if need_gib <= memory_gib:
             return
@@ -215,7 +215,7 @@ def duration(seconds: float) -> str:
 def simple_bound(tasks: Iterable[Problem], measure: str) -> int:
     """Return a rough upper bound on the number of solutions."""
     bound = 0
-    choose = cache(comb)  # cached: tasks of a column share most values
+    choose = cache(comb)  # The problems of a column need almost the same coefficients.
     for task in tasks:
         values = max(task.split.high - task.split.low + 1, 1)
         for goal in task.goals:

@@ -1,7 +1,7 @@
 """Compute large counts with 64-bit integers, using residues modulo 2^64 and several primes.
 
-A count smaller than M is equal to its residue modulo M. Intermediate results may overflow, because
-the arithmetic of 64-bit integers is exact modulo 2^64. For counts below 2^64, one table of 64-bit
+A count smaller than M is equal to its residue modulo M. Overflow of intermediate results is
+harmless, because 64-bit arithmetic is exact modulo 2^64. For counts below 2^64, one table of 64-bit
 integers is enough. For larger counts, each additional prime needs another table, and the residues
 are combined by the Chinese remainder theorem.
 """
@@ -18,7 +18,7 @@ WORD = 2**64
 def primes(count: int) -> tuple[int, ...]:
     """Return the `count` largest primes below 2^31.
 
-    The product of a residue and a lazily reduced residue modulo such a prime fits in 64 bits.
+    The product of two residues modulo one of these primes fits in 64 bits.
     """
     small = [
         q for q in range(3, isqrt(2**31) + 1, 2) if all(q % d for d in range(3, isqrt(q) + 1, 2))

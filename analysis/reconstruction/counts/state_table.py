@@ -2,14 +2,15 @@
 
 The reference value is called the centre. A value at a distance of d steps from the centre adds (1,
 d, w_d) to the state (k, a, w). Here, k is the number of values added so far, a is the sum of their
-distances, and w = (q ± a)/2, where q is the sum of squared distances. States use w instead of q
-because q and a always have the same parity, so half of the cells in a table over (k, a, q) would be
-empty. The contribution w_d = d(d ± 1)/2 is a triangular number.
+distances, and w = (q ± a)/2, where q is the sum of squared distances. The sign is positive below
+the centre and negative above it. The table has w instead of q as its third index, because a and q
+always have the same parity, so half of the cells in a table over (k, a, q) would be empty. The
+triangular number w_d = d(d ± 1)/2 is the amount that a value adds to w.
 
-The sign of a in w is positive below the centre and negative above the centre. Values below and
-values above the centre form a solution if a_above = a_below + D and w_above = constant - w_below.
-For multisets, the number of solutions is the sum of the products of matching cells in the two state
-tables.
+A combination of values below the centre and a combination of values above it form a solution if
+a_above = a_below + D and w_above = (V - D)/2 - w_below, where D and V are the required sums of
+signed and squared distances. For multisets, the number of solutions is the sum of the products of
+matching cells in the two state tables.
 """
 
 from __future__ import annotations
@@ -29,12 +30,12 @@ Array = npt.NDArray[Any]
 
 
 def multiset_ways(_k: int, _j: int) -> int:
-    """Return 1, the number of ways to place j equal values among k values in a multiset."""
+    """Return 1, because the values in a multiset have no positions."""
     return 1
 
 
 Ways = Callable[[int, int], int]
-# Measure -> number of ways to place j equal values at k positions.
+# Functions for the number of ways to place j equal values at k positions, keyed by measure.
 WAYS: dict[str, Ways] = {"multisets": multiset_ways, "ordered": comb}
 
 
@@ -49,8 +50,8 @@ class Shape:
     sign : int
         +1 for values below the centre, -1 for values above it.
     reach : tuple of (int, int)
-        For k = 0, 1, 2, ... values, the largest sum a of their distances and the largest w (see the
-        module docstring) that a solution can have.
+        Largest possible a and w (see the module docstring) of k values in a solution, for k = 0, 1,
+        2, ...
     holes : frozenset of int
         Distances in this range that are excluded.
     """
@@ -88,7 +89,7 @@ class StateTable:
     Parameters
     ----------
     shape : Shape
-        Range of distances from the centre, and size of the table.
+        Distances that the table covers, and size of the table.
     measure : {"multisets", "ordered"}
         Whether to count multisets or ordered samples.
     modulus : int or None
@@ -109,7 +110,7 @@ class StateTable:
         ]
         self.planes[0][0, 0] = 1
         self._filled = False
-        # Upper bound on the cells before the next reduction.
+        # Upper bound on the counts in the table.
         self._ceiling = 1
 
     def distances(self) -> tuple[int, ...]:
@@ -168,12 +169,12 @@ class StateTable:
                     self._subtract(here, self.scaled(there, comb(k, j)))
 
     def pull_back(self, distance: int) -> None:
-        """Apply the adjoint of `advance` to a table of weights.
+        """Apply the transpose of the linear map `advance` to a table of weights.
 
         The new weight of a state is the sum of the old weights of all states that result from
-        adding zero or more values at `distance` from the centre. For ordered samples, each term is
-        multiplied by the number of ways to place the added values. This method must not be used for
-        tables of counts.
+        adding zero or more values at `distance` from the centre. For ordered samples, each old
+        weight is multiplied by the number of ways to choose positions for the added values. This
+        method must not be used for tables of counts.
         """
         top = len(self.planes) - 1
         if self.measure == "multisets":
@@ -189,7 +190,7 @@ class StateTable:
                     self._settle(there)
 
     def _shifted(self, k: int, j: int, distance: int) -> Iterator[tuple[Array, Array]]:
-        """Yield the cells of states with k values, and of the same states without j values.
+        """Yield the cells of states with k values, and of the states that remain without j of them.
 
         The j values lie at `distance` from the centre. All values are at least this far from the
         centre, which bounds a and w from below.
@@ -208,7 +209,7 @@ class StateTable:
             )
 
     def _make_room(self, growth: int) -> None:
-        """Reduce all counts if they could overflow when multiplied by at most `growth`."""
+        """Reduce all counts modulo `modulus` if growth by the factor `growth` could overflow."""
         if self.modulus in (None, WORD):
             return
         if self._ceiling * growth >= WORD:
@@ -231,7 +232,7 @@ class StateTable:
         return rest
 
     def _settle(self, cells: Array) -> None:
-        """Reduce `cells`, which are sums of two residues, if the modulus is a prime."""
+        """Reduce sums of two residues in place, if the modulus is a prime."""
         if self.modulus not in (None, WORD):
             cells[...] = self._remainder(cells)
             self._ceiling = (self.modulus or 0) - 1

@@ -1,9 +1,10 @@
 """Find the solution with a given rank by reversing the dynamic programming of the count.
 
-Values are removed from the state tables in ascending order of their distance from the centre. At
-each distance, the tables give the number of solutions that contain this distance exactly 0, 1, 2,
-... times. The rank determines which of these cases applies. All arithmetic uses integers, so
-uniformly distributed random ranks select all solutions with exactly the same probability.
+The additions that filled the state tables are undone one distance at a time, starting with the
+distance nearest to the centre. At each distance, the tables give the number of solutions that
+contain this distance exactly 0, 1, 2, ... times. The rank determines which of these cases applies.
+All arithmetic uses integers, so uniformly distributed random ranks select all solutions with
+exactly the same probability.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.meet_in_the_middle import Joint
     from slipscale.analysis.reconstruction.counts.problem import Problem
 
-# Completed ranks are dropped if the proportion of unfinished ranks is below this value.
+# Finished solutions are dropped from the arrays if the proportion of unfinished solutions is below
+# this value.
 WORTH_DROPPING = 0.7
 
 
@@ -29,12 +31,12 @@ class Ranking:
     Parameters
     ----------
     task : Problem
-        Problem with the solutions to be ranked.
+        Problem whose solutions are numbered.
     measure : {"multisets", "ordered"}
-        Whether to rank multisets or ordered samples. In a ranking of ordered samples, each multiset
-        occurs once per arrangement of its values.
+        Whether to number multisets or ordered samples. Each multiset has one number per arrangement
+        of its values if ordered samples are numbered.
     moduli : tuple of int
-        Moduli whose product exceeds every count.
+        Moduli of the counts. The product of the moduli must exceed every count.
     """
 
     def __init__(self, task: Problem, measure: str, moduli: tuple[int, ...]) -> None:
@@ -64,7 +66,7 @@ class Ranking:
         return int(self._ends[-1]) if len(self._ends) else 0
 
     def solutions(self, ranks: Array) -> Array:
-        """Return the solutions with the given ranks, as one sorted row of ratings per solution.
+        """Return the solutions numbered `ranks`, as one sorted row of ratings per solution.
 
         Ratings are given as numbers of scale steps above the minimum of the scale.
 
@@ -77,7 +79,7 @@ class Ranking:
         -------
         ndarray of int32, shape (m, n)
         """
-        # The previous call emptied the tables.
+        # `_walk` empties the tables, so each call fills them again.
         for table in (*self._below, *self._above):
             table.fill()
         cell = np.searchsorted(self._ends, ranks, side="right")
@@ -174,7 +176,7 @@ class Ranking:
         return self._whole([table.flat.take(place) * inside for table in tables])
 
     def _whole(self, residues: list[Array]) -> Array:
-        """Combine residues into counts, as an array of 64-bit integers or of Python integers."""
+        """Return the counts that have the given residues, as 64-bit or Python integers."""
         if self.moduli == (WORD,):
             return residues[0]
         factors, whole = weights(self.moduli)

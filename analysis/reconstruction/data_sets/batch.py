@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.table_files import Row
 
-# Number of rows per unit of work.
+# Number of rows that are passed to a worker process at a time.
 TOGETHER = 8
 
 

@@ -4,8 +4,7 @@ Ratings are given as numbers of scale steps above the minimum of the scale, so t
 of squares are whole numbers. GRIM (Brown and Heathers, 2017) checks whether n whole numbers can
 have the published mean. GRIMMER (Anaya, 2016; Allard, 2018) checks whether any sum of squares that
 is a whole number of the right parity gives the published standard deviation. A column can pass both
-tests although no data set is consistent with it. Only counting the data sets gives a definite
-answer.
+tests although no data set is consistent with it, so only a count of the data sets is conclusive.
 """
 
 from __future__ import annotations
@@ -25,11 +24,13 @@ if TYPE_CHECKING:
 
 # Maximum number of pairs of sum and sum of squares that are listed.
 MOST_PAIRS = 100_000
-# Maximum number of sums that are listed for a column without extremes, median or frequencies.
+# Maximum number of sums for which `plain_sums` lists the sums of squares.
 MOST_SUMS = 1000
-# Number of sums in a selection if not all are listed, each with its middle sum of squares.
+# If there are more than `MOST_PAIRS` pairs, only this number of sums is used, each with the middle
+# one of its possible sums of squares.
 LOOKED_AT = 9
-# Maximum number of candidate extremes or middle ratings, over all pairs. More need gigabytes.
+# Maximum number of candidates for extreme or middle ratings, in total over all pairs of sum and sum
+# of squares. More would need gigabytes of memory.
 MOST_VALUES = 3_000_000
 
 
@@ -42,7 +43,7 @@ class Targets:
     Parameters
     ----------
     wanted : tuple of Wanted
-        Requirements on the ratings, one entry per possible pair of sum and sum of squares.
+        One entry per possible pair of sum and sum of squares of the ratings.
     grim : bool
         Whether any sum of ratings gives the published mean.
     grimmer : bool
@@ -52,8 +53,7 @@ class Targets:
     refused : str
         Error message if there are too many requirements to list in `wanted`, otherwise empty.
     looked_at : tuple of Wanted
-        Requirements for a selection of pairs, if there are too many pairs of sum and sum of squares
-        to list.
+        Entries for a sample of the pairs, if there are too many pairs to list in `wanted`.
     pairs : int
         Approximate number of pairs, if there are too many to list.
     """
@@ -129,7 +129,7 @@ def plain_sums(column: Column) -> dict[int, range] | None:
 
 def _number_of_pairs(column: Column, sums: range) -> int:
     """Estimate how many pairs of sum and sum of squares match the published numbers."""
-    # The number of sums of squares is similar for all sums.
+    # About the same number of sums of squares is possible for every sum.
     middle = admissible_squares(column, sums[len(sums) // 2]) if sums else range(0)
     return len(sums) * len(middle)
 
@@ -213,7 +213,7 @@ def admissible_squares(column: Column, total: int) -> range:
     return range(first, max(squares.stop, first), 2)
 
 
-# Maximum error of a confidence interval's quantile, relative to its square.
+# Maximum relative error of the squared quantile of a confidence interval.
 QUANTILE_ERROR = Fraction(1, 10**9)
 
 
@@ -258,8 +258,8 @@ class _Extremes:
     Raises
     ------
     _TooManyValues
-        If the scale is so fine that a list of the requirements needs gigabytes of memory. The
-        method `beside` raises the same error.
+        If the scale is so fine that the candidates for extreme or middle ratings need gigabytes of
+        memory. The method `beside` raises the same error.
     """
 
     def __init__(self, column: Column) -> None:
@@ -292,7 +292,7 @@ class _Extremes:
         return frozenset(values)
 
     def beside(self, moments: Moments) -> Wanted | None:
-        """Return the requirements for these moments, or None if no ratings can meet them."""
+        """Return the requirements on ratings with these moments, or None if they cannot be met."""
         low, high = within_reach(moments, self.steps)
         low, high, present = max(low, self.low), min(high, self.high), self.present
         if self.column.maximum_deviation:
@@ -313,10 +313,7 @@ class _Extremes:
         return Wanted(moments, low, high, tuple(present), self.medians[low, high], told)
 
     def _shell(self, moments: Moments) -> tuple[range, frozenset[int]]:
-        """Return the ratings within the published maximum deviation.
-
-        The second element contains the ratings at which the deviation matches the published number.
-        """
+        """Return the ratings within the published maximum deviation, and those that attain it."""
         printed, one = self.column.maximum_deviation, Fraction(1)
         if printed is None:
             return range(self.steps + 1), frozenset()

@@ -1,9 +1,10 @@
 """Compute the exact distributions of order statistics and ratings over all data sets.
 
-As in `unranking`, values are removed from the state tables in ascending order of their distance
-from the centre, a reference value on the scale. For each state, a second table contains the number
-of ways to complete the solution. At each distance, the product of the two tables gives the number
-of solutions with 0, 1, 2, ... values at this distance or beyond.
+As in `unranking`, the additions that filled a state table are undone one distance at a time,
+starting with the distance nearest to the centre (a reference value on the scale). For each state, a
+second table contains the number of ways to complete the solution. At each distance, the product of
+the state table and the second table gives the number of solutions with 0, 1, 2, ... values at this
+distance or beyond.
 """
 
 from __future__ import annotations
@@ -56,7 +57,7 @@ class Marginals:
         }
 
     def rating(self) -> dict[int, Fraction]:
-        """Return the distribution of a random rating from a random data set."""
+        """Return the distribution of ratings, pooled over all data sets."""
         mean = [0, *(sum(m * c for m, c in enumerate(counts)) for counts in self.at_most)]
         return {
             v: Fraction(mean[v + 1] - mean[v], self.n * self.total)
@@ -97,14 +98,15 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     )
 
 
-# Number of solutions by key. (value, m): m free values are at most `value`; (value, None): no free
-# value equals `value`; WHOLE: all solutions.
+# Numbers of solutions. The key (value, m) counts solutions with exactly m free values up to
+# `value`, (value, None) counts solutions without a free value equal to `value`, and `WHOLE` counts
+# all solutions.
 Tally = dict[tuple[int, int | None], int]
 WHOLE = (-1, None)
 
 
 def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
-    """Return the numbers of solutions described at `Tally` for one goal, modulo `modulus`."""
+    """Return the `Tally` of the solutions of one goal, modulo `modulus`."""
     below, above = task.tables(measure, modulus)
     outlines = (task.below, task.above)
     whole = joints(goal, outlines, (below.planes, above.planes), measure)
@@ -122,7 +124,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
             for k, number in enumerate(_products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
-            # Values in holes are not in the tables, so the number of values this far out is known.
+            # Excluded values (holes) were not added to the tables, so they are not removed.
             if distance not in own.shape.holes:
                 own.retreat(distance)
             tally[value, None] = sum(_products(own, worth)) % modulus
@@ -133,7 +135,7 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
 
 
 def _products(own: StateTable, worth: StateTable) -> list[int]:
-    """For each k, return the number of solutions with k values at the distances left in `own`."""
+    """Return the number of solutions with 0, 1, 2, ... values at the distances in `own`."""
     modulus = own.modulus or WORD
     found = []
     for counts, weights in zip(own.planes, worth.planes, strict=True):
@@ -143,15 +145,15 @@ def _products(own: StateTable, worth: StateTable) -> list[int]:
 
 
 def _add(task: Problem, goal: Goal, tally: Tally, at_most: Array, absent: Array) -> None:
-    """Add the solutions of one goal, including the fixed values, to `at_most` and `absent`."""
+    """Add the counts in `tally` to `at_most` and `absent`, taking the fixed values into account."""
     split, n = task.split, goal.n
     given = goal.part.given
     covered = {value for value, m in tally if m is not None}
     whole = tally[WHOLE]
     for value in range(len(at_most)):
         held = sum(times for v, times in given if v <= value)
-        # Between the two intervals, the tally is constant. Outside them, it covers all values or
-        # none.
+        # Between the two intervals of free values, the counts do not change. Below both intervals,
+        # they include no free values; above both, all free values.
         near = split.below if split.below < value < split.above else value
         if near in covered:
             for m in range(n + 1):

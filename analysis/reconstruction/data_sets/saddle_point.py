@@ -2,9 +2,9 @@
 
 The number of multisets with n values, sum S and sum of squares Q is the coefficient of z^n x^S y^Q
 in a generating function: the product over all values v of 1 / (1 - z x^v y^(v²)). The logarithm of
-this product is convex in the logarithms of z, x and y. Laplace's method at the saddle point of the
-product approximates this coefficient (Good, 1957; Daniels, 1954). Since S and Q have the same
-parity, only half of all pairs (S, Q) can occur, so the result is doubled.
+the generating function is convex in the logarithms of z, x and y. Laplace's method at the saddle
+point of the function approximates the coefficient (Good, 1957; Daniels, 1954). The approximation is
+doubled, because S and Q have the same parity, so only half of all pairs (S, Q) can occur.
 """
 
 from __future__ import annotations
@@ -20,11 +20,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
 
-# Number of sums for which the estimate is computed; their mean represents all sums.
+# Maximum number of sums for which the estimate is computed. Their mean estimate is used for all
+# sums.
 SUMS_LOOKED_AT = 15
 STEPS = 200
-# Smallest proportion of multisets with the published extreme values for which an estimate is
-# returned.
+# No estimate is returned if the proportion of multisets that contain the required values is not
+# larger than this.
 LEAST_SHARE = 0.02
 CONVERGED = 1e-10
 # Maximum number of scale values. More would need gigabytes.
@@ -55,7 +56,7 @@ def log10_multisets(targets: Targets) -> float | None:
             return None
         logs.append(found + log(len(wishes)))
     mean = np.logaddexp.reduce(logs) - log(len(logs))
-    # If not all pairs are listed, the selected ones represent all pairs.
+    # If only a sample of the pairs is listed, the estimate is scaled up to all pairs.
     more = targets.pairs / len(targets.looked_at) if targets.looked_at else 1.0
     return float((mean + log(len(sums)) + log(more)) / log(10))
 
@@ -85,11 +86,10 @@ def _log_with_extremes(wish: Wanted) -> float | None:
 
 
 def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] | None:
-    """Return the requirements on the values without a fixed frequency.
+    """Return the moments of the free values, the fixed values, and sets of required values.
 
-    The three elements are the moments of these values, the values with a fixed frequency, and sets
-    of required values. At least one value from each set must be present. Returns None if a
-    published percentage leaves several possible frequencies of a rating.
+    The frequencies of fixed values are known. At least one value from each set must be present.
+    Returns None if a published percentage leaves several possible frequencies of a rating.
     """
     moments, holes, occurring = wish.moments, set(), set()
     forced = []
@@ -109,10 +109,7 @@ def _told(wish: Wanted) -> tuple[Moments, frozenset[int], list[frozenset[int]]] 
 
 
 def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
-    """Return the logarithm of the number of multisets with the given moments.
-
-    The multisets contain only values from the list `of`.
-    """
+    """Return the logarithm of the number of multisets of the values `of` with the given moments."""
     n, total, squares = moments.n, moments.total, moments.squares
     mean = total / n
     scale = max((squares / n - mean**2), 1e-12) ** 0.5
@@ -131,7 +128,8 @@ def _log_coefficient(moments: Moments, of: list[int]) -> float | None:
         decrease = float(-gradient @ step)
         if decrease < CONVERGED:
             _, log_determinant = np.linalg.slogdet(2 * pi * hessian)
-            # The factor 2 is due to parity. Changing from u to S and Q divides by scale and scale².
+            # The factor 2 accounts for the equal parity of S and Q. Changing from u to S and Q
+            # divides by scale and scale².
             return float(log(2) + value - log_determinant / 2 - 3 * log(scale))
         size = 1.0
         while (new := _objective(at + size * step, powers, wanted)) > value - size * decrease / 4:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.unranking import Ranking
     from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 
-# Listing all multisets is faster if there are at most this many per requested sample.
+# Listing all multisets is faster if their number is at most this multiple of the number of samples.
 LISTING_PAYS = 4
 FEW = 2**12
 
@@ -131,7 +131,7 @@ def uniform(total: int, number: int, generator: np.random.Generator) -> Array:
     bits = (total - 1).bit_length()
     drawn: list[int] = []
     while len(drawn) < number:
-        # Rejection sampling; fewer than half are rejected.
+        # Rejection sampling, in which fewer than half of the numbers are rejected.
         value = int.from_bytes(generator.bytes((bits + 7) // 8)) >> (-bits % 8)
         if value < total:
             drawn.append(value)

@@ -77,7 +77,7 @@ class Solutions:
 
     @cached_property
     def _of_few_values(self) -> int | None:
-        """Number of data sets by the formula for scales with few values, or None if not usable."""
+        """Number of data sets by the formula in `few_values`, or None if it does not apply."""
         values = range(self.column.scale.steps + 1)
         sums = plain_sums(self.column) if len(values) <= few_values.VALUES else None
         if sums is None:
@@ -120,14 +120,14 @@ class Solutions:
         """
         if self._unfiltered > LISTED:
             raise UserError(
-                f"{self._unfiltered} data sets are too many to list: draw a sample instead"
+                f"{self._unfiltered} data sets are too many to list; draw a sample instead"
             )
         rows = multisets(self.problems, self.column.n, self.memory_gib)
         return rows[are_met(self.column, rows)] if self.listed_apart else rows
 
     @cached_property
     def not_drawn(self) -> str:
-        """Reason why data sets can be neither sampled nor listed, or "" if they can be sampled."""
+        """Reason why data sets cannot be sampled, or "" if they can be sampled."""
         if self.refused:
             return self.refused
         try:
@@ -183,6 +183,6 @@ class Solutions:
         )
 
     def under(self, sd_convention: str, rounding: str) -> Solutions:
-        """Return the solutions under a different SD convention and rounding rule."""
+        """Return the same column's solutions under a different SD convention and rounding rule."""
         other = {"sd_convention": sd_convention, "rounding": rounding}
         return replace(self, column=self.column.model_copy(update=other))

@@ -25,11 +25,12 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.reconstruction.table.rounding import Printed
 
-# Numbers of sums of squares and of parts to try, and of moves per part in full and quick searches.
+# Maximum number of pairs of sum and sum of squares to try, and of parts to try per pair.
 TRIED = 8
+# Maximum number of moves (changes of two ratings) per part, in full and in quick searches.
 MOVES = 200_000
 QUICK = 5_000
-# Proportion of moves that are accepted although they increase the distance from the target.
+# Probability of accepting a move that does not reduce the distance from the target.
 ASTRAY = 0.01
 
 
@@ -50,8 +51,8 @@ def witness(column: Column, targets: Targets) -> tuple[int, ...]:
 def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tuple[int, ...]:
     """Search for ratings with the given moments that match all published numbers of a column.
 
-    Returns an empty tuple if no ratings are found. This search is shorter than in `witness`,
-    because it is repeated for many moments.
+    Returns an empty tuple if no ratings are found. The search is shorter than in `witness`, because
+    it is repeated for many pairs of sum and sum of squares.
     """
     wishes = [w for w in targets.wanted if (w.moments.total, w.moments.squares) == moments]
     return next((found for wish in wishes if (found := _of_wish(column, wish, QUICK))), ())

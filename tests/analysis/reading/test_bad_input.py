@@ -134,7 +134,7 @@ def test_catch_steps_are_what_was_presented_whatever_the_column_says(dataset):
     assert list(data.differences["catch"][:2]) == [False, True]
     said = " ".join(data.problems)
     assert "6 catch steps change the amplitude" in said
-    assert "6 ordinary steps do not change the amplitude" in said
+    assert "6 steps without a change are analysed as catch steps" in said
 
 
 def test_people_who_all_but_one_give_one_number_have_no_interval_and_no_warning(table_by_hand):

@@ -102,7 +102,7 @@ def test_psychopy_s_own_csv_reads(table_by_hand):
     data = load(table_by_hand(text, encoding="utf-8-sig"), mapping())
     assert data.counts["unanswered"] == 1
     assert data.counts["analysed"] == 2
-    assert data.problems == ("study.csv: 1 rows without stimulus and response were skipped",)
+    assert data.problems == ("study.csv: 1 rows with neither stimulus nor response were skipped",)
 
 
 @pytest.mark.parametrize("suffix", ["beh", "events"])

@@ -41,7 +41,7 @@ def test_initials_are_no_summary(tmp_path):
 
 @pytest.mark.parametrize("other", ["01", "1.0", "1."])
 def test_one_number_in_two_spellings_is_refused(tmp_path, other):
-    with pytest.raises(UserError, match=f"'1' and '{other}' are the same number"):
+    with pytest.raises(UserError, match=f"'1' and '{other}' represent the same number"):
         load(written(tmp_path, [*rated("1"), *rated("2"), *rated(other)]))
 
 

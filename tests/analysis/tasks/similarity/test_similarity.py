@@ -99,7 +99,7 @@ def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
     text = page(analysis)
     assert ", 7 items, " in text
     assert "non-metric multidimensional scaling (Kruskal, 1964)" in text
-    with pytest.raises(UserError, match="expected columns for first, second and dissimilarity"):
+    with pytest.raises(UserError, match="expected columns for the first item, the second item"):
         parse_mapping({"columns": {"participant": "who", "first": "left"}}, "here")
 
 
