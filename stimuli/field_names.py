@@ -16,11 +16,12 @@ from __future__ import annotations
 import re
 from functools import cache
 
-#: Name in files in µm -> name in the code. The first match applies. For placeholders, see `PLACES`.
+#: Names in files with levels in µm, and in the code. The first match applies. For placeholders,
+#: see `PLACES`.
 NAMES = (
     ("{interval}amplitude{when}_um_pp", "{interval}level{when}"),
     ("amplitudes_um_pp", "levels"),
-    ("level_um_pp", "track_level"),  # distance of a track from the standard
+    ("level_um_pp", "track_level"),  # distance of an adaptive track's level from the standard
     ("tolerance_um", "deviation_level"),
     ("comparisons_um_pp", "comparison_levels"),
     ("references_um_pp", "reference_levels"),

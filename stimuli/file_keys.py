@@ -1,4 +1,4 @@
-"""Convert between the keys in a file, whose names depend on the quantity, and field names."""
+"""Convert between field names and the keys in files, which depend on the quantity of the levels."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 from slipscale.stimuli.quantity import Quantity
 
-#: Suffix for keys that must be rejected as unknown.
+#: Suffix added to field names that are used as keys in files, so that they are rejected.
 UNKNOWN = "?"
 
 
 def renamed(data: Any, name: Callable[[str], str]) -> Any:
-    """Rename the keys of all dicts in nested plain data."""
+    """Rename the keys of all dicts in nested dicts and lists."""
     if isinstance(data, dict):
         return {name(key): renamed(value, name) for key, value in data.items()}
     if isinstance(data, list | tuple) and data and not isinstance(data[0], float | int | str):
@@ -33,7 +33,7 @@ class FileNames:
     tables : frozenset of str
         Tables whose keys are converted, in addition to the keys at the top level.
     other : Mapping
-        Quantity of each table whose levels are not in the study's quantity.
+        Quantities of tables whose levels are not in the study's quantity, keyed by table.
     """
 
     quantity: Quantity
@@ -58,7 +58,7 @@ class FileNames:
         """Replace the keys of a file with the field names of the model."""
 
         def naming(quantity: Quantity) -> Callable[[str], str]:
-            # In files, only names with a unit are valid keys, not names of fields.
+            # In files, names with a unit are valid keys, and field names are not.
             field_of = {field: field + UNKNOWN for field in self.fields}
             field_of |= {self._key(field, quantity): field for field in self.fields}
             return lambda key: field_of.get(key, key)

@@ -64,7 +64,7 @@ class FrictionMap(Parametric):
         If a parameter is out of range or the image is invalid.
     """
 
-    #: Entry that identifies records of friction maps.
+    #: Key by which a record is identified as a friction map.
     MARK: ClassVar = "pixels"
 
     black_level: Annotated[
@@ -175,7 +175,7 @@ class FrictionMap(Parametric):
         self,
         modulator: Modulator = DEFAULT_MODULATOR,  # noqa: ARG002 - on any plate
     ) -> Loop | None:
-        """Return None, because the map does not depend on a trigger."""
+        """Return None, because a friction map has no trigger."""
         return None
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
@@ -208,7 +208,7 @@ class FrictionMap(Parametric):
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
         """Predict how well amplitude and friction follow the map at the assumed finger speed.
 
-        Return None for a constant amplitude.
+        Return None if the amplitude is constant.
         """
         if not self._changes:
             return None
@@ -222,7 +222,7 @@ class FrictionMap(Parametric):
         )
 
     def _range_after(self, *time_constants_s: float) -> float:
-        """Return the fraction of the grey-value range that remains after first-order lags."""
+        """Return the fraction of the grey-value range that passes through first-order lags."""
         found: list[float] = []
         for row in self._rows:
             greys = [float(each) for each in row]

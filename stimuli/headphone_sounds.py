@@ -1,9 +1,9 @@
 """Generate sounds for testing whether participants wear headphones that play in both ears.
 
 In each trial, one of three tones is quieter, and one of the other two has opposite phase in the two
-ears. With headphones, the phase hardly affects loudness. With loudspeakers, the two channels cancel
-in the air, so the antiphase tone seems quietest. Source: Woods, Siegel, Traer and McDermott (2017),
-Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
+ears. With headphones, the phase hardly affects loudness. With loudspeakers, opposite phases cancel
+each other in the air, so this tone sounds quietest. Source: Woods, Siegel, Traer and McDermott
+(2017), Headphone screening to facilitate web-based auditory experiments, Attention, Perception, &
 Psychophysics 79, 2064-2072, doi:10.3758/s13414-017-1361-2, "Method".
 """
 

@@ -2,8 +2,9 @@
 
 The amplitude of a plate at resonance follows a command as a first-order lag with the time constant
 τ = Q/(π f0), so the plate passes modulation up to f0/(2Q) (-3 dB). For Q = 60 and f0 = 30.5 kHz, τ
-is 0.63 ms and f0/(2Q) is 254 Hz. The serial line that transmits the commands is usually slower.
-Abrupt changes of the drive would cause clicks, so each change takes several time constants.
+is 0.63 ms and f0/(2Q) is 254 Hz. The serial line that transmits the commands usually limits
+modulation more. Abrupt changes of the drive would cause clicks, so each change takes several time
+constants.
 
 Friction changes more slowly than the amplitude, because gas needs milliseconds to enter and leave
 the film (`slipscale.stimuli.film.reynolds.time_constant_s`).
@@ -21,11 +22,11 @@ from slipscale.faults import UserError
 LEAST_FOLLOWED = 0.2
 # `reynolds.time_constant_s` for the paper's finger at 2.3 µm peak to peak and 30.5 kHz.
 FILM_TIME_CONSTANT_S = 0.006
-STEPS_MAX = 64  # most steps per period: more are not felt and load the line
+STEPS_MAX = 64  # per period; more steps would load the serial line without being felt
 EDGE_TIME_CONSTANTS = 3  # of the plate
 ROUNDING = 1e-9
-STEEP_PART = 0.59  # fraction of a half cosine's duration between 10 and 90 %
-LAG_RISE = math.log(9)  # time constants of a first-order lag between 10 and 90 %
+STEEP_PART = 0.59  # 10-90 % rise time of a half cosine, as a fraction of its duration
+LAG_RISE = math.log(9)  # 10-90 % rise time of a first-order lag, in time constants
 
 
 def along_edge(start: float, end: float, part: float) -> float:
@@ -42,7 +43,7 @@ class AmplitudeStep(NamedTuple):
 
 
 class Followed(NamedTuple):
-    """Prediction of how well a plate and the friction follow a commanded change in amplitude.
+    """Predicted response of a plate and of friction to a commanded change in amplitude.
 
     ``change`` describes the change in words. ``plate`` and ``friction`` are the fractions of the
     commanded change (``whole``) that the plate and friction reach, and ``remedy`` describes how to
@@ -173,11 +174,11 @@ class Modulator:
 
     @property
     def bandwidth_hz(self) -> float:
-        """Modulation frequency at which the plate renders 71 % of the depth."""
+        """Modulation frequency at which the plate reproduces 71 % of the modulation depth."""
         return self.resonance_hz / (2 * self.quality_factor)
 
     def passed(self, modulation_hz: float) -> float:
-        """Return the fraction of a sinusoidal modulation's depth that the plate renders."""
+        """Return the fraction of a sinusoidal modulation's depth that the plate reproduces."""
         return 1 / math.hypot(1, modulation_hz / self.bandwidth_hz)
 
     def friction_passed(self, modulation_hz: float) -> float:
@@ -190,11 +191,11 @@ class Modulator:
         return self.passed(modulation_hz) / math.hypot(1, modulation_hz / film_hz)
 
     def reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that the plate completes in a given time (1 if None)."""
+        """Return the fraction of a change that the plate completes (1 without a time limit)."""
         return 1.0 if duration_s is None else -math.expm1(-duration_s / self.time_constant_s)
 
     def friction_reached(self, duration_s: float | None) -> float:
-        """Return the fraction of a change that friction completes in a given time (1 if None).
+        """Return the fraction of a change that friction completes (1 without a time limit).
 
         Plate and film are modelled as two first-order lags in series.
         """

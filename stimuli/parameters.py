@@ -30,8 +30,7 @@ class Parameter:
     unit : str or None
         Unit; None for the plate's unit.
     above, least, most : float
-        Limits of the value, which must be greater than ``above``, at least ``least`` and at most
-        ``most``.
+        Limits: a value must be greater than ``above``, at least ``least`` and at most ``most``.
     stated : bool
         Whether every study must set the value, even if the field has a default.
     """

@@ -30,8 +30,8 @@ IN_NAME = re.compile(r"amplitude_um_pp|um_pp|(?<=_)um$|amplitudes?")
 class Quantity:
     """Physical quantity that varies between stimuli, and the words used for it in reports.
 
-    In the analysis, the column of levels is always called ``amplitude_um_pp``. In files, its name
-    is given by ``column``.
+    In the analysis, the column of levels is always called ``amplitude_um_pp``. In files, this
+    column has the name ``column``.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ class Quantity:
 
     @property
     def of_plate(self) -> bool:
-        """Whether the quantity is the plate's amplitude in µm, judged for slipperiness."""
+        """Whether this is the default quantity: amplitude in µm, judged for slipperiness."""
         return self == PLATE_AMPLITUDE
 
     @property
@@ -95,7 +95,7 @@ class Quantity:
 
     @property
     def stepped(self) -> bool:
-        """Whether a plate produces the quantity; the trials of a yes/no task are then steps."""
+        """Whether a plate produces the quantity, so that the trials of a yes/no task are steps."""
         return bool(self.suffix)
 
     @property
@@ -132,8 +132,8 @@ class Quantity:
     def more(self) -> str:
         """Answer that selects the stimulus with the higher level, such as "more slippery".
 
-        If the data contain a different word for "yes", or if no property is judged, the answer is
-        ``yes``.
+        The answer is the attribute ``yes`` if this is a word other than "yes", or if the judged
+        property has no name.
         """
         if self.yes != "yes" or self.judged == UNNAMED:
             return self.yes
@@ -171,7 +171,7 @@ class Quantity:
 
     @property
     def unit_in_short(self) -> str:
-        """Unit with abbreviated convention, for screens and messages, such as "µm p-p"."""
+        """Unit with the short form of the convention, such as "µm p-p"."""
         short = SHORT.get(self.convention, self.convention)
         return " ".join(part for part in (self.unit, short) if part)
 
@@ -243,7 +243,7 @@ class Quantity:
         return re.sub(rf"^(interval\d+_)?{self.noun}(?=_|$)", r"\1amplitude", stem) + "_um_pp"
 
     def named(self, name: str) -> str:
-        """Convert a name in the code to the name used in files with levels in this quantity.
+        """Convert a name in the code to the name in files whose levels are in this quantity.
 
         >>> PLATE_AMPLITUDE.named("standard_level")
         'standard_um_pp'
@@ -278,7 +278,7 @@ def capitalised(text: str) -> str:
 BIDS = str.maketrans({"µ": "u", "²": "^2", "³": "^3", "°": "deg", "Ω": "Ohm"})
 #: Short forms of conventions in headings.
 SHORT = {"peak to peak": "p-p"}
-#: Conventions in names in files.
+#: Short forms of conventions in column names and keys of files.
 IN_KEYS = {"peak to peak": "pp", "peak": "peak", "RMS": "rms", "": ""}
 #: Amplitudes are rounded to 0.1 nm, so that 0.1 + 0.2 µm is 0.3 µm.
 AMPLITUDE_DECIMALS = 4

@@ -31,7 +31,7 @@ class QuantityTable(FrozenTable):
 
     @classmethod
     def stating(cls, quantity: Quantity) -> QuantityTable:
-        """Convert a quantity to a table."""
+        """Create the table that describes a quantity."""
         return cls.model_validate({name: getattr(quantity, name) for name in cls.model_fields})
 
     @property
@@ -41,7 +41,7 @@ class QuantityTable(FrozenTable):
 
 
 def stated_quantity(table: dict[str, object]) -> Quantity:
-    """Return the quantity in the content of a file that is not yet validated.
+    """Return the quantity stated in a file, before the file is validated.
 
     If ``[quantity]`` is invalid, the plate's amplitude is returned. The error is reported later,
     when the file is validated.

@@ -1,8 +1,8 @@
 """Define virtual surfaces, and conversions between peak and peak-to-peak amplitudes.
 
 Amplitudes in experiments are peak to peak, whereas ``h_vib`` in the film models is a peak amplitude
-(half the peak-to-peak value). With this convention, the squeeze number is 15.9 at 30.5 kHz with h_r
-= 0.6 µm, as printed in Section IV-A of the paper.
+(half the peak-to-peak value). For example, 2.3 µm peak to peak (h_vib = 1.15 µm), 30.5 kHz and h_r
+= 0.6 µm give the squeeze number 15.9 printed in Section IV-A of the paper.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Amplitude = TypeVar("Amplitude", float, "Array")
 #: Label of surfaces that are not listed in a study.
 UNLISTED = "S0"
 PERIODS_SHOWN = 8  # number of vibration periods in pictures of a surface
-#: Measured property of the finger.
+#: Quantity that a finger sensor measures.
 Sensor = Literal["position", "force"]
 FilmModel = Literal["reynolds", "closed form"]
 
@@ -84,18 +84,18 @@ class Surface(Stimulus, Protocol):
         """Whether the surface can be presented only if its sensor is available."""
 
     def shown(self, share: float) -> float:
-        """Return the height of the curve at a fraction (0 to 1) of the width of a picture."""
+        """Return the height of the drawn curve at a horizontal position from 0 to 1."""
 
     def change(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
         """Return the loop that starts at the trigger, or None if there is no trigger."""
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Return the loop that is played if the finger is not measured; None without a loop."""
+        """Return the loop that is played if the finger is not measured, or None."""
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
         """Predict how well amplitude and friction follow the commanded changes.
 
-        Return None for a constant amplitude.
+        Return None if the amplitude is constant.
         """
 
 
@@ -149,7 +149,7 @@ class VirtualSurface:
 
     @property
     def made(self) -> VirtualSurface:
-        """Surface that a plate presents for this stimulus: the surface itself."""
+        """The surface itself, because a plate presents it unchanged."""
         return self
 
     def turned(self, level: float) -> VirtualSurface:
@@ -162,7 +162,7 @@ class VirtualSurface:
         return peak_from_pp(self.level)
 
     def shown(self, share: float) -> float:
-        """Return the height of the vibration curve at a fraction (0 to 1) of a picture's width."""
+        """Return the height of the drawn vibration at a horizontal position from 0 to 1."""
         return self.level * math.sin(2 * math.pi * PERIODS_SHOWN * share)
 
     def loop(

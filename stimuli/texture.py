@@ -34,7 +34,7 @@ def _share(order: str) -> Parameter:
         unit="share",
         least=0,
         most=1,
-        description="Depth of this harmonic, as a fraction of the sine's depth; default: 0.",
+        description="Depth of the harmonic, as a fraction of the sine's depth; default: 0.",
     )
 
 
@@ -45,11 +45,11 @@ def _phase(what: str, description: str) -> Parameter:
 def _harmonic_phase(order: str) -> Parameter:
     return _phase(
         f"{order} harmonic phase",
-        "Phase of this harmonic at the beginning of the sine's period.",
+        "Phase of the harmonic at the beginning of a period of the sine.",
     )
 
 
-# One metre, which is longer than any plate.
+# Maximum spatial period: one metre, which is longer than any plate.
 LONGEST_MM = 1000.0
 
 
@@ -76,9 +76,9 @@ class Grating(Parametric):
         If a parameter is out of range, or if the waveform is unknown.
     """
 
-    #: Entry that identifies records of gratings.
+    #: Key by which a record is identified as a grating.
     MARK: ClassVar = "waveform"
-    #: Fields that older journals do not contain. Records omit them if they have default values.
+    #: Fields that older journals lack. Records omit these fields if they have default values.
     LATER: ClassVar = frozenset(
         {"modulation_hz", "duty_share", "phase_deg"}
         | {f"{order}_harmonic_{what}" for order in HARMONICS for what in ("share", "phase_deg")}
@@ -244,7 +244,7 @@ class Grating(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a fraction (0 to 1) of the width of a three-period picture."""
+        """Return the amplitude in a drawing of three periods, at a position from 0 to 1."""
         return self.level_in(3 * share)
 
     def level_at(self, position_mm: float, _across_mm: float = 0.0) -> float:
@@ -257,14 +257,15 @@ class Grating(Parametric):
         """Return the amplitude after a number of periods."""
         phase = (periods + self.phase_deg / 360) % 1.0
         if self.duty_share != HALF:
-            # The phase is scaled so that the wave is high below one half.
+            # A square wave is high for phases below one half, whereas this wave is high below
+            # `duty_share`.
             phase = 0.0 if phase < self.duty_share else HALF
         wave = WAVES[self.waveform].value(phase) + added(phase, self._harmonics)
         return self.mean_level + self.depth_level * wave
 
     @property
     def caption(self) -> str:
-        """Period with its unit or, for a wave in time, frequency with its unit."""
+        """Spatial period in mm or, if the grating varies in time, frequency in Hz, as text."""
         if self.spatial_period_mm is None:
             return f"{self.modulation_hz:g} Hz"
         return f"{self.spatial_period_mm:g} mm"
@@ -276,7 +277,7 @@ class Grating(Parametric):
         return abs(finger_speed_mm_s) / self.spatial_period_mm
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Predict how well amplitude and friction follow the highest harmonic.
+        """Predict how well amplitude and friction follow the grating's highest harmonic.
 
         Return None if the depth is zero.
         """
@@ -395,8 +396,8 @@ class Grating(Parametric):
         return Loop(
             levels=tuple(step.level for step in steps),
             step_s=step_s,
-            edge_s=min(modulator.edge_s, step_s),  # tolerance for rounding at the highest speed
-            # The mean of the played steps, in which edges of a square wave may be displaced.
+            edge_s=min(modulator.edge_s, step_s),  # rounding errors can make step_s the shorter one
+            # The mean is computed from the steps, which can displace the edges of a square wave.
             mean_level=self.mean_level
             if self.duty_share == HALF
             else sum(step.level for step in steps) / len(steps),
@@ -413,7 +414,7 @@ def bar(
     off_level: float,
     period_mm: float,
 ) -> Grating:
-    """Return a grating with one level on a bar and a different level elsewhere.
+    """Return a grating with one level on a bar across the stroke and another level elsewhere.
 
     Parameters
     ----------
@@ -422,7 +423,7 @@ def bar(
     centre_mm, width_mm : float
         Position of the bar's centre and width of the bar, measured along the stroke.
     on_level, off_level : float
-        Level on the bar and level elsewhere.
+        Level on the bar, and level outside the bar.
     period_mm : float
         Distance between successive bars, long enough for the finger not to reach the next bar.
     """

@@ -14,13 +14,13 @@ from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
 
 Texture = Grating | Transient | FrictionMap
-#: Name in study files -> kind of texture.
+#: Kinds of texture, keyed by name in study files.
 KINDS: Mapping[str, type[Texture]] = {
     "grating": Grating,
     "transient": Transient,
     "map": FrictionMap,
 }
-#: Field -> parameter that a study can vary.
+#: Parameters that a study can vary, keyed by field name.
 PARAMETERS: Mapping[str, Declared] = {
     field: each for kind in KINDS.values() for field, each in declared(kind).items()
 }

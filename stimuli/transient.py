@@ -1,10 +1,10 @@
 """Define transients: surfaces whose amplitude changes when the finger triggers a change.
 
-At first, the amplitude of a transient is constant. When the finger reaches a given position or
-force, or when a given time has passed since contact, the amplitude changes to another value within
-a transition time. The amplitude returns to its first value after a given duration. Without a
-duration, the amplitude returns when the trigger condition is no longer met. A transient that is
-triggered by position thus acts as an edge on the plate.
+A transient begins with a constant amplitude. When the finger reaches a given position or force, or
+when a given time has passed since contact, the amplitude changes to another value within a
+transition time. The amplitude returns to its first value after a given duration. Without a
+duration, it returns to its first value when the trigger condition is no longer met. A transient
+that is triggered by position thus acts as an edge on the plate.
 
 The list of amplitudes is timed by the clock of the plate itself. The duration of the transition is
 therefore exact even if the computer rarely samples the finger; only its beginning depends on the
@@ -33,11 +33,11 @@ Shape = Literal["cosine", "linear"]
 # Time for which the plate holds the last amplitude before it would repeat the list. Within this
 # time, the computer commands the last amplitude.
 HELD_S = 0.2
-# Minimum number of half cosines that approximate a straight line.
+# Minimum number of half-cosine steps that make up a linear transition.
 FEWEST_PIECES = 3
 # Largest accepted difference between a duration and the nearest multiple of a step's duration.
 DURATION_ERROR_S = 0.0005
-#: Trigger -> required sensor.
+#: Required sensors, keyed by trigger.
 TRIGGERS: dict[str, Sensor] = {"position_mm": "position", "force_n": "force", "delay_s": "force"}
 
 
@@ -60,7 +60,7 @@ class Transient(Parametric):
         If a parameter is out of range, or if there is not exactly one trigger.
     """
 
-    #: Entry that identifies records of transients.
+    #: Key by which a record is identified as a transient.
     MARK: ClassVar = "transition_s"
 
     from_level: Annotated[
@@ -97,7 +97,7 @@ class Transient(Parametric):
             above=0,
             most=10,
             description="Time from the beginning of the change until the amplitude begins to "
-            "change back; default: until the trigger condition is no longer met.",
+            "return; default: until the trigger condition is no longer met.",
         ),
     ] = None
     position_mm: Annotated[
@@ -157,7 +157,7 @@ class Transient(Parametric):
 
     @property
     def needs_sensor(self) -> bool:
-        """Always True, because the trigger must be measured."""
+        """Always True, because a sensor must measure the trigger."""
         return True
 
     @property
@@ -213,16 +213,16 @@ class Transient(Parametric):
         )
 
     def shown(self, share: float) -> float:
-        """Return the amplitude at a fraction (0 to 1) of the width of a picture of the change."""
+        """Return the amplitude in a drawing of the change, at a position from 0 to 1."""
         return self.level_after((1.5 * share - 0.25) * self.active_s)
 
     def loop(self, modulator: Modulator = DEFAULT_MODULATOR) -> Loop | None:
-        """Check the change, and return None, because no loop is played before the trigger."""
+        """Check the plate's limits. Return None, as no loop is played before the trigger."""
         self.change(modulator)
         return None
 
     def followed(self, modulator: Modulator = DEFAULT_MODULATOR) -> Followed | None:
-        """Predict how well amplitude and friction follow the change.
+        """Predict how well amplitude and friction follow the commanded change.
 
         Return None if there is no change.
         """
@@ -262,7 +262,7 @@ class Transient(Parametric):
         )
 
     def _level_of(self, step: int, pieces: int, turns: int) -> float:
-        """Return the amplitude at the end of a step's edge."""
+        """Return the amplitude at the end of a step's transition."""
         part = min((step + 1) / pieces, 1.0)
         if self.duration_s is not None and step >= turns:
             part = 1.0 - min((step + 1 - turns) / pieces, 1.0)

@@ -11,7 +11,7 @@ from slipscale.stimuli.textures import Texture
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Varied:
-    """Stimulus with one value of the varied parameter.
+    """Stimulus whose level is the value of a varied parameter.
 
     Parameters
     ----------

@@ -8,8 +8,8 @@ from functools import cache
 from typing import Literal, NamedTuple
 
 HALF = 0.5  # of a period
-#: First word of a harmonic's parameters -> order. The list of a plate limits the highest order: it
-#: has 64 amplitudes per period, and a sine requires 8.
+#: Order of each harmonic, keyed by the first word of its parameters. The highest order is 8,
+#: because a plate plays at most 64 amplitudes per period, and each period of a sine requires 8.
 HARMONICS = {
     "second": 2,
     "third": 3,
@@ -19,7 +19,7 @@ HARMONICS = {
     "seventh": 7,
     "eighth": 8,
 }
-# Number of phases at which the peak of a wave is searched, and accuracy of the peak's phase.
+# Number of phases at which a wave's peak is searched for, and accuracy of the peak's phase.
 _LOOKED_AT, _EXACT = 720, 1e-7
 Waveform = Literal["sine", "square", "triangle", "sawtooth"]
 

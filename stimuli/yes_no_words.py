@@ -1,4 +1,4 @@
-"""Define the wording of reports on yes/no tasks, for plates and for other stimuli."""
+"""Define words for reports on yes/no tasks, which depend on whether a plate makes the stimuli."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ class YesNoWords:
 
     Each trial presents a step in amplitude (if a plate produces the stimuli) or a single stimulus.
     ``trials``, ``down`` (trials with a change) and ``catch`` (trials without a change) each contain
-    the singular and the plural. ``size`` names the variable on which the probability of "yes"
-    depends, and ``each`` names one value of this variable. ``at`` introduces the value for which
-    sensitivity is reported, as in "for steps of 0.5 µm".
+    the singular and the plural. ``size`` is a noun for the variable on which the probability of
+    "yes" depends, and ``each`` is a noun for one of its values. ``at`` introduces the value for
+    which sensitivity is reported, as in "for steps of 0.5 µm".
     """
 
     size: str

@@ -16,11 +16,11 @@ from scipy.linalg import solve_banded
 from slipscale.faults import UserError
 from slipscale.stimuli.quantities import Array
 
-_TOLERANCE = 1e-10  # tolerance of the largest Newton step in P
+_TOLERANCE = 1e-10  # tolerance for the largest Newton step in P
 _NEWTON_STEPS = 40
-_ITERATIONS, _RATE_TOLERANCE = 200, 1e-6  # tolerance of the decay rate
-_DIRECT_SIGMA = 1e4  # largest squeeze number for a start from the film at rest
-_RIDGE_GRADING, _EDGE_GRADING = 0.85, 0.6  # relative sizes of cells at ridges and edge
+_ITERATIONS, _RATE_TOLERANCE = 200, 1e-6  # relative tolerance for the decay rate
+_DIRECT_SIGMA = 1e4  # largest squeeze number solved without intermediate ones
+_RIDGE_GRADING, _EDGE_GRADING = 0.85, 0.6  # grid refinement at the ridges and at the edge (0: none)
 
 
 class ReynoldsDiverged(UserError):
@@ -55,8 +55,9 @@ class Resolution:
             )
 
 
-# (Largest squeeze number, resolution), with errors of at most 0.1 % (first) and 1 % (last).
-# Boundary layers at ridges and at the edge get thinner with increasing squeeze number.
+# Largest squeeze number for each resolution. Errors are at most 0.1 % with the first resolution,
+# and 1 % with the last. Boundary layers at ridges and at the edge get thinner with increasing
+# squeeze number.
 RESOLUTIONS = (
     (300.0, Resolution()),
     (5_000.0, Resolution(cells_per_ridge=96, cells_min=320)),
@@ -131,12 +132,12 @@ class FilmState:
             if abs(found - before) < _RATE_TOLERANCE * found:
                 return found
         raise ReynoldsDiverged(
-            "two disturbances of the film decay equally slowly, so none is slowest"
+            "two disturbances of the film decay equally slowly, so the decay rate was not found"
         )
 
     @property
     def overpressure(self) -> float:
-        """F_s of equation (12): the mean of p/p0 - 1 over the contact and the period."""
+        """Mean of p/p0 - 1 over the contact and the period: F_s in equation (12) of the paper."""
         return float(2 * self.width @ (self.mean_pressure - 1))
 
 
@@ -158,8 +159,8 @@ def periodic_state(
     storage_exponent : float
         m = 1/n, where n is the polytropic exponent.
     resolution : Resolution, optional
-        Numbers of cells and time points. By default, they are taken from `RESOLUTIONS` according to
-        the squeeze number.
+        Resolution in space and time. The default is the entry of `RESOLUTIONS` for the squeeze
+        number.
 
     Raises
     ------
@@ -171,7 +172,7 @@ def periodic_state(
     width = np.diff(face)
     instants = resolution.instants
     vibration = 1 + eps * np.cos(2 * np.pi * np.arange(instants) / instants)
-    # The mean over each cell is exact, and so is the volume of the film.
+    # The thickness is averaged exactly over each cell, so that the volume of the film is exact.
     ridges = delta * np.diff(np.sin(wave_number * face)) / (wave_number * width)
     thickness = vibration + ridges[:, None]
     at_face = vibration + (delta * np.cos(wave_number * face[1:]))[:, None]
@@ -227,7 +228,7 @@ def periodic_state(
 
 
 def _stages(sigma: float) -> int:
-    """Return the number of squeeze numbers to solve; each is at most 4 times the previous one."""
+    """Return how many squeeze numbers are solved; each is at most 4 times the previous one."""
     return 1 + max(0, int(np.ceil(np.log(sigma / _DIRECT_SIGMA) / np.log(4))))
 
 
@@ -236,8 +237,8 @@ def _block_tridiagonal_step(
 ) -> Array:
     """Solve for the Newton step with a banded matrix; all time points of a cell are adjacent.
 
-    The outermost diagonals couple neighbouring cells at the same time point. The time derivative is
-    a dense block that couples all time points of one cell.
+    The outermost diagonals of the matrix couple neighbouring cells at the same time point. For each
+    cell, the time derivative adds a dense block that couples all time points.
     """
     instants = residual.shape[1]
     at = np.arange(instants)
@@ -262,7 +263,7 @@ def _grid(wave_number: float, delta: float, resolution: Resolution) -> tuple[Arr
     graded = (1 + _EDGE_GRADING) * s - _EDGE_GRADING * s**2
     pull = _RIDGE_GRADING * delta
     end = wave_number / 2
-    # Iterate u + pull·sin u = k/2 at the edge, a contraction for pull < 1.
+    # The edge is at the solution of u + pull·sin u = k/2. The iteration converges for pull < 1.
     last = end
     for _ in range(200):
         last = last - (last + pull * np.sin(last) - end) / (1 + pull)

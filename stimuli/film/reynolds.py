@@ -72,9 +72,9 @@ def solve(point: WorkingPoint, resolution: Resolution | None = None) -> FilmStat
     )
 
 
-# A uniform change of the film's mass decays as a sum of odd diffusion modes, with a share of 8/π²
-# in the slowest. After this fraction of the slowest mode's time constant, 63 % of the change has
-# decayed.
+# A uniform disturbance of the film's mass decays as a sum of odd diffusion modes, with a share of
+# 8/π² in the slowest. After this fraction of the slowest mode's time constant, the disturbance has
+# decayed by 63 %.
 _TO_63_PERCENT = 1 + float(np.log(8 / np.pi**2))
 
 

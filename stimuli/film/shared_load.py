@@ -2,8 +2,8 @@
 
 **Not validated.** The model is based on observations by Wiertlewski, Friesen and Colgate (2016,
 doi:10.1073/pnas.1603908113) and by Sednaoui, Vezzoli and others (2017,
-doi:10.1109/TOH.2017.2671376), but no measured curve was available as numbers. The parameters are
-therefore ranges, and the result is a range (`band`). The equations are ours:
+doi:10.1109/TOH.2017.2671376), but no measured curve was available in numerical form. The parameters
+are therefore ranges, and the result is a range (`band`). The equations are ours:
 
 - **Contact**: the area increases with a power of the normal force; the pressure is p = F/A(F).
 - **Asperities** carry the pressure p_ref·exp((u0 - u)/l) at a gap u (Persson 2007,
@@ -48,7 +48,7 @@ NOT_VALIDATED = "shared load, not validated"
 REFERENCE_PA = NORMAL_FORCE_N / (FINGER.contact_length_mm * MILLI) ** 2
 _SQUARE_CM_M2 = 1e-4
 _FLAT = Resolution(cells_min=24, instants=13)  # within 0.2 % up to ε = 0.6, 4 % at 0.95
-_CLOSED_FORM_SIGMA = 1e4  # above, the closed form of a flat film is within 1.5 %
+_CLOSED_FORM_SIGMA = 1e4  # above it, the error of the closed form is at most 1.5 %
 _GAP_TOLERANCE_UM = 1e-4
 _UNITS = {
     "contact_area_cm2": "cm²",
@@ -57,8 +57,8 @@ _UNITS = {
     "leak_length_mm": "mm",
     "bounce": "(no unit)",
 }
-# Smallest distance between skin and plate during a period, relative to the amplitude of the gap. At
-# 0, the pressure of the film is infinite.
+# Smallest distance between skin and plate during a period, as a fraction of the gap's amplitude.
+# Without any distance, the film's pressure is infinite.
 _LEAST_CLEARANCE = 1e-3
 
 
@@ -103,14 +103,14 @@ class Skin:
 
 # Ends of all ranges. Sources: area, 1 cm² in Table I of Biet et al. (2007) ± 30 %; asperities, half
 # of the roughness of 0.4 to 1.6 µm in Table I (Persson: of the order of half the rms height); leak,
-# from one ridge period in Table I to the whole contact. Exponent, rest gap and bounce are
+# from one ridge period in Table I to the whole contact. Area exponent, gap at rest and bounce are
 # assumptions.
 SLIPPERY = Skin(
-    contact_area_cm2=1.3,  # Table I's 1 cm², ± 30 % (assumed)
+    contact_area_cm2=1.3,  # 1 cm² in Table I, ± 30 % (assumed)
     area_exponent=2 / 3,  # Hertz; half of Hertz (assumed)
     asperity_length_um=0.2,  # half of the roughness in Table I (assumed)
     rest_gap_um=1.0,  # assumed
-    leak_length_mm=10.0,  # whole contact; one ridge in Table I
+    leak_length_mm=10.0,  # the whole contact; `GRIPPY`: one ridge period (Table I)
     bounce=1.2,  # assumed; Friesen and others (2016) observed both phases
 )
 GRIPPY = Skin(
@@ -124,7 +124,7 @@ GRIPPY = Skin(
 
 
 def skin_between(share: float) -> Skin:
-    """Interpolate geometrically between the skins `SLIPPERY` (0) and `GRIPPY` (1)."""
+    """Interpolate geometrically between `SLIPPERY` (share 0) and `GRIPPY` (share 1)."""
     if not 0 <= share <= 1:
         raise UserError(f"share must be between 0 and 1, but is {share!r}")
     return Skin(
@@ -199,11 +199,12 @@ def solve(
         state = periodic_state(sigma, swing / gap_um, 0.0, finger.wave_number, resolution=_FLAT)
         return gas.pressure_pa * state.overpressure
 
-    # The mean of exp(-(swing/length)·cos) over a period is the Bessel function I0, scaled here.
+    # The mean of exp(-(swing/length)·cos) over a period is the Bessel function I0(swing/length).
+    # `i0e` multiplies it by exp(-swing/length).
     bounced = float(np.log(i0e(swing / length)))
 
     def excess(gap_um: float) -> float:
-        """Return the log ratio of carried to applied load, which decreases with the gap."""
+        """Return the log ratio of supported to applied load, which decreases with the gap."""
         asperities = (rest - gap_um + swing) / length + bounced
         return float(np.logaddexp(asperities, np.log(film_pa(gap_um) / pressure)))
 
@@ -228,8 +229,8 @@ def band(
         Vibration amplitude of the plate in µm **peak**.
     """
     # Friction rises with the gap at rest and falls with the leak and the bounce. The area, its
-    # exponent and the asperities act through the pressure and the gap, in either direction, so all
-    # combinations of their ends are compared. At 0.5 N, the exponent has no effect.
+    # exponent and the asperity length can raise or lower friction, so all combinations of their
+    # extreme values are compared. At 0.5 N, the exponent has no effect.
     ends = (SLIPPERY, GRIPPY)
     exponents = {skin.area_exponent for skin in ends if normal_force_n != NORMAL_FORCE_N} or {0.0}
     found = [

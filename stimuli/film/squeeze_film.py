@@ -17,7 +17,7 @@ import numpy.typing as npt
 from slipscale.stimuli.quantities import MICRO, MILLI, Array, not_negative, positive
 
 SQUEEZE_NUMBER_MIN = 10.0  # Section II-C: "larger than 10"; see docs/explanation/squeeze-film.md
-_NODES = 96  # Gauss-Legendre nodes over half a ridge: 1e-12 at h_r = 0.01 µm, h_vib = 5 µm
+_NODES = 96  # Gauss-Legendre nodes over half a ridge; error 1e-12 at h_r = 0.01 µm, h_vib = 5 µm
 
 
 class ClosedFormWarning(UserWarning):
@@ -98,7 +98,7 @@ class Friction:
 
     @property
     def levitates(self) -> npt.NDArray[np.bool_]:
-        """Whether the mean overpressure exceeds the pressure of the finger, element by element."""
+        """Whether the film carries more than the force of the finger, element by element."""
         return self.relative_friction < 0
 
     @property
@@ -136,7 +136,7 @@ def film_thickness_um(
     Parameters
     ----------
     position_mm, phase_rad : array_like
-        Position x, and phase ω0·t of the vibration. Positions and phases are broadcast.
+        Position x in mm, and phase ω0·t of the vibration; their shapes must be broadcastable.
     """
     mean, depth, ridge = gap(amplitude_um_peak, roughness_um, finger)
     x = 2 * np.pi * np.asarray(position_mm) * MILLI / (finger.ridge_period_um * MICRO)
