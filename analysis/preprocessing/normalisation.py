@@ -31,12 +31,6 @@ class Rule:
         Value to which an estimate equal to the divisor is normalised.
     formula : str
         Description for the report, in which ``q`` is a placeholder for the quantity.
-    zeros : str
-        How the rule treats estimates of zero.
-    table3 : str
-        Whether this rule could have produced the paper's Table III, and why.
-    source : str
-        Reference that describes the rule.
     needs : str
         Data that the rule requires, for the error message if they are missing.
     unit : str
@@ -46,9 +40,6 @@ class Rule:
     divisor: Callable[[pd.DataFrame], pd.Series[float]]
     top: float = 100.0
     formula: str
-    zeros: str = "stay zero"
-    table3: str
-    source: str
     needs: str = "a positive estimate from each participant"
     unit: str = "% of the scale"
 
@@ -113,73 +104,60 @@ def _modulus_equalisation(trials: pd.DataFrame) -> pd.Series[float]:
 
 
 RULES: dict[str, Rule] = {
+    # Free magnitude estimation (Stevens 1975, Psychophysics).
     "none": Rule(
         divisor=lambda trials: _constant(trials, 1.0),
         top=1.0,
         formula="estimates as given",
-        table3="possible, if all participants were instructed to use 0 to 100",
-        source="Stevens (1975), free magnitude estimation",
         unit="as given",
     ),
+    # Rescaling to a common scale (ASTM E1697).
     "scale_top": Rule(
         divisor=lambda trials: trials["scale_top"],
         formula="each estimate divided by the declared top of its participant's scale, times 100",
-        table3="possible, because no participant's largest estimate has to be 100",
-        source="ASTM E1697, rescaling to a common scale",
         needs="a declared top of the scale above 0 in every trial (column scale_top)",
         unit="% of the declared top of the scale",
     ),
+    # A literal reading of the paper.
     "grand_maximum": Rule(
         divisor=_grand_maximum,
         formula="all estimates are multiplied by one factor, so that the largest participant "
         "mean at any {q.level} becomes 100",
-        table3="possible, because all participants have the same factor; at 2.3 µm, the mean and "
-        "the maximum deviation add up to 100.00, so one participant may have reached 100",
-        source="a literal reading of the paper",
         needs="a positive estimate",
         unit="% of the largest participant mean",
     ),
+    # This rule is common in haptics. It forces the spread towards 0 at the top of the scale.
     "participant_maximum": Rule(
         divisor=_participant_maximum,
         formula="each participant's largest mean at any {q.level} becomes 100",
-        table3="impossible: nobody was above 72 at 1.2 µm, so everyone would have 100 at 2.3 µm, "
-        "and the mean would be 100, not 81.33",
-        source="common in haptics; forces the spread towards 0 at the top of the scale",
         unit="% of the participant's maximum",
     ),
+    # This rule is common in haptics. The divisor grows with the number of repetitions.
     "participant_largest_trial": Rule(
         divisor=_participant_largest_trial,
         formula="each participant's largest single estimate becomes 100",
-        table3="impossible with one trial per surface, for the same reason as with "
-        "participant_maximum; possible with several trials",
-        source="common in haptics; the divisor grows with the number of repetitions",
         unit="% of the participant's largest estimate",
     ),
+    # The strongest stimulus serves as the reference.
     "top_stimulus": Rule(
         divisor=_top_stimulus,
         formula="each participant's mean at the largest {q.level} becomes 100",
-        table3="impossible: the standard deviation at 2.3 µm would be 0, not 10.76",
-        source="referencing to the strongest stimulus",
         needs="a positive mean for each participant at the largest amplitude",
         unit="% of the estimate at the largest {q.level}",
     ),
+    # Zeros stay zero, and are left out of the mean logarithms (Lane, Catania and Stevens 1961,
+    # Journal of the Acoustical Society of America 33, 160-167).
     "modulus_equalisation": Rule(
         divisor=_modulus_equalisation,
         top=1.0,
         formula="logarithm minus the participant's mean logarithm plus the grand mean logarithm; "
         "the group's geometric means do not change",
-        zeros="stay zero, and are left out of the mean logarithms",
-        table3="cannot be decided from the table, which gives no geometric means",
-        source="Lane, Catania and Stevens (1961), Journal of the Acoustical Society of America "
-        "33, 160-167",
         unit="equalised modulus",
     ),
+    # External modulus (Stevens 1956, American Journal of Psychology 69, 1-25; ASTM E1697).
     "standard_referenced": Rule(
         divisor=lambda trials: trials["modulus"],
         formula="each estimate divided by the number given to the standard, times 100",
-        table3="not the paper's procedure: the paper mentions no standard",
-        source="Stevens (1956), American Journal of Psychology 69, 1-25; ASTM E1697, external "
-        "modulus",
         needs="a number above 0 for the standard in every trial (column modulus)",
         unit="% of the standard",
     ),
