@@ -7,7 +7,7 @@ public methods.
 
 A presentation succeeds only if the reported amplitude (measured or applied) matches the command,
 and if the reported voltage is within `PlateLimits.voltage_band` of the calibration's prediction.
-Readbacks of the kinds "commanded" and "none" cannot reveal a wrong amplitude.
+Readbacks of kind "commanded" or "none" cannot reveal a wrong amplitude.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class PlateDriver(GuardedOutput):
     limits : PlateLimits
         Limits enforced by the driver.
     calibration : Calibration
-        Calibration, which narrows the limits to the calibrated range.
+        Calibration; the plate is limited to the calibrated range.
     plate_file : PlateFile
         Plate file with limits and calibration, if any; stored with the data.
 
@@ -57,7 +57,7 @@ class PlateDriver(GuardedOutput):
         Notes for the operator, such as a warning about an old calibration; available after
         `connect`.
     modulator : Modulator or None
-        Modulation limits of the plate and its serial line; None if the backend cannot modulate.
+        How fast and how often the amplitude can be changed; None if the backend cannot modulate.
     why_not_modulated : str
         Reason why the backend cannot modulate.
     amplifier_gain : float
@@ -104,7 +104,7 @@ class PlateDriver(GuardedOutput):
         self.identity: PlateIdentity | None = None
         self.second_level = 0.0
         self._played: Loop | None = None
-        self._repeats_s = math.inf  # time at which the plate would repeat a change
+        self._repeats_s = math.inf  # time at which a played change ends and would start again
 
     def connect(self) -> PlateIdentity:
         """Connect to the device, identify it, and silence the plate.
@@ -199,9 +199,10 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If the amplitude or the duty cycle is outside the limits. The plate is not changed.
+            If the amplitude or the duty cycle is outside the limits. The output stays as it was.
         UserError
-            If the backend cannot play the texture, see `check_supported`. The plate is not changed.
+            If the backend cannot play the texture, see `check_supported`. The output stays as it
+            was.
         NotReached
             If the reported amplitude differs from the commanded one. The plate is silenced.
         OffCalibration
@@ -261,7 +262,7 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If the amplitude is outside the limits. The plate is not changed.
+            If the amplitude is outside the limits. The output stays as it was.
         PlateRefused
             If the plate is off; call `present` first.
         PlateFault
@@ -286,8 +287,8 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit, UserError
-            If an amplitude is outside the limits, or if the plate is not fast enough. The plate is
-            not changed.
+            If an amplitude is outside the limits, or if the plate is not fast enough. The output
+            stays as it was.
         PlateRefused
             If the plate is off, or cannot modulate.
         PlateFault
@@ -304,7 +305,7 @@ class PlateDriver(GuardedOutput):
             self._change(change)
 
     def check(self) -> None:
-        """Raise a pending `PlateFault`, or `Late` if no command followed a change in time."""
+        """Raise a pending `PlateFault`, or `Late` if no command was sent before a change ended."""
         super().check()
         if self.output is Output.MAY_BE_ON:
             with self._silent_on_fault():
@@ -331,7 +332,7 @@ class PlateDriver(GuardedOutput):
         Raises
         ------
         OverLimit
-            If frequency, voltage or duty cycle is outside the limits. The plate is not changed.
+            If frequency, voltage or duty cycle is outside the limits. The output stays as it was.
         PlateRefused
             If the backend does not accept drive frequencies and voltages.
         """
@@ -356,7 +357,7 @@ class PlateDriver(GuardedOutput):
 
     @property
     def unfelt(self) -> bool:
-        """Whether a finger would feel nothing because the plate or the board is simulated."""
+        """Whether the plate or the board is simulated, so that a finger would feel nothing."""
         return self.simulated or (self.identity is not None and self.identity.emulated)
 
     def describe(self) -> dict[str, Any]:
@@ -377,7 +378,8 @@ class PlateDriver(GuardedOutput):
         """After switching the plate off, wait until it has rung down, and read back again.
 
         The plate may still be ringing if 0 µm is commanded directly after it was switched off. The
-        waiting time depends on the plate's Q. A plate that still vibrates afterwards is a fault.
+        waiting time depends on the plate's Q. If the plate still vibrates afterwards, `present`
+        raises a fault.
         """
         wait_s = RING_DOWN_TIME_CONSTANTS * self._time_constant_s()
         self.clock.sleep(wait_s)

@@ -46,7 +46,7 @@ class WrongDevice(PlateFault):
     """Raised if the connected device is not a plate, or not the expected plate."""
 
     code = "wrong_device"
-    remedy = "Name the plate's own port, or the calibration that belongs to this plate."
+    remedy = "Specify this plate's port, or the calibration that was made with this plate."
 
 
 class PlateBusy(PlateFault):

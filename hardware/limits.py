@@ -40,8 +40,8 @@ class PlateLimits:
     tolerance : float
         Allowed deviation of a *measured* level from the commanded level, as a fraction.
     deviation_level : float
-        Allowed deviation, in the unit of the level. The larger of the two allowed deviations
-        applies.
+        Allowed deviation, in the unit of the level. The larger of the deviations allowed by
+        `tolerance` and `deviation_level` applies.
     voltage_band : float
         Allowed factor between the reported drive voltage and the calibration's prediction, in
         either direction. For example, a finger that reduces Q from 60 to 50 raises the
@@ -93,7 +93,7 @@ class PlateLimits:
         return max(self.tolerance * commanded_level, self.deviation_level)
 
     def held_to(self, *, tolerance: float | None, deviation_level: float | None) -> PlateLimits:
-        """Return the limits with the given tolerances, except any that are wider than before."""
+        """Return the limits with the given tolerances; a tolerance cannot become wider."""
         return replace(
             self,
             tolerance=min(self.tolerance, tolerance or self.tolerance),
@@ -153,8 +153,9 @@ class OnTime:
 
     def __init__(self, *, window_s: float) -> None:
         self._window_s = window_s
-        self._spans: deque[tuple[float, float]] = deque()  # ended, and partly in the window
-        self._spans_s = 0.0  # sum, as `duty` is called in every frame
+        # Start and end of past vibrations, as far back as the window for the duty cycle.
+        self._spans: deque[tuple[float, float]] = deque()
+        self._spans_s = 0.0  # total duration of `_spans`; `duty` must be fast
         self._since: float | None = None
         self._commanded_s = 0.0
 
@@ -182,5 +183,5 @@ class OnTime:
             self._spans_s = 0.0  # discard accumulated rounding errors
         before_s = max(start_s - self._spans[0][0], 0.0) if self._spans else 0.0
         now_on_s = 0.0 if self._since is None else now_s - max(self._since, start_s)
-        # Because of rounding, the sum may slightly exceed the window.
+        # Rounding errors could make the duty cycle slightly larger than 1.
         return min((self._spans_s - before_s + now_on_s) / self._window_s, 1.0)

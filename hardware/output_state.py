@@ -10,9 +10,9 @@
 ================  ==========================================================================
 
 1. Only a confirmation by `connect`, `silence` or a presentation of 0 leads to *confirmed off*.
-2. A command that is rejected before it is sent (outside the limits, unsupported) does not change
-   the output. After any other command that raises an error, the output is *confirmed off* or
-   *unreachable*, never *may be on*.
+2. A command that is rejected before it is sent, because it is outside the limits or not supported,
+   does not change the output. If a command raises any other error, the output is then *confirmed
+   off* or *unreachable*, never *may be on*.
 3. If the output is *unreachable*, no surface is presented until `connect` or `silence` has
    confirmed that it is off.
 """
@@ -55,13 +55,13 @@ class GuardedOutput(ABC):
         self._opened = False  # between `_connect` and `_close`
         self._on_time = OnTime(window_s=limits.duty_window_s)
         self._fault_known = False
-        self._vibration_known = False  # whether a plate that cannot be stopped was reported
+        self._vibration_known = False  # whether `StillVibrating` was raised
 
     def silence(self) -> None:
         """Stop the vibration; safe to call at any time, in any state and repeatedly.
 
         Raises `PlateFault` if the plate did not confirm that it is off, unless a fault was already
-        raised since `connect`. `StillVibrating` is raised even then, but only once.
+        raised since `connect`. `StillVibrating` is raised even after another fault, but only once.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:
@@ -81,7 +81,7 @@ class GuardedOutput(ABC):
                 self.output = Output.OFF
 
     def check(self) -> None:
-        """Raise a `PlateFault` that occurred since the last command.
+        """Raise a `PlateFault` if a fault occurred since the last command.
 
         This method must be fast, because it is called in every frame of a participant's step.
         """
@@ -103,7 +103,7 @@ class GuardedOutput(ABC):
     def close(self) -> None:
         """Silence the plate, and release the device.
 
-        The only fault raised is `StillVibrating`, and only if it was not reported before.
+        Raises no `PlateFault` except `StillVibrating`, and only if it was not raised before.
         """
         self._fault_known = True
         try:
@@ -140,7 +140,7 @@ class GuardedOutput(ABC):
             except StillVibrating as still:
                 raise still from error
             except PlateFault:
-                pass  # The current error is sufficient.
+                pass  # The error that occurred first is raised.
             raise
         except BaseException:  # The session ends; `close` reports if the plate vibrates.
             with suppress(PlateFault):
@@ -165,7 +165,7 @@ class GuardedOutput(ABC):
         """Release the device; do nothing if not connected."""
 
     def _check(self) -> None:  # noqa: B027 - most backends learn of faults by commands alone
-        """Raise a fault that occurred since the last command. Must be fast."""
+        """Raise a `PlateFault` if a fault occurred since the last command. Must be fast."""
 
     def __exit__(self, *_error: object) -> None:
         self.close()

@@ -91,12 +91,12 @@ class LimitsTable(FrozenTable):
         return wider
 
 
-# Fields that are levels. Their keys in the file depend on the quantity.
+# Fields that contain levels. The keys of these fields in the file depend on the quantity.
 LEVELS = frozenset({"level", "deviation_level"})
 # Entries that new files do not contain.
 NOT_WRITTEN = ("geometry", CHECKSUM)
 LOWER_BOUNDS = ("frequency_min_hz",)
-# Table, key and default of entries that older files do not contain.
+# Entries that older files do not contain: table, key and default value.
 ADDED_LATER = (("limits", "voltage_band", SHIPPED.voltage_band), ("acknowledgement", CHECKSUM, ""))
 
 
@@ -138,7 +138,7 @@ class Acknowledgement(FrozenTable):
     sha256: str = ""
 
     def checksum(self) -> str:
-        """Return the SHA-256 of name, date and limits, which only ``plate sign --by`` writes."""
+        """Return the SHA-256 of name, date and limits; only ``plate sign --by`` writes it."""
         content = json.dumps(self.model_dump(mode="json", exclude={CHECKSUM}), sort_keys=True)
         return hashlib.sha256(content.encode("utf-8")).hexdigest()
 
@@ -177,7 +177,7 @@ class PlateFile(FrozenTable):
         """Return the limits that are wider than the default limits, keyed by name in the file.
 
         The default levels apply only to amplitudes in µm. For other quantities, ``level`` is
-        always included and ``deviation_level`` never.
+        always included, and ``deviation_level`` is never included.
         """
         quantity, wider = self.quantity.quantity, self.limits.beyond_shipped()
         if not quantity.in_um_pp:
@@ -196,7 +196,7 @@ class PlateFile(FrozenTable):
         return FileNames(quantity, LEVELS, frozenset({"limits"})).to_file(table)
 
     def unacknowledged(self) -> dict[str, float]:
-        """Return the limits that are wider than the default limits and not acknowledged."""
+        """Return the limits that exceed the default limits and have not been acknowledged."""
         known = self.acknowledgement.limits if self.acknowledgement else {}
         return {
             name: each for name, each in self.beyond_shipped().items() if known.get(name) != each
@@ -234,8 +234,8 @@ class _Signed(PlateFile):
 def checksum(plate: PlateFile) -> str:
     """Return the SHA-256 of a plate file's content, regardless of its layout.
 
-    Entries that were added after the first release are included only if they differ from their
-    default, so that older signatures remain valid.
+    An entry that older versions of the software did not write is included only if it differs from
+    its default, so that plate files signed with these versions remain valid.
     """
     table = plate.in_file()
     for part, name, default in ADDED_LATER:
@@ -288,8 +288,8 @@ def open_plate_file(path: Path) -> tuple[PlateFile, Calibration | None]:
     Raises
     ------
     UserError
-        If the file cannot be read, was changed after it was signed, has unacknowledged limits
-        beyond the default limits, or has a calibration of another plate.
+        If the file cannot be read or was changed after it was signed, if limits exceed the default
+        limits without an acknowledgement, or if the calibration belongs to another plate.
     """
     signed = _read_signed(path)
     plate = _without_checksum(signed)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
 SWEEP_UM_PP = 0.3  # amplitude of the sweep at resonance, hardly perceptible
-POINTS = (-0.5, 0.0, 0.5)  # distance of the points, in half-widths of the resonance
+POINTS = (-0.5, 0.0, 0.5)  # frequency offsets of the points, in half-widths of the resonance
 AGREES = 0.15  # allowed relative deviation of the peak from the calibration
 LARGEST_SHIFT = 1.0  # largest drift, in half-widths of the resonance
 

@@ -5,13 +5,13 @@ clauses. After an exception, `Session.run` or the driver's ``close`` (`slipscale
 silences the plate.
 
 An exception raised by a signal handler can be lost in a destructor, in a library's callback, or in
-an ``except BaseException: pass``, as in PsychoPy when it opens a window. The signal is therefore
-also recorded. `raise_if_ended`, which is called in every frame, wait and prompt and at the end of
-the block, raises the exception again.
+an ``except BaseException: pass``, as in PsychoPy when it opens a window. The handler therefore also
+records the signal. `raise_if_ended`, which is called in every frame, wait and prompt and at the end
+of the block, raises the exception again.
 
 If an exception were raised between two exits of an exit stack, the remaining exits would be
-skipped. Before leaving a block, code therefore calls the function that `signals_raise` yields; the
-exception is then raised at the end of the block.
+skipped. To prevent this, code should call the function that `signals_raise` yields before it leaves
+the ``with`` block; a signal then raises its exception at the end of the block.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
 
 # Pressing Ctrl-C twice, or closing the terminal, which sends several signals, must not interrupt
-# the code that silences the plate. Signals are ignored only for this time, so that a session can
-# always be stopped even if an exception was lost.
+# the code that silences the plate. Further signals are ignored only for this time, so that another
+# signal can stop a session in which the first exception was lost.
 IGNORED_S = 2.0
 # Includes signals that would stop or abort the program and leave a generator on: SIGQUIT (Ctrl-\\)
 # and SIGTSTP (Ctrl-Z). SIGBREAK is specific to Windows.
@@ -72,8 +72,8 @@ def signals_raise() -> Iterator[Callable[[], None]]:
     Yields
     ------
     callable
-        Function to call before leaving the block. After this call, the exception is raised at the
-        end of the block for the first signal, and immediately for the second signal.
+        Function to call before leaving the ``with`` block. After this call, the first signal raises
+        its exception at the end of the block, and a second signal raises it immediately.
     """
     first_s, leaving = -math.inf, False
 
@@ -94,7 +94,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         ended = note_signal(number)
         if not leaving:
             raise ended
-        leaving = False  # Code that hangs on exit can thus be ended.
+        leaving = False  # The next signal can then stop code that hangs at the end of the block.
 
     numbers = [getattr(signal, name) for name in ENDINGS if hasattr(signal, name)]
     before = {number: signal.signal(number, handle) for number in numbers}
@@ -102,7 +102,7 @@ def signals_raise() -> Iterator[Callable[[], None]]:
         yield leave
         raise_if_ended()
     except Exception as error:
-        # If a library lost the exception and raised an error afterwards, the signal is the cause.
+        # If a library suppressed the signal's exception and then failed, the signal is the cause.
         if isinstance(error, RigError) or _follows(error):
             raise
         raise_if_ended()

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from slipscale.hardware.driver import PlateDriver
     from slipscale.hardware.records import Readback
 
-ASKED = "?"  # With --steps, printed instead of a reading while the operator is asked for it.
-BACK = "b"  # The operator enters this letter to repeat the previous point.
+# `ASKED` is printed instead of a reading (--steps) while the operator is asked for it. The operator
+# types `BACK` to repeat the previous point.
+ASKED, BACK = "?", "b"
 
 
 def add_arguments(parser: ArgumentParser) -> None:

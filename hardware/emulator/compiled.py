@@ -77,7 +77,7 @@ def load(library: Path) -> ctypes.CDLL:
     Raises
     ------
     UserError
-        If the file is not a library that contains the firmware.
+        If the file cannot be loaded, or does not contain the firmware.
     """
     try:
         code = ctypes.CDLL(str(library.resolve()))
@@ -193,7 +193,7 @@ class CompiledBoard:
         return float(self._code.board_due_um_pp(self._board))
 
     def _milliseconds(self) -> int:
-        # The added amount avoids that 0.057 s becomes 56 ms.
+        # Without the added amount, rounding errors would turn 0.057 s into 56 ms.
         return math.floor(self._now_s * 1000 + 1e-6) % MILLISECONDS
 
     def _drive(self, frequency_hz: float, voltage_v: float) -> None:

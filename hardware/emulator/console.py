@@ -27,7 +27,7 @@ from slipscale.hardware.plate.dynamics import FingerLoad
 if TYPE_CHECKING:
     from slipscale.hardware.emulator.pty import Emulator
 
-FINGER = FingerLoad(loss=1 / 300)  # Q from 60 to 50
+FINGER = FingerLoad(loss=1 / 300)  # reduces the plate's Q from 60 to 50
 
 ACTS: dict[str, Callable[[Emulator], None]] = {
     "state": lambda _: None,
@@ -50,7 +50,7 @@ def run(emulator: Emulator) -> None:
                 continue
             data = os.read(sys.stdin.fileno(), 4096)
             if not data:
-                control = None  # Without standard input, emulation continues.
+                control = None  # When standard input has ended, the emulation continues.
             *lines, buffer = (buffer + data).split(b"\n")
             for line in lines:
                 if line.strip() == b"quit":
@@ -61,7 +61,7 @@ def run(emulator: Emulator) -> None:
 
 
 def _answer(emulator: Emulator, line: str) -> str:
-    """Execute a line of input, and return the answer as JSON."""
+    """Execute a control command, and return the answer as JSON."""
     word, _, rest = line.partition(" ")
     try:
         if word == "fault":

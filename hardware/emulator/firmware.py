@@ -28,13 +28,14 @@ from slipscale.stimuli.modulation import Loop, along_edge
 RAMP_S = 0.025
 RAMP_DOWN_S = 0.015  # delay from a ramp to 0 until the output is switched off
 CORRECT_S = 0.010
-FOLLOW_S = 0.005  # waiting time after a correction
+FOLLOW_S = 0.005  # time after a change of the voltage during which readings are ignored
 LARGEST_CORRECTION = 0.05  # largest change of voltage per step, to avoid clicks
 # Largest factor by which the calibrated volts per µm are corrected. A finger that reduces Q from 60
-# to 50 requires 1.2. Without this limit, a broken sensor would cause the maximum voltage.
+# to 50 requires a factor of 1.2. Without this limit, a broken sensor would cause the maximum
+# voltage.
 GAIN_BAND = 1.5
-# The plate has settled after `MEANS_SETTLED` consecutive means within this fraction of the target
-# or of the largest level.
+# The plate has settled when `MEANS_SETTLED` consecutive mean readings differ from the target by at
+# most `BAND` times the target or, if larger, `BAND_OF_LARGEST` times the largest level.
 BAND = 0.025
 BAND_OF_LARGEST = 0.01  # 0.025 µm p-p
 MEANS_SETTLED = 2
@@ -110,7 +111,7 @@ class Board:
         self._corrected_s = 0.0
         self._readings: list[float] = []  # since the last correction
         self._means_inside = 0
-        self._periods = 0  # of the list that is played
+        self._periods = 0  # completed periods of the amplitude list
         self._buffer = b""
         self._last: tuple[tuple[int, str], bytes] | None = None
         self._errors: deque[int] = deque(maxlen=ERROR_QUEUE)
@@ -126,7 +127,7 @@ class Board:
         for byte in data:
             if byte == wire.STOP[0]:
                 self.silence(now_s)
-                self._buffer = b""  # earlier bytes can no longer become a command
+                self._buffer = b""  # Bytes received before the stop byte are discarded.
             elif byte == ord("\n"):
                 line, self._buffer = self._buffer, b""
                 if len(line) <= wire.LONGEST_LINE and (answer := self._line(line, now_s)):
@@ -192,7 +193,7 @@ class Board:
             return None  # No answer: the host repeats the command after a time-out.
         if self._last and self._last[0] == command:
             self._heard_s = now_s
-            return command[1], self._last[1]  # A repeated command was already executed.
+            return command[1], self._last[1]  # A repeated command is not executed again.
         reply = wire.reply_frame(self._answer(*command, now_s))
         if not self.busy:
             self._last = (command, reply)
@@ -320,7 +321,7 @@ class Board:
         self.state = self._settled(measured_level, was_limited=was_limited)
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
-        """Return HOLD after several mean readings within the tolerance, else SAT or RAMP."""
+        """Return the state: HOLD after enough readings within the tolerance, else SAT or RAMP."""
         short_by = self.target_level - measured_level
         if abs(short_by) > max(BAND * self.target_level, BAND_OF_LARGEST * self.limits.level):
             self._means_inside = 0

@@ -32,8 +32,9 @@ class GeneratorServer:
     lines : list of str
         Received lines.
     drop_at : int or None
-        Number of the received line at which the connection is dropped without an answer. If
-        ``for_good`` is True, later connections are also dropped.
+        Number of the received line at which the server closes the connection without an answer.
+    for_good : bool
+        Whether the server, after this line, also closes all later connections.
     """
 
     def __init__(self, make: str, *, command_s: float = 0.0) -> None:

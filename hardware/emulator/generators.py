@@ -1,8 +1,8 @@
 """Simulate function generators of several makes (`slipscale plate emulate --generator MAKE`).
 
 So that tests are independent, this module shares no code with
-`slipscale.hardware.backends.generator_dialects`. The generators of each make behave as described
-in the manufacturer's manual.
+`slipscale.hardware.backends.generator_dialects`. Each simulated generator behaves as described in
+its manufacturer's manual.
 
 =========  ==================================================================================
 make       source of limits and behaviour
@@ -55,7 +55,7 @@ class GeneratorChannel:
     on: bool = False
     range_auto: bool = True
     active: set[str] = field(default_factory=set)  # modulations, sweep, burst
-    dropouts: int = 0  # switches of the attenuator while the output was on
+    dropouts: int = 0  # how often the attenuator switched while the output was on
 
     @property
     def scale(self) -> float:
@@ -108,7 +108,7 @@ class SimulatedGenerator:
         return common[line]() if line in common else self.obey(line)
 
     def obey(self, line: str) -> str | None:
-        """Process a command or query of this make."""
+        """Process a command or query in this manufacturer's language."""
         raise NotImplementedError
 
     def set_amplitude(self, channel: GeneratorChannel, displayed: float) -> None:
@@ -230,7 +230,7 @@ class Agilent33220(Keysight):
     functions: ClassVar[tuple[str, ...]] = ("AM", "FM", "PM", "FSK", "PWM", "SWE", "BURS")
 
     def obey(self, line: str) -> str | None:
-        """Process a command or query of this make."""
+        """Process a command or query in this manufacturer's language."""
         if re.match(r"(?i):?(SOUR|OUTP)[12]", line):
             self.fail('-114,"Header suffix out of range"')
             return None

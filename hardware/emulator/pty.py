@@ -1,7 +1,7 @@
 """Emulate a driver board on a pseudo-terminal, for `slipscale plate emulate`.
 
-The path of the port is a symbolic link and stays the same when the board is unplugged and plugged
-in again.
+The port's path is a symbolic link, so it stays the same when the board is unplugged and plugged in
+again.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 
 TICK_S = 0.001
-IDLE_TICK_S = 0.01  # for a silent board, which only reacts to commands
+IDLE_TICK_S = 0.01  # used while the plate is off and no answers remain to be sent
 DEFAULT_LIMITS = wire.BoardLimits()
 FOREIGN_IDENTITY = "Hewlett-Packard,34401A,0,10-5-2"
 NMEA = b"$GPGGA,101530.00,5036.10,N,00308.40,E,1,08,0.9,40.0,M,47.0,M,,*65\r\n"
@@ -152,8 +152,8 @@ class Emulator:
         """Return the state of the board and the plate, as printed to standard output.
 
         ``amplitude_um_pp`` is the true simulated amplitude. ``presented_levels`` contains the
-        commanded amplitudes, and ``played`` contains the amplitude lists that were played. A
-        command that the host repeated is included once.
+        commanded amplitudes, and ``played`` contains the amplitude lists that were played. Commands
+        that the host repeats are included only once.
         """
         now_s = self._now()
         self.board.tick(now_s)
@@ -179,14 +179,14 @@ class Emulator:
 
     def touch(self, finger: FingerLoad = NO_FINGER) -> None:
         """Put a finger on the plate, or remove the finger."""
-        self._twin.amplitude_um_pp(self._now())  # Advances the plate with the previous load.
+        self._twin.amplitude_um_pp(self._now())  # Simulates the time before the load changes.
         self._twin.finger = finger
 
     def unplug(self) -> None:
         """Unplug the board, which also cuts its power."""
         if self._master is not None:
             self.board.silence(self._now())
-            # The link is removed, because the system may reuse the terminal's number.
+            # The symbolic link is deleted, because another program may get the same terminal.
             self.port.unlink()
             os.close(self._master)
             self._master = None
@@ -366,5 +366,5 @@ class Emulator:
 
     def _send(self, data: bytes) -> None:
         if self._master is not None:
-            with suppress(OSError):  # The host has closed the line or does not read.
+            with suppress(OSError):  # The host has closed the port or does not read from it.
                 os.write(self._master, data)

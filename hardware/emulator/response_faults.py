@@ -1,7 +1,8 @@
 """Define the faults of an emulated board.
 
-A fault in an answer replaces the answer with a list of steps: bytes to send, seconds to wait, or
-actions on the board. The emulator executes the steps in order.
+A fault that affects answers is a function: for each correct answer, it returns the steps that
+replace the answer (bytes to send, seconds to wait, or actions on the board). The emulator executes
+the steps in order.
 """
 
 from __future__ import annotations
@@ -11,12 +12,14 @@ from dataclasses import dataclass
 from enum import Enum, auto
 
 LATE_S = 0.12  # longer than a host waits for one answer
-TRICKLE_S = 1.5  # duration of an answer: longer than a host waits, shorter than the greeting
+# Time to send an answer byte by byte: longer than a host waits for one answer, but shorter than it
+# waits for a starting board.
+TRICKLE_S = 1.5
 GARBAGE = b"\x00\xff#\x7f<7 \xc3("
 
 
 class BoardAction(Enum):
-    """Action on the board or the line, other than sending bytes."""
+    """Effect of a fault on the board or the serial line, such as unplugging the board."""
 
     UNPLUG = auto()
     RESET = auto()
@@ -64,7 +67,7 @@ ANSWER_FAULTS: dict[str, Callable[[Answer], list[Piece]]] = {
     "reset_after": lambda answer: [answer.reply, BoardAction.RESET],
 }
 
-# Faults that begin before the command is received.
+# Faults that begin when a command arrives, before the board processes it.
 COMMAND_FAULTS: dict[str, BoardAction] = {
     "unplug": BoardAction.UNPLUG,
     "reset": BoardAction.RESET,
@@ -79,11 +82,11 @@ UNHEARD = (
     BoardAction.DEAFEN,
 )  # the command is not received
 
-# Faults of the whole run.
+# Faults that last for the whole run.
 RUN_FAULTS = ("wrong_identity", "nmea", "old_firmware")
 
-# Faults of the board that is emulated in Python only: the compiled firmware is never busy and has a
-# fixed identity.
+# Faults that only the board emulated in Python supports: the compiled firmware is never busy and
+# has a fixed identity.
 EMULATED_ONLY = ("busy", "wrong_identity", "old_firmware")
 
 FAULT_NAMES = (*ANSWER_FAULTS, *COMMAND_FAULTS, *RUN_FAULTS)

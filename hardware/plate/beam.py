@@ -125,7 +125,9 @@ class BeamSection:
 
     @property
     def neutral_ratio(self) -> float:
-        """Neutral line f0 = z0/h_p, equation (42), from ∫ T dz = 0 (paper: ∫ S·T dz).
+        """Position of the neutral line, f0 = z0/h_p, from equation (42).
+
+        The position follows from ∫ T dz = 0; the paper prints ∫ S·T dz.
 
         >>> round(BeamSection.printed().neutral_ratio, 4)
         1.6755
@@ -178,9 +180,9 @@ class BeamSection:
     def static_deflection_um(self, half_wave_mm: npt.ArrayLike, voltage_v: npt.ArrayLike) -> Array:
         """Return the upward deflection in µm at mid-span for a constant voltage, equation (28).
 
-        The sign is opposite to the published sign: according to (18), S = (z0 - z) w'', a ceramic
-        that shortens under the resonator lifts mid-span, whereas (17) gives the curvature the
-        opposite sign.
+        The sign is opposite to the published one. A ceramic that shortens under the resonator
+        raises the middle of the span according to (18), S = (z0 - z) w'', but lowers it according
+        to (17).
 
         Raises
         ------
@@ -235,7 +237,8 @@ class BeamSection:
         the modulus beyond z. Equating the energies gives κGh = G_b²/∫ S²/G dz, which is 5/6·G·h for
         a single material.
         """
-        nodes, weights = np.polynomial.legendre.leggauss(4)  # exact, because S² is of degree 4
+        # Four points integrate S² exactly, because it is a polynomial of degree 4 in z.
+        nodes, weights = np.polynomial.legendre.leggauss(4)
         hp, z0 = self.ceramic_thickness_mm * MILLI, self.neutral_ratio
         moduli = (self.ceramic.modulus_pa, self.resonator_modulus_pa)
         shears = (self.ceramic_shear_pa, self.resonator_shear_pa)

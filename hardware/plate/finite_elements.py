@@ -31,14 +31,15 @@ from slipscale.stimuli.quantities import MILLI, Array
 
 Electrodes = Literal["shorted", "open"]
 POTENTIAL_UNIT_V = 1e10
-_LEAST_FILLED = 1e-3  # smallest part of a brick; with less, its nodes would be almost free
+# Bricks are omitted if at most this fraction is material, because their nodes would be almost free.
+_LEAST_FILLED = 1e-3
 # Three points integrate the stiffness and mass of a full brick exactly. Along x, each brick has
 # six equal parts, because the edge of a disc that cuts a brick is curved.
 _GAUSS, _GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(3) + np.array([[1.0], [0.0]])) / 2
 _PARTS = 6
 _ACROSS = ((np.arange(_PARTS)[:, None] + _GAUSS) / _PARTS).ravel()
 _ACROSS_WEIGHTS = np.tile(_GAUSS_WEIGHTS, _PARTS) / _PARTS
-_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # index of a symmetric pair, Appendix B
+_VOIGT = np.array([[0, 5, 4], [5, 1, 3], [4, 3, 2]])  # Voigt index of two axes, as in Appendix B
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -77,7 +78,7 @@ class Assembly:
     capacitance: Any
 
     def at(self, **planes: float) -> npt.NDArray[np.bool_]:
-        """Return a mask of the nodes on the given planes, such as ``at(x=0.0, z=0.003)`` in m."""
+        """Return a mask of the nodes on planes given in m, for example ``at(x=0.0, z=0.003)``."""
         chosen = np.ones(self.nodes.shape[1], dtype=bool)
         for axis, value in planes.items():
             chosen &= np.abs(self.nodes["xyz".index(axis)] - value) < 1e-9  # noqa: PLR2004 - 1 nm
@@ -108,7 +109,7 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
     basis = Basis(bricks.mesh, ElementHexS2(), intorder=1)  # used only to number the nodes
     size = basis.N
     polarity = np.zeros(size)
-    # Nodes shared by ceramics without a gap belong to the negative electrode.
+    # Nodes shared by ceramics that touch each other belong to the negative electrode.
     for sign in (1, -1):
         polarity[basis.element_dofs[:, bricks.polarity == sign]] = sign
     stiffness: dict[bool, Any] = {}
@@ -125,7 +126,7 @@ def assemble(layout: Layout, density: Density = DEFAULT, *, quarter: bool = True
         stiffness[active] = _blocks(tensor.transpose(0, 2, 1, 3), nodes, size, products)
         unit = np.ones((1, 1, 1, 1))
         mass = mass + density_kg_m3 * _blocks(unit, nodes, size, overlap)
-    # The ceramics come last, because their products are used for coupling and capacitance.
+    # `nodes` and `products` are those of the last layer, the ceramics.
     piezo = layout.ceramic.coupling[:, _VOIGT] * POTENTIAL_UNIT_V
     coupling = _blocks(piezo.transpose(1, 2, 0)[:, None], nodes, size, products)
     permittivity = np.diag(layout.ceramic.relative_permittivity) * VACUUM_PERMITTIVITY_F_M
@@ -157,11 +158,12 @@ class _Bricks:
     polarity : ndarray of int, shape (bricks,)
         Polarity of the ceramic that contains the brick; 0 in the resonator.
     rule : ndarray of int, shape (bricks,)
-        Index into ``points`` and ``weights``; index 0 is the integration rule for full bricks.
+        Integration rule of each brick, as an index into ``points`` and ``weights``; 0 for bricks
+        that are filled completely.
     points : ndarray, shape (rules, 3, points)
         Integration points in the unit cube.
     weights : ndarray, shape (rules, points)
-        Integration weights; their sum is the fraction of the brick's volume that is material.
+        Integration weights. For each rule, their sum is the filled fraction of a brick's volume.
     """
 
     mesh: MeshHex
@@ -189,7 +191,8 @@ def _bricks(layout: Layout, density: Density, *, quarter: bool) -> _Bricks:
             np.linspace(step, top, density.resonator_layers + 1)[1:],
         ]
     )
-    chords = [np.array([[0.0], [1.0]]).repeat(_ACROSS.size, axis=1)]  # rule 0: a full brick
+    # Integration rule 0 is for bricks that are filled completely.
+    chords = [np.array([[0.0], [1.0]]).repeat(_ACROSS.size, axis=1)]
     shape = (x.size - 1, y.size - 1)
     in_resonator, in_ceramic = np.full(shape, -1), np.full(shape, -1)
     polarity = np.zeros(shape, dtype=int)
@@ -232,8 +235,7 @@ def _cut(
     """Set the integration rules of the cells that a region fills or cuts, and return their mask.
 
     For each cell that the region cuts, the lower and upper limits of the region along y are
-    appended to ``chords``. They are in coordinates of the unit square, with shape (2, points along
-    x).
+    appended to ``chords``, in coordinates of the unit square and with shape (2, points along x).
     """
     x_mm = (x[:-1, None] + np.diff(x)[:, None] * _ACROSS) / MILLI
     ends = np.stack(region.chord_mm(x_mm), axis=1)[:, None] * MILLI
@@ -255,7 +257,7 @@ def _integrals(bricks: _Bricks, chosen: npt.NDArray[np.intp]) -> tuple[Array, Ar
     used, which = np.unique(bricks.rule[chosen], return_inverse=True)
     points, weights = bricks.points[used], bricks.weights[used]
     element = ElementHexS2()
-    # In the library's tensor-product mesh, the order of axes is z, x, y, and they point down.
+    # The library's tensor-product mesh orders the axes z, x, y and reverses their directions.
     flat = 1 - np.roll(points.transpose(1, 0, 2).reshape(3, -1), 1, axis=0)
     found = [element.lbasis(flat, node) for node in range(element.doflocs.shape[0])]
     nodes, rules = len(found), used.size

@@ -58,7 +58,7 @@ class Region:
         )
 
     def chord_mm(self, x_mm: Array) -> tuple[Array, Array]:
-        """Return the lowest and highest y at each x, which are equal outside the region."""
+        """Return the region's lowest and highest y at each x; equal if x is outside the region."""
         away = np.abs(x_mm - self.at_mm[0]) / (self.size_mm[0] / 2)
         half = np.sqrt(np.maximum(1 - away**2, 0)) if self.disc else np.where(away < 1, 1.0, 0.0)
         half = half * self.size_mm[1] / 2
@@ -97,11 +97,11 @@ class Layout:
     length_mm, width_mm : float
         Size along x and y.
     columns, rows : int
-        Number of ceramics along x and y. The polarity alternates along x.
+        Number of ceramics along x and y. The polarity of the ceramics alternates along x.
     gap_mm : float
         Distance between neighbouring ceramics, 0 for a continuous layer.
     border_mm : tuple of 2 floats
-        Border of the resonator without ceramics, at each end along x and along y.
+        Width of the resonator's border without ceramics, at each end along x and along y.
     disc : bool
         Whether the plate is a disc, with its diameter as length and width.
     drawn : tuple of Patch
@@ -225,20 +225,21 @@ class Density:
             raise UserError("mesh density: every number of bricks must be at least 1")
 
 
-# For the errors of frequencies, see docs/explanation/plate-models.md.
-QUICK = Density(along_ceramic=3, across_ceramic=2)  # 1.3 %, half a second
+# The comments give the frequency error (see docs/explanation/plate-models.md), computing time and
+# memory.
+QUICK = Density(along_ceramic=3, across_ceramic=2)  # 1.3 %, 0.5 s
 DEFAULT = Density()  # 0.4 %, 3 s, 0.4 GB
 FINE = Density(
     along_ceramic=9, across_ceramic=8, ceramic_layers=2, resonator_layers=3
 )  # 30 s, 2 GB
-# Largest brick in mm, from coarse to fine meshes.
+# Largest length of a brick's edges in mm, from coarse to fine meshes.
 BRICKS_MM = (4.5, 3.0, 2.2, 1.6)
 DRAWN_MM = (1.6, 1.2)  # for --fine and the finer mesh of custom plates
 HALF_WAVE = Density(along_ceramic=6, across_ceramic=8)
 
 
 def density_of(layout: Layout, brick_mm: float) -> Density:
-    """Return the mesh density at which ceramics and layers have bricks of at most ``brick_mm``."""
+    """Return the mesh density at which no brick in ceramics and layers exceeds ``brick_mm``."""
     return Density(
         along_ceramic=math.ceil(layout.ceramic_length_mm / brick_mm),
         across_ceramic=math.ceil(layout.ceramic_width_mm / brick_mm),

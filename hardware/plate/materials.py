@@ -79,11 +79,11 @@ class Piezoceramic:
     density_kg_m3 : float
         Density, kg/m³.
     stiffness_pa : tuple of 6 tuples of 6
-        c^E at constant field in Pa; symmetric and positive definite.
+        Stiffness matrix c^E at constant field in Pa; symmetric and positive definite.
     coupling_c_m2 : tuple of 3 tuples of 6
-        e in C/m²; zeros for a passive layer.
+        Piezoelectric matrix e in C/m²; zeros for a passive layer.
     relative_permittivity : tuple of 3
-        ε^S/ε0 along x, y, z at constant strain.
+        Relative permittivity ε^S/ε0 along x, y, z at constant strain.
     quality_factor : float
         Mechanical quality factor Q_m.
     source : str
@@ -194,8 +194,8 @@ P1_91_TABLE_II = BeamCeramic(
     density_kg_m3=7410.0,
     quality_factor=60.0,
     source=(
-        "Biet et al. 2007, Table II and Appendix B. Appendix B's matrices give 7.34e10 Pa and "
-        "-184e-12 m/V for the same two constants; only Table II's values reproduce Fig. 8."
+        "Biet et al. 2007, Table II and Appendix B. The matrices in Appendix B give a modulus of "
+        "7.34e10 Pa and a d31 of -184e-12 m/V; only the values in Table II reproduce Fig. 8."
     ),
 )
 
@@ -213,7 +213,8 @@ P1_91 = Piezoceramic(
     # In the paper, 17.1 is in column 5 of the second row; for poling along z, it must be in column
     # 4.
     coupling_c_m2=((0, 0, 0, 0, 17.1, 0), (0, 0, 0, 17.1, 0, 0), (-4.9, -4.9, 21.4, 0, 0, 0)),
-    # Assumed, because the value was not published. From 1000 to 2500, frequencies change by 30 Hz.
+    # Assumed, because the permittivity was not published. Between permittivities of 1000 and 2500,
+    # resonance frequencies differ by 30 Hz.
     relative_permittivity=(1700.0, 1700.0, 1470.0),
     quality_factor=60.0,
     source="Biet et al. 2007, Appendix B; permittivity assumed, quality factor from Table II",

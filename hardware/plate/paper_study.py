@@ -21,7 +21,7 @@ HALF_WAVES_MM = (9.0, 10.0, 11.0, 12.0, 14.0, 16.0, 20.0)  # Section III-C-1
 MODE_COUNT = 12  # modes to superpose; with 36, the peak of Fig. 12 moves by 0.01 %
 _NEAR_MODES = 8
 _TOLERANCE_MM = 1e-6
-_ITERATIONS_MAX = 20  # about six are enough for Fig. 9
+_ITERATIONS_MAX = 20  # Fig. 9 requires about six iterations.
 
 
 def half_wave_modes(layout: Layout, density: Density = HALF_WAVE) -> Modes:
@@ -91,7 +91,7 @@ class Harmonic:
     frequency_hz : ndarray
         Drive frequencies.
     amplitude_um_peak : ndarray
-        Vertical amplitude at the point in µm peak.
+        Vertical peak amplitude at this point in µm.
     """
 
     frequency_hz: Array

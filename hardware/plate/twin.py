@@ -36,9 +36,9 @@ class Surroundings:
     temperature_c : float
         Temperature at the start.
     warm_up_k, warm_up_s : float
-        Total warm-up of the plate in kelvin, and its time constant in seconds.
+        Total temperature rise of the plate in kelvin, and its time constant in seconds.
     wander_k : float
-        Largest deviation of the room temperature, which drifts slowly.
+        Largest deviation of the slowly drifting room temperature from ``temperature_c``, in kelvin.
     """
 
     temperature_c: float = 22.0
@@ -55,7 +55,8 @@ class Drive:
     is None, the voltage is the one that an ideal control loop would apply. The voltage limit
     applies to target amplitudes, not to ``voltage_v``. If ``frequency_hz`` is None, the drive
     follows the resonance. The loop ``played`` modulates the amplitude around ``target_um_pp``,
-    starting at ``since_s``. If ``since_s`` is None, the phase of the loop depends only on the time.
+    starting at ``since_s``. If ``since_s`` is None, the loop is computed as if it had started at
+    time 0.
     """
 
     frequency_hz: float | None = None
@@ -111,7 +112,7 @@ class Twin:
         phases = self._random(WORD).uniform(0, 2 * math.pi, len(TEMPERATURE_PERIODS_S))
         self._phases: list[float] = phases.tolist()
         self._envelope_um_pp: complex = 0
-        self._began_um_pp: complex = 0  # Envelope when the drive was set.
+        self._began_um_pp: complex = 0  # envelope at the time when the drive was last set
         self._time_s = 0.0
         self.drive = OFF
 
@@ -148,7 +149,7 @@ class Twin:
 
         For a played loop, the reading is the mean over the last complete period, which can be
         compared with the command. The first period is ignored, because it starts at the settled
-        mean. Until the end of the second period, the reading is therefore the initial amplitude.
+        mean. Before the end of the second period, the reading is the amplitude before the loop.
         """
         noise_um = self._random(round(now_s * 1e6)).normal(0, self.noise_um)
         played = self.drive.played
@@ -162,7 +163,7 @@ class Twin:
         return self._applied(self.conditions(now_s), target_um_pp)[1]
 
     def _advance(self, now_s: float) -> complex:
-        """Advance the envelope to ``now_s``, assuming that conditions change slowly."""
+        """Advance the envelope to ``now_s``, using the conditions at ``now_s`` throughout."""
         now = self.conditions(now_s)
         if self.drive.played:
             self._envelope_um_pp = self._play(now, self.drive.played, now_s)
@@ -178,10 +179,10 @@ class Twin:
         return self._envelope_um_pp
 
     def _play(self, now: Conditions, played: Loop, now_s: float) -> complex:
-        """Return the envelope during a played loop.
+        """Return the envelope while a loop is played.
 
-        The computation covers at most the last `SETTLING_TIME_CONSTANTS` time constants, because
-        earlier states have no effect.
+        Only the last `SETTLING_TIME_CONSTANTS` time constants are computed, because earlier states
+        have no effect.
         """
         since_s = self.drive.since_s
         begin_s = now_s - SETTLING_TIME_CONSTANTS * now.time_constant_s

@@ -29,7 +29,9 @@ from slipscale.hardware.plate.finite_elements import (
 from slipscale.hardware.plate.geometry import DEFAULT, Density, Layout
 from slipscale.stimuli.quantities import MILLI, Array, not_negative, positive
 
-_TOLERANCE = 1e-9  # relative tolerance of ω² - σ; a smaller one costs a fifth more solutions
+# Relative tolerance of ω² - σ. A smaller tolerance requires a fifth more solutions of the linear
+# system.
+_TOLERANCE = 1e-9
 _RIGID_BELOW = 1e-3  # fraction of the highest frequency up to which modes are rigid-body modes
 
 
@@ -42,7 +44,7 @@ class Supported:
     free : ndarray of int
         Indices of the free displacements.
     stiffness, mass : sparse
-        Matrices for the free displacements.
+        Stiffness and mass matrices for the free displacements.
     coupling, capacitance : sparse
         Matrices for the free potentials inside the ceramics and, for open electrodes, on the
         electrodes.
@@ -69,8 +71,8 @@ def support(parts: Assembly, electrodes: Electrodes = "shorted") -> Supported:
     held = np.zeros((3, size), dtype=bool)
     planes = (parts.at(x=0.0), parts.at(y=0.0))
     if parts.quarter:
-        # At a plane of symmetry, even motions have no normal component, and odd motions only a
-        # normal component.
+        # At a plane of symmetry, symmetric motions have no normal component, and antisymmetric
+        # motions have only a normal component.
         for axis, (mirror, plane) in enumerate(zip(parts.mirrors, planes, strict=True)):
             across = np.arange(3) == axis
             held[across if mirror == 1 else ~across] |= plane

@@ -177,7 +177,7 @@ def amplitude_map_figure(found: Modes, *, voltage_v: float = 15.0) -> Any:
     Parameters
     ----------
     found : Modes
-        Modes of a plate, which are superposed.
+        Modes of the plate; the figure shows their superposition.
     voltage_v : float
         Drive voltage in V peak.
     """
@@ -218,7 +218,7 @@ def _on_a_grid(found: Modes, top: Any, w: Any) -> tuple[Any, Any, Any]:
     parts = found.parts
     at = parts.nodes[:2, top] * 1e3
     half = np.array([parts.layout.length_mm, parts.layout.width_mm]) / 2
-    if parts.quarter:  # Mirrored, so that the interpolation is smooth across planes of symmetry.
+    if parts.quarter:  # Mirrored points keep the interpolation smooth across planes of symmetry.
         for axis, mirror in enumerate(parts.mirrors):
             other = at.copy()
             other[axis] *= -1

@@ -17,7 +17,7 @@ LIMITS = PlateLimits()
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Span = Annotated[float, Field(gt=0, le=300)]  # largest workspace in mm that can be meshed
-Length = Annotated[float, Field(ge=2, le=300)]  # in mm; shorter ceramics would be too many
+Length = Annotated[float, Field(ge=2, le=300)]  # in mm; if shorter, a plate needs too many ceramics
 AMPLITUDE_MAX_UM_PEAK = 20.0  # a hundredth of the plate's thickness: the limit of linear bending
 QUALITY_MAX = 2_000.0  # commercial hard piezoceramics reach about 1,500
 Border = Annotated[float, Field(ge=0, le=50)]
@@ -82,7 +82,7 @@ class PassivePlate(FrozenTable):
 
     name: str = COPPER_BERYLLIUM.name
     thickness_mm: Positive = 2.0
-    border_mm: tuple[Border, Border] = (0.0, 0.0)  # beyond the ceramics, along x and y
+    border_mm: tuple[Border, Border] = (0.0, 0.0)  # border without ceramics, along x and y
     young_pa: Positive = COPPER_BERYLLIUM.young_pa
     poisson: Annotated[float, Field(gt=-1, lt=0.5)] = COPPER_BERYLLIUM.poisson
     density_kg_m3: Positive = COPPER_BERYLLIUM.density_kg_m3
@@ -101,7 +101,7 @@ class _Outline(FrozenTable):
         return self
 
     def region(self, at_mm: tuple[float, float] = (0.0, 0.0)) -> Region:
-        """Return the outline as a region centred at a given position."""
+        """Return the rectangle or disc as a region centred at a given position."""
         if self.diameter_mm is None:
             return Region(at_mm=at_mm, size_mm=self.size_mm or (0.0, 0.0))
         return Region(at_mm=at_mm, size_mm=(self.diameter_mm,) * 2, disc=True)
@@ -118,7 +118,7 @@ class DrawnPlate(_Outline):
     """Plate with piezo elements at given positions."""
 
     name: str
-    # The mode that is driven most strongly in this band is used.
+    # Of the modes in this frequency band, the one that is driven most strongly is used.
     band_hz: tuple[Positive, Positive] = (LIMITS.frequency_min_hz, LIMITS.frequency_max_hz)
     finger_at_mm: tuple[Finite, Finite] = (0.0, 0.0)
     patch: Annotated[tuple[DrawnPatch, ...], Field(min_length=1)]

@@ -1,9 +1,10 @@
 """Compute half-wavelengths and plate sizes from requirements, following Section III of the paper.
 
 The required amplitude determines the shortest half-wavelength (equation 37). The required squeeze
-number determines the lowest frequency and thus the longest half-wavelength. Plates between these
-limits are candidates; the finite-element model checks whether they are admissible (`verdict`). A
-plate with n ceramics in a row is driven in its free-free mode with n + 1 nodal lines.
+number determines the lowest frequency and thus the longest half-wavelength. Plates with
+half-wavelengths between these limits are candidates; the finite-element model checks whether they
+are admissible (`verdict`). A plate with n ceramics in a row is driven in its free-free mode with
+n + 1 nodal lines.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from slipscale.stimuli.film.reynolds import WorkingPoint
 if TYPE_CHECKING:
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
 
-_COLUMNS_MORE = 4  # ceramics to consider beyond those that the workspace requires
+_COLUMNS_MORE = 4  # Candidates have up to this many columns more than the workspace requires.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,7 +40,7 @@ class Candidate:
     length_mm, width_mm : float
         Size of the plate.
     half_wave_mm : float
-        Distance between nodal lines under the ceramics. It is the length of the row of n ceramics,
+        Distance between nodal lines under the ceramics: the length of the row of n ceramics,
         including gaps but not borders, divided by n + 1/2, as for a free-free beam with n + 1 nodal
         lines. The paper divides by n + 1.
     frequency_hz : float
@@ -159,7 +160,7 @@ def design(brief: Brief) -> Design:
         frequency_hz=floor,
     )
     with warnings.catch_warnings():
-        # `closed_form_holds` in the design replaces the warning.
+        # The warning is not needed, because the design reports `closed_form_holds`.
         warnings.simplefilter("ignore", squeeze_film.ClosedFormWarning)
         closed = squeeze_film.relative_friction(
             wanted.amplitude_um_peak,
@@ -245,7 +246,7 @@ def layout_of(brief: Brief, plate: Candidate) -> Layout:
 
 
 def drawn_layout(brief: Brief, plate: DrawnPlate) -> Layout:
-    """Return the layout of a custom plate. Raises UserError if a patch does not fit."""
+    """Return the layout of a custom plate. Raises UserError if the patches do not fit on it."""
     outline = plate.region()
     patches = [
         Patch(region=each.region(each.at_mm), polarity=each.polarity) for each in plate.patch

@@ -25,7 +25,7 @@ from slipscale.stimuli.surface import pp_from_peak
 if TYPE_CHECKING:
     from slipscale.hardware.plate.design.requirements import Brief, DrawnPlate
 
-CONVERGED = 0.04  # largest change of the amplitude between meshes
+CONVERGED = 0.04  # largest relative difference between the amplitudes on two successive meshes
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
