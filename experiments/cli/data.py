@@ -118,8 +118,8 @@ def _withdraw(dataset: Path, participant: str, *, remove: bool) -> int:
         )
     print(
         "The results of all participants were removed as well; slipscale analyse computes "
-        "them again. Remove any copies that you made elsewhere. To test a replacement for "
-        f"participant {participant}: --participant {replacement(participant)}"
+        "them again. Remove any copies of the data that you made elsewhere. To test a replacement "
+        f"for participant {participant}: --participant {replacement(participant)}"
     )
     return DONE
 

@@ -138,8 +138,8 @@ def run_next(args: Namespace) -> int:
     if is_mock(defaults.plate) and not args.pilot:
         raise UserError(
             f"{defaults.file}: plate '{defaults.plate}' is simulated; participants cannot "
-            "feel it. Set the real plate there (slipscale plate list), or rehearse: slipscale "
-            "next --pilot"
+            "feel it. Set the real plate in this file (slipscale plate list), or rehearse: "
+            "slipscale next --pilot"
         )
     out = defaults.out(pilot=args.pilot)
     label, visit = _whose(roster, args.participant)
@@ -196,7 +196,7 @@ def _whose(roster: Roster, wanted: str | None) -> tuple[str, Visit | None]:
                 if back
                 else ""
             )
-            + "; to add one more: slipscale run --participant ..."
+            + "; to add another participant: slipscale run --participant ..."
         )
     if wanted is None or (person := roster.person(wanted)) is None:
         return wanted or str(roster.new), None
@@ -267,14 +267,14 @@ def _exclusions(roster: Roster) -> list[str]:
     """Describe which participants the analysis excludes, and by which rules."""
     if not roster.exclusions and not roster.excluded:
         return []
-    rules = f"the study's rules: {', '.join(roster.exclusions) or 'none'}"
+    rules = f"the study's exclusion rules: {', '.join(roster.exclusions) or 'none'}"
     if not roster.analysed_utc:
         return [f"run slipscale analyse to see who is excluded ({rules})"]
     when = roster.analysed_utc.replace("T", " ")[:16]
     if not roster.excluded:
         return [f"the analysis of {when} UTC excludes no participants ({rules})"]
     return [
-        f"participant {person.label} is excluded by {', '.join(person.excluded)} "
+        f"participant {person.label} is excluded because of {', '.join(person.excluded)} "
         f"(analysis of {when} UTC; {rules})"
         for person in roster.excluded
     ]

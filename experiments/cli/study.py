@@ -98,7 +98,7 @@ def add_study(parser: ArgumentParser) -> Commands:
     )
     validate = commands.add_parser(
         "validate",
-        help="report all errors in a study file, and how balanced its orders are",
+        help="report all errors in a study file and the balance of its presentation orders",
         epilog="example: slipscale study validate matching",
     )
     # Outside a laboratory folder there is no default study.

@@ -30,11 +30,11 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
     Parameters
     ----------
     dataset : Path
-        The data set. Its backup has the same name.
+        The data set, after which its backup in ``folder`` is named.
     journal : Path
         The journal of a finished run.
     folder : Path
-        An existing folder outside the data set. The folder is never created, because a disconnected
+        Backup folder outside the data set. A missing folder is not created, because a disconnected
         disk would otherwise be mistaken for an empty folder.
 
     Raises
@@ -76,9 +76,9 @@ def back_up(dataset: Path, journal: Path, folder: Path) -> Path:
 
 
 def back_up_exclusions(dataset: Path, participant: str) -> None:
-    """Copy a participant's exclusion decisions to every backup that contains the participant.
+    """Copy the decisions to exclude a participant to every backup that contains the participant.
 
-    If a backup is not connected, it receives the decisions after the participant's next run.
+    If a backup is not connected, the decisions are copied after the participant's next run.
     """
     decided = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     for place in backups(dataset):

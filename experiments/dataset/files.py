@@ -23,7 +23,7 @@ def draft_of(path: Path) -> Path:
 def write_file(
     path: Path, content: Content, *, private: bool = False, durable: bool = False
 ) -> None:
-    """Write a file completely or not at all.
+    """Write a file atomically.
 
     Parameters
     ----------

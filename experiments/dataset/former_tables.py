@@ -3,14 +3,14 @@
 Building a data set never loses a row. If a journal was lost, truncated or damaged after its tables
 were written, the tables are the only copy. The rules are:
 
-- A run's table is left unchanged if building it again would delete a row, or would delete a value
-  because the journal is damaged.
+- A run's table is left unchanged if rebuilding it would delete a row, or a value that was lost from
+  a damaged journal.
 - A run's table is also left unchanged if the run's journal is lost, or is truncated within the
   first record.
-- In tables for several participants or sessions, rows that are not in any journal are kept. Single
-  values that are not in any journal are kept only if a journal of the same participant was lost,
-  truncated or damaged.
-- Data kept in this way are reported until the journal is restored or the row is deleted.
+- In tables for several participants or sessions, rows that are not in any journal are kept.
+  Individual values that are not in any journal are kept only if a journal of the same participant
+  was lost, truncated or damaged.
+- Preserved data are reported until the journal is restored or the data are deleted.
 
 Rows of participants who withdrew are always removed.
 """
@@ -53,7 +53,7 @@ class Kept(NamedTuple):
 
 
 def with_former(dataset: Path, runs: Sequence[Run], gone: Collection[str] = ()) -> Kept:
-    """Return the files of a data set, including data that remain only in its existing tables.
+    """Return a data set's files, including data that only its existing tables still contain.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def strays(dataset: Path, files: Collection[PurePosixPath]) -> Iterator[Path]:
 
 
 def cut_journals(dataset: Path, runs: Sequence[Run]) -> dict[Problem, list[PurePosixPath]]:
-    """Return a problem and the tables for each journal that lost data after they were written.
+    """Return a problem, with the tables, for each journal that lost data after they were built.
 
     A journal only grows, so it must still contain the records that the sidecar describes.
     """
@@ -153,12 +153,13 @@ def _lost(run: Run, entry: dict[str, object]) -> str:
 
 
 def _loses(path: Path, new: str, *, damaged: bool) -> str:
-    """Return which data would be lost if a table were built again, or an empty string if none."""
+    """Return which data would be lost if a table were rebuilt, or an empty string if none."""
     before, rows = _rows(path), _parse(new)
     if len(before) > len(rows):
         return (
             f"the table has {len(before)} rows, but only {len(rows)} are in its journal; the "
-            "table was left unchanged. Restore the journal, or delete the table and build again"
+            "table was left unchanged. Restore the journal, or delete the table and rebuild the "
+            "data set"
         )
     erased = sum(
         row.get(column) == MISSING and cell != MISSING
@@ -167,8 +168,9 @@ def _loses(path: Path, new: str, *, damaged: bool) -> str:
     )
     if damaged and erased:
         return (
-            f"the table contains {erased} values that its damaged journal no longer provides; the "
-            "table was left unchanged. Restore the journal, or delete the table and build again"
+            f"the table contains {erased} values that were lost from its damaged journal; the "
+            "table was left unchanged. Restore the journal, or delete the table and rebuild the "
+            "data set"
         )
     return ""
 
@@ -220,7 +222,7 @@ def _keep_rows(
     files[name] = table(header, [[row.get(column, MISSING) for column in header] for row in rows])
 
 
-KEPT = "the row was kept. Restore the journal, or delete the row and build again"
+KEPT = "the row was kept. Restore the journal, or delete the row and rebuild the data set"
 
 
 def _rows(path: Path) -> list[Row]:

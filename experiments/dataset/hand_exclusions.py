@@ -1,7 +1,7 @@
 """Record why participants are manually excluded from the analysis.
 
 The decisions about a participant are stored next to the participant's journals, in
-``sourcedata/sub-<label>/excluded.json``. A withdrawal therefore removes the decisions, and a merge
+``sourcedata/sub-<label>/excluded.json``, so that a withdrawal also removes them and a merge also
 copies them. The file lists all decisions in order, and the last one applies. Each decision records
 whether results had already been shown, because an exclusion made with knowledge of the results is
 unplanned.
@@ -61,8 +61,8 @@ def decide(
     Raises
     ------
     UserError
-        If the participant has no data or already has this status, if the reason is empty, or if the
-        file cannot be read or written.
+        If the participant has no data, if the decision would change nothing, if the reason is
+        empty, or if the file cannot be read or written.
     """
     path = dataset / "sourcedata" / f"sub-{participant}" / RECORD
     if not path.parent.is_dir():

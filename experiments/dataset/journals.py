@@ -43,7 +43,7 @@ class Problem:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Run:
-    """Run read from a journal in a data set."""
+    """A run that was read from a journal in a data set."""
 
     path: Path
     plan: RunPlan
@@ -88,7 +88,7 @@ def mode_of(dataset: Path) -> Mode | None:
 
 
 def read_runs(dataset: Path) -> tuple[list[Run], list[Problem]]:
-    """Return a data set's runs in the order of their journals, and the damage in the journals.
+    """Return a data set's runs in the order of their journals, and any damage to the journals.
 
     Raises
     ------
@@ -122,7 +122,8 @@ def _read_run(dataset: Path, path: Path, problems: list[Problem]) -> Run | None:
     file = path.relative_to(dataset).as_posix()
     if plan is None and reading.records and (known := header_from_tables(dataset, path)):
         plan, header = known
-        # If more than the header is damaged, the mark of the damage is kept for the first trial.
+        # If more than the header is damaged, the record that marks the damage is kept, so that the
+        # first trial is flagged.
         whole = len(reading.records) > 1 and reading.records[1].number == 1
         reading.records[: 1 if whole else 0] = [header]
         remark = "the header's content was taken from the run's sidecar"

@@ -1,7 +1,7 @@
 """Record which data sets were merged, and which merged sets include a data set.
 
-Each source lists the merged sets that include it, and each merged set lists its sources, because a
-withdrawal affects all of them.
+The sources and the merged set refer to each other, because a participant's withdrawal affects all
+of these data sets.
 """
 
 from __future__ import annotations

@@ -51,7 +51,7 @@ def _sidecars(dataset: Path, journal: Path) -> Iterator[dict[str, object]]:
             name, text = entry["study"], studies[entry["study_hash"]]
         except (OSError, ValueError, LookupError, TypeError, RecursionError):
             continue
-        # Sidecars do not contain the order version, of which only one exists so far.
+        # Sidecars do not contain the order version, but only one version exists so far.
         orders = {"order_version": ORDER_VERSION}
         yield {**entry, **labels, **orders, "study_name": name, "study_text": text}
 

@@ -25,7 +25,7 @@ STROKE = "stroke"
 SLIP_RATE, SLIP_DEPTH = "slip_rate_hz", "slip_depth_share"
 COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
-#: Like `Present.second`, this level is not in the plate's quantity.
+#: The name does not end in ``_level``, because the value is in the second actuator's quantity.
 SECOND_READBACK = "second_readback"
 # Column -> name of the quantity in the reply to a presentation.
 OF_THE_PLATE = {
@@ -85,8 +85,8 @@ MEASURED: Mapping[str, Column] = {
     ),
     "drive_voltage_v_peak": Column(
         value=_value("drive_voltage_v_peak"),
-        description="Peak drive voltage at the plate once the plate had settled (a texture "
-        "settles at its mean)",
+        description="Peak drive voltage at the plate after settling (a texture settles at its mean "
+        "amplitude)",
         units="V",
     ),
     "plate_temperature_c": Column(
@@ -149,7 +149,7 @@ class Explorations:
         self._whole: dict[str, list[Sample]] = {}
         self._unreadable = 0
         self._changes: int | None = None
-        self.outcome = ""  # outcome of the last exploration, if the study controls the stroke
+        self.outcome = ""  # deviations of the last stroke, if the study sets limits for strokes
 
     def see(self, record: Record) -> None:
         """Process the next record of the journal."""

@@ -41,7 +41,7 @@ class Merged:
     notes : tuple of str
         Remarks that do not prevent the merge.
     problems : tuple of Problem
-        Damage in the source data sets, which is also present in the new data set.
+        Damage in the source data sets that was copied to the new data set.
     """
 
     runs: int
@@ -81,7 +81,8 @@ def merge(one: Path, other: Path, out: Path) -> Merged:
         )
         lines = "".join(f"\n  {sentence}" for sentence in contradictions)
         raise UserError(f"{one} and {other} cannot be merged because of {many}:{lines}")
-    for folder in sources:  # before data are copied, because withdrawals must also reach the copy
+    # The merge is recorded before data are copied, so that a withdrawal also removes the copy.
+    for folder in sources:
         note_merged(folder, out)
     try:
         problems = _write(one, other, out, chosen)
@@ -126,7 +127,7 @@ def _contradictions(one: Path, other: Path) -> Iterator[str]:
     """Yield the contradictions between two data sets."""
     modes = {folder: mode_of(folder) for folder in (one, other)}
     if None not in modes.values() and modes[one] != modes[other]:
-        yield f"{one} contains {modes[one]} data, but {other} {modes[other]} data"
+        yield f"{one} contains {modes[one]} data, but {other} contains {modes[other]} data"
     for folder in (one, other):
         for problem in with_former(folder, read_runs(folder)[0]).problems:
             yield f"{folder}: {problem}"

@@ -116,7 +116,7 @@ def _sessions(
 
 def _session_row(runs: list[Run]) -> tuple[Value, ...]:
     """Return when a session started and whether all of its runs are complete."""
-    # A pilot's date is meaningless and would make equal data sets differ.
+    # A pilot's date is omitted, so that a pilot repeated with the same seed gives the same data.
     person = runs[0].plan.mode == "participant"
     began = min(str(run.records[0].data["started_utc"]) for run in runs)
     complete = all(run.complete for run in runs)
@@ -267,7 +267,7 @@ def _consent(column: Column, plan: RunPlan) -> Column:
     asked, read = texts["session.consent_question"], texts["session.consent"].strip()
     return replace(
         column,
-        description=f"Answer to the question '{asked}', after this text: {read}",
+        description=f"Answer to the question '{asked}', which followed this text: {read}",
     )
 
 
@@ -280,7 +280,8 @@ def _questions(
     }
     if CONSENT in asked:
         asked[CONSENT] = {"yes": "agreed to take part", "no": "did not agree"}
-    for plan in reversed(plans):  # if two studies share a code, the first study's words are used
+    # Reversed, so that the first study's wording is used if two studies use the same answer code.
+    for plan in reversed(plans):
         for question in plan.study.about_you:
             if question.name in asked:
                 asked[question.name].update(question.levels(plan.study.language))

@@ -31,7 +31,7 @@ from slipscale.experiments.protocol_parts.base import IntervalRecord, TrialRecor
 from slipscale.experiments.steps.trial import Value
 from slipscale.experiments.study.stroke import WITHIN
 
-# Event during a trial -> flag in the trial's row. Resuming a pilot leaves no flag, because no
+# Flag in a trial's row for each event during the trial. Resuming a pilot sets no flag, because no
 # virtual time has passed.
 EVENT_FLAGS: dict[str, str] = {
     "fault": FAULT,
@@ -98,7 +98,7 @@ def gather(records: list[Record]) -> Gathered:
         elif record.kind == reading.DAMAGED:
             damage = True
         elif record.kind in EVENT_FLAGS:
-            # A "represented" record after a virtual "take_up" record belongs to the resumption.
+            # Presentations that are repeated because a pilot was resumed set no flag either.
             virtual = record.data.get("virtual", virtual and record.kind == "represented")
             if current and not virtual:
                 _flag(current, EVENT_FLAGS[record.kind])
@@ -193,7 +193,7 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
             surface=surface, readback_level=answer["readback_level"], onset_s=answer["onset_s"]
         )
         if len(row.intervals) > 1:
-            return  # the trial began with its first interval
+            return  # the trial's surface and onset are those of its first interval
     row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
     row.readback_level = answer["readback_level"]

@@ -1,6 +1,6 @@
 """Define the columns of data set tables and the keys of sidecars, with types and units.
 
-This definition is used for writing (`slipscale.experiments.dataset.bids`), for reading
+The columns are used for writing (`slipscale.experiments.dataset.bids`), for reading
 (`slipscale.analysis.reading`) and for generating docs/reference/data-set.md. A protocol declares
 only the columns specific to its task (see `slipscale.experiments.protocol_parts.base.Protocol`).
 The function `columns` adds the columns that all tasks have in common.
@@ -47,7 +47,7 @@ FLAGS: Mapping[str, str] = {
     UNCHANGED: "the finger did not trigger the transient while it explored the surface",
     DAMAGED: "a journal record of this trial, or an adjacent one, is damaged; not to be analysed",
 }
-# Part of the column names for plate readbacks.
+# Part of a column name that identifies plate readbacks.
 READBACK = "readback"
 # Prefix of interval columns; the interval number follows.
 INTERVAL = "interval"
@@ -110,9 +110,9 @@ def columns(
     ----------
     protocol : Protocol
     measured : iterable of str
-        Names (in `MEASURED`) of the quantities that were measured in the run. Each has a column.
+        Keys of `MEASURED` for the quantities that were measured in the run. Each has a column.
     quantity : Quantity
-        Quantity in which levels are given. This quantity determines the names, units and
+        Quantity in which levels are expressed. This quantity determines the names, units and
         descriptions of the columns.
     plate : Quantity, optional
         Quantity that the plate produces and reads back, if it differs from ``quantity``.
@@ -260,7 +260,7 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         "response_time": Column(
             value=lambda record: answered(record, "response_time_s"),
             description="Time from the question to the key press that completed "
-            f"'{quantity.named(protocol.answer)}'",
+            f"the answer in column '{quantity.named(protocol.answer)}'",
             units="s",
         ),
         "onset": Column(

@@ -27,7 +27,7 @@ from slipscale.experiments.study.person_questions import TAKEN
 
 # Maximum number of similar problems in one file that are reported individually.
 TOLD = 20
-# Entries of column descriptions that are the same in every version of Slipscale.
+# Entries of JSON files that are the same in every version of Slipscale.
 SETTLED = ("Name", "DatasetType", "License", "Authors", "TaskName")
 
 
@@ -97,7 +97,7 @@ def _rows(name: str, text: str, expected: str) -> Iterator[Problem]:
     if not there or there[0] != header:
         yield Problem(file=name, place="row 1", what="the columns differ from the journal")
         return
-    # Equal rows are aligned first, so that a row too few or too many is one difference.
+    # Equal rows are aligned first, so that a missing or extra row counts as one difference.
     found = [tuple(row) for row in there[1:]]
     aligned = SequenceMatcher(a=[tuple(row) for row in rows], b=found, autojunk=False)
     for same, first, last, begin, end in aligned.get_opcodes():

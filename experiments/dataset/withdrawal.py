@@ -1,8 +1,8 @@
 """Withdraw a participant: remove all data from the participant, and record the withdrawal.
 
 A withdrawal applies to the data set, its backups and the merged sets that include the data set. All
-tasks are recorded before the first file is removed, and each step can be repeated. An interrupted
-withdrawal can therefore be finished with the same command.
+affected folders are recorded before the first file is removed, and each step can be repeated. An
+interrupted withdrawal can therefore be finished with the same command.
 
 A withdrawn participant's label is not used again. The replacement's label is R followed by the old
 label. Both labels end in the same number, which determines the position in the counterbalancing.
@@ -30,7 +30,7 @@ from slipscale.faults.suggestions import expected_one_of
 
 
 def theirs(dataset: Path, participant: str) -> list[Path]:
-    """Return all files and folders with a participant's data, and results computed from them.
+    """Return all files and folders with a participant's data or results computed from the data.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def withdraw(dataset: Path, participant: str) -> list[Path]:
 
 
 def _todo(dataset: Path, participant: str) -> Pending:
-    """Return the recorded tasks of a withdrawal; determine the tasks if none are recorded."""
+    """Return the recorded folders of a withdrawal; determine the folders if none are recorded."""
     todo = pending(dataset).get(participant)
     if todo is None:
         merged = _merged_sets(dataset)

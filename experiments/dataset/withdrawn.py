@@ -1,7 +1,7 @@
 """Maintain a data set's list of withdrawn participants and unfinished withdrawals.
 
-An entry is marked as pending before the first file is removed. The mark is deleted when all tasks
-are done.
+A participant's entry is marked as pending before the first file is removed. The mark is deleted
+when the withdrawal is finished.
 """
 
 from __future__ import annotations
@@ -31,8 +31,7 @@ class Pending:
     copies : tuple of Path
         Backups and merged data sets that contain data from the participant.
     merged : tuple of Path
-        Those of the ``copies`` that are merged data sets, which have their own lists of
-        withdrawals.
+        The ``copies`` that are merged data sets, which have their own lists of withdrawals.
     """
 
     remove: tuple[Path, ...] = ()
@@ -60,13 +59,13 @@ def unfinished(dataset: Path) -> Iterator[str]:
     """Yield a sentence for each unfinished withdrawal, which explains how to finish it."""
     for label in pending(dataset):
         yield (
-            f"the withdrawal of participant {label} is not finished: slipscale data withdraw "
-            f"{dataset} --participant {label} --yes"
+            f"the withdrawal of participant {label} is not finished; to finish it, run slipscale "
+            f"data withdraw {dataset} --participant {label} --yes"
         )
 
 
 def note(dataset: Path, participant: str, todo: Pending | None) -> None:
-    """Record the tasks of an unfinished withdrawal; None marks the withdrawal as finished."""
+    """Record the folders of an unfinished withdrawal; None marks the withdrawal as finished."""
     known = {str(entry["participant"]): entry for entry in entries(dataset)}
     day = datetime.now(UTC).date().isoformat()
     entry = known.setdefault(participant, {"participant": participant, "withdrawn_utc": day})

@@ -27,8 +27,8 @@ class Axes(NamedTuple):
     y: str
 
 
-# Pairs of columns: answers by level, or an adaptive track's level by trial. The first pair in a
-# table is used.
+# Pairs of columns to plot: answers against level, or the level of an adaptive track against trial
+# number. The first pair that a table contains is used.
 AXES = (
     Axes("trial", "track_level"),
     Axes("level", "estimate"),

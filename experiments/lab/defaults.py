@@ -1,6 +1,6 @@
 """Command defaults: the laboratory folder's settings or, without one, built-in defaults.
 
-The parsers of all commands import this module. It therefore imports modules outside the standard
+Because the parsers of all commands import this module, it imports modules outside the standard
 library only if there is a ``slipscale.toml``.
 """
 

@@ -91,17 +91,17 @@ def read_lab(folder: Path) -> LabFile | None:
 
 
 def init(folder: Path, answers: dict[str, str], ask: Callable[[str, str], str] | None) -> LabFile:
-    """Write a laboratory folder's ``slipscale.toml``.
+    """Write the ``slipscale.toml`` of a laboratory folder.
 
     Parameters
     ----------
     folder : Path
-        A new folder, or an existing folder that does not contain the file.
+        A new folder, or an existing folder without a ``slipscale.toml``.
     answers : dict
         Values given on the command line, by settings key.
     ask : callable or None
-        Called with a question and the default for an empty answer; returns the answer. If None,
-        keys without a value in ``answers`` keep their defaults.
+        Called with a question and the default for an empty answer; returns the answer. If ``ask``
+        is None, settings that are not in ``answers`` keep their defaults.
 
     Raises
     ------

@@ -19,7 +19,7 @@ from slipscale.experiments.study.run_plan import RunPlan, journal_path
 from slipscale.faults import UserError
 
 PersonState = Literal["running now", "interrupted", "damaged", "returns", "done", "withdrew"]
-# The states of participants. The first state that applies to any of a participant's runs counts.
+# A participant's state is the first of these that applies to any of the participant's runs.
 PRESSING: tuple[RunState, ...] = ("running now", "damaged", "interrupted")
 
 
@@ -32,7 +32,7 @@ class Visit:
     started_utc : str
         Start time in ISO 8601; empty before the run has begun.
     planned : bool
-        Whether the run was planned in the study.
+        Whether the run is part of the study's plan.
     """
 
     session: str
@@ -250,8 +250,8 @@ def _number(label: str) -> int:
 def _next_label(labels: list[str], gone: list[str], planned: int) -> str | None:
     """Return the label for the next new participant; None if no further participant is planned.
 
-    Withdrawn participants are replaced first. Other labels continue the existing format: P01 and
-    P02 are followed by P03.
+    Withdrawn participants are replaced first. Other labels follow the pattern of the existing
+    labels: P01 and P02 are followed by P03.
     """
     for label in gone:
         if (instead := replacement(label)) not in labels:

@@ -53,8 +53,8 @@ def order_balance(
     if len(by_count) == 1:
         each = _times(next(iter(by_count)))
         return (
-            f"williams: {filled} are balanced over squares of {rows} rows; within blocks each "
-            f"surface follows each of the others {each}"
+            f"williams: {filled} are balanced with squares of {rows} rows; within blocks each "
+            f"surface follows every other surface {each}"
         )
     usual = max(by_count, key=lambda count: (len(by_count[count]), count))
     unequal = "; ".join(

@@ -1,6 +1,6 @@
 """Report changes in the study, the plate and the computer's date since a data set's last run.
 
-Because changes can be unintended, `check` reports all changes, and `run` and `next` ask for
+Because a change may be unintended, `check` reports all changes, and `run` and `next` ask for
 confirmation.
 """
 
@@ -19,7 +19,7 @@ from slipscale.hardware.address import with_plate_file
 
 
 def changes(dataset: Path, study: Study, text: str, plate: str) -> Iterator[str]:
-    """Compare with earlier runs of a study, and yield one sentence per change.
+    """Yield a description of each change since the earlier runs of a study.
 
     Parameters
     ----------

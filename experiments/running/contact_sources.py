@@ -33,7 +33,7 @@ class ContactSpecs:
     Parameters
     ----------
     position, force : str or None
-        SPEC of the source, or "none" to use no source. None means that nothing is specified.
+        SPEC of the source, "none" to use no source, or None if the source is not specified.
     """
 
     position: str | None = None
@@ -112,7 +112,7 @@ def of_records(records: list[Record]) -> ContactSpecs:
 def open_sources(
     specs: ContactSpecs, surroundings: Surroundings, stack: ExitStack
 ) -> dict[Kind, NamedSource]:
-    """Connect the sources, which stay connected until the stack is closed.
+    """Connect the sources, which stay connected until the exit stack is closed.
 
     Raises
     ------
@@ -145,7 +145,7 @@ def try_sources(specs: ContactSpecs, seed: int) -> list[str]:
             each.source.begin()
         clock.sleep(TRIED_S)
         readings = [f"{kind}: {_readings(each.source)}" for kind, each in opened.items()]
-    return readings + [f"{kind}: {spec} cannot be tested without a session" for kind, spec in
+    return readings + [f"{kind}: {spec} can be tested only during a session" for kind, spec in
                    later.items()]  # fmt: skip
 
 

@@ -13,7 +13,7 @@ BLOCK = 1_000_000
 def why_not_taken(folder: Path, size: int) -> str:
     """Return the reason why a folder cannot store a file of ``size`` bytes; empty if it can.
 
-    The test file is anonymous and temporary. Raises OSError if no file can be created.
+    A temporary file is created for this test. Raises OSError if no file can be created.
     """
     with tempfile.TemporaryFile(dir=folder) as trial:
         try:
@@ -27,7 +27,7 @@ def _take(stream: IO[bytes], size: int) -> None:
     """Allocate ``size`` bytes in the file system."""
     if hasattr(os, "posix_fallocate"):
         os.posix_fallocate(stream.fileno(), 0, size)
-    else:  # macOS and Windows: write them
+    else:  # on macOS and Windows, the space must be written
         for _ in range(0, size, BLOCK):
             stream.write(bytes(BLOCK))
     stream.flush()

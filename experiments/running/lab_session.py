@@ -238,13 +238,13 @@ def _conduct(
                 finally:
                     leave()
         finally:
-            journal.close()  # a signal may arrive before the stack owns the journal
+            journal.close()  # a signal may arrive before the exit stack can close the journal
 
 
 def _perform(
     stack: ExitStack, dataset: Path, plan: RunPlan, setting: Setting, journal: Journal
 ) -> RunOutcome:
-    """Open the remaining equipment, and run the session. The stack closes the equipment."""
+    """Open the remaining devices, which the exit stack closes later, and run the session."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
@@ -252,8 +252,8 @@ def _perform(
         print(harmless(warning), file=sys.stderr)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
     heading = plan.heading(spec)
-    # Opened before the window, which takes seconds, so that no request reaches a crashed session's
-    # mailbox.
+    # Opened before the window, because opening the window takes seconds, in which requests must not
+    # reach the mailbox of a crashed session.
     mailbox = _enter(stack, Mailbox(mailbox_of(journal.path), heading))
     journal.moved = lambda path: mailbox.move(mailbox_of(path))
     plate = stack.enter_context(plate_for(plan, spec, clock))
@@ -300,7 +300,7 @@ def _perform(
 
 
 def _enter(stack: ExitStack, context: Context) -> Context:
-    """Enter a context. Its exit is registered first, in case a signal interrupts the entry."""
+    """Enter a context after registering its exit, because a signal may interrupt the entry."""
     stack.push(context)
     context.__enter__()
     return context
@@ -362,7 +362,7 @@ def _leave(
     except UserError as fault:
         if error is None:
             raise UserError(
-                f"{fault}. The run is complete and all answers are safe in {journal.path}. "
+                f"{fault}. The run is complete and all answers are saved in {journal.path}. "
                 "Correct the error, then write the tables: "
                 f"slipscale data build {shlex.quote(str(dataset))}"
             ) from None
@@ -378,7 +378,7 @@ def _leave(
 
 
 def _sounds(plan: RunPlan) -> Sounds:
-    """Return the sound output for the headphone test, or `NoSounds` if there is none."""
+    """Return the sound output for the headphone test; `NoSounds` without a test or a device."""
     missing = check_device() if plan.study.headphone_test else "the study has none"
     return NoSounds(missing) if missing else SoundOutput()
 

@@ -171,7 +171,7 @@ def run_pilot(
     Parameters
     ----------
     folder : Path
-        Folder for the pilot's data set. For the folders that can be used, see `claim`.
+        Folder for the pilot's data set; for requirements, see `claim`.
     plans : list of RunPlan
     spec : str
         Plate specification (SPEC) for a mock plate, optionally with simulated faults.
@@ -286,7 +286,8 @@ def _steady(spec: str, plan: RunPlan) -> str:
     """Limit the noise of a mock plate SPEC without options to the study's tolerance."""
     wanted_um, study = plan.study.plate.tolerance_level, plan.study
     if wanted_um is not None and not study.plate_quantity.in_um_pp:
-        wanted_um *= PlateLimits().level / study.plate.level  # the mock scales its levels
+        # The mock plate converts levels to µm with this factor.
+        wanted_um *= PlateLimits().level / study.plate.level
     if spec != MOCK or wanted_um is None or wanted_um * PART_OF_TOLERANCE >= MOCK_NOISE_UM:
         return spec
     return f"{MOCK}:noise={wanted_um * PART_OF_TOLERANCE:g}"

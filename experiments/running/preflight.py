@@ -87,7 +87,7 @@ class Finding:
     remedy : str
         The recommended action; empty if no action is needed.
     name : str
-        Name of the check; set by `check`.
+        Name of the check, which the function `check` fills in.
     """
 
     passed: bool | None
@@ -99,13 +99,13 @@ class Finding:
 def check_study(planned: PlannedSession) -> Finding:
     """Check that the study file is valid."""
     plan = _plan(planned)
-    plan.person_questions()  # the study may have no texts in the language given on the command line
+    plan.person_questions()  # raises an error if texts in the chosen language are missing
     tasks = ", ".join(options.protocol for options in plan.study.tasks)
     return Finding(passed=True, detail=f"{plan.study.name} ({plan.language}): {tasks}")
 
 
 def _plan(planned: PlannedSession) -> RunPlan:
-    """Return a plan for checking the upcoming run, using participant 01 as an example."""
+    """Return the plan of a run with which the checks are made; participant 01 is an example."""
     study, text = read_study(planned.study)
     return RunPlan(
         study_name=planned.study,
@@ -163,7 +163,7 @@ def check_folder(planned: PlannedSession) -> Finding:
 
 
 def _notes(planned: PlannedSession, *, locked: bool) -> Iterator[str]:
-    """Yield notes about the folder and its journals. A session can start despite these notes."""
+    """Yield notes about problems of the folder and journals that do not prevent a session."""
     if not locked:
         yield (
             "the file system does not support locks: only a lock file prevents two sessions "
@@ -271,7 +271,8 @@ def _scatter(plate: PlateDriver, quantity: Quantity) -> Iterator[str]:
     if len(amplitudes := [each for each in read if each is not None]) < READINGS:
         return
     deviation_level, limit_level = stdev(amplitudes), plate.limits.deviation_level / 5
-    # With this number of readings, the standard deviation has a relative uncertainty of a quarter.
+    # By chance, the standard deviation of 20 readings exceeds its true value by 25 % in about 1 of
+    # 20 cases.
     if deviation_level > 1.25 * limit_level:
         yield (
             f"the readings scatter by {deviation_level:.3f} {quantity.unit} (standard "

@@ -1,6 +1,6 @@
 """Step through a run in advance, without a participant, a plate or a screen.
 
-The steps of a run can depend on the answers. Therefore, several patterns of answers are tried, and
+Because the steps of a run can depend on the answers, several patterns of answers are tried, and
 protocols declare the amplitudes that they may present (`Protocol.possible_levels`).
 """
 
@@ -50,7 +50,7 @@ from slipscale.hardware.driver import PlateDriver
 from slipscale.stimuli.surface import Stimulus
 
 # An answer is specified by its position in the range of possible answers, from 0 to 1; 0 is the
-# first option or "yes". A pattern of answers maps the number of a question to a position.
+# first option or "yes". Each function takes a question's number and returns its answer's position.
 WAYS: Mapping[str, Callable[[int], float]] = {
     "first": lambda _: 0.0,
     "last": lambda _: 1.0,
@@ -108,8 +108,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
     ----------
     plan : RunPlan
     way : callable
-        Pattern of answers. The function maps the number of a question to its answer, as a fraction
-        of the list or range of possible answers: 0 is "yes" or the first option, and 1 is the last.
+        Pattern of answers: a function that takes the number of a question and returns the position
+        of its answer, from 0 ("yes" or the first option) to 1 (the last option).
 
     Raises
     ------
@@ -125,7 +125,7 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
         for protocol, options in plan.tasks()
     }
     named = {protocol.task: protocol.named for protocol, _ in plan.tasks()}
-    # Questions with a separate table or without a table.
+    # The answers to these questions are stored in a separate table or in no table.
     beside = {HEADPHONES, *(each.name for each in plan.study.questionnaires)}
     steps = bounded(plan.steps(), plan)
     answer: Answer = None
@@ -140,9 +140,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
             task = step.trial.task if step.trial else getattr(step, "task", "")
             if task and task not in beside and quantity.named(step.name) not in declared[task]:
                 raise UserError(
-                    f"{named[task]} asks for '{step.name}', but its table has no such column: "
-                    "the answer would be missing from the data set; expected the column to be "
-                    "declared"
+                    f"{named[task]} asks for '{step.name}', but does not declare a column of this "
+                    "name: the answer would be missing from the data set; declare the column"
                 )
         if isinstance(step, EndTrial) and step.trial.number > most[step.trial.task]:
             raise UserError(
@@ -150,8 +149,8 @@ def dry_run(plan: RunPlan, way: Callable[[int], float] = FIRST) -> Iterator[Step
                 "its declared maximum; add a limit to its stopping rule"
             )
         yield step
-        # The answers give consent and let the operator continue, because the run would otherwise
-        # end.
+        # Questions such as consent, and the operator's decisions, are answered with the first
+        # option, because other answers can end the run.
         own = isinstance(step, Ask) and step.trial is None and not step.task
         decided = isinstance(step, Ask) and step.by == "operator" and bool(step.task)
         answer = _answer(step, FIRST(asked) if own or decided else way(asked))
@@ -269,7 +268,7 @@ def check_supported(plan: RunPlan, plate: PlateDriver, contact: ContactSpecs = N
             )
     q = plan.study.quantity
     if q.unit_in_full != plan.study.plate_quantity.unit_in_full:
-        return  # Periods and speeds are exact; the plate's tolerance is in another unit.
+        return  # The plate's tolerance does not apply to parameters such as periods and speeds.
     for protocol, options in plan.tasks():
         if protocol.finest_level is None:
             continue

@@ -1,4 +1,4 @@
-"""Determine the state of a run, and recommend what to do if the run already exists."""
+"""Determine the state of a run, and explain how to continue if its journal already exists."""
 
 from __future__ import annotations
 
@@ -53,9 +53,8 @@ def check_alike(dataset: Path, participant: str) -> None:
     for label in withdrawn(dataset):
         if plain(label) == plain(participant):
             raise UserError(
-                f"--participant {participant}: this participant withdrew from {dataset}, and "
-                "the number is not reused; the replacement is participant "
-                f"{replacement(label)}"
+                f"--participant {participant}: this participant withdrew from {dataset}, and the "
+                f"label is not used again; the replacement is participant {replacement(label)}"
             )
     for label in participants(dataset):
         if label != participant and plain(label) == plain(participant):
@@ -65,7 +64,7 @@ def check_alike(dataset: Path, participant: str) -> None:
             )
 
 
-# Default folder for each mode, because pilots and participants never share a folder.
+# Default folder for each mode; pilots and participants must not share a folder.
 FOLDERS: dict[Mode, str] = {"participant": "data", "pilot": "pilots/rehearsals"}
 
 
@@ -121,7 +120,7 @@ def check_unfinished(journal: Path, records: list[Record]) -> None:
     if is_complete(records):
         dataset = shlex.quote(str(journal.resolve().parents[2]))
         raise UserError(
-            f"journal {journal}: this run is complete, and all its answers are safe; there is "
+            f"journal {journal}: this run is complete and all its answers are saved; there is "
             f"nothing to resume. If its tables are missing: slipscale data build {dataset}"
         )
 

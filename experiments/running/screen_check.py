@@ -54,8 +54,8 @@ def check_screens(plan: RunPlan) -> None:
     Parameters
     ----------
     plan : RunPlan
-        Plan of a run, for any of the participants. Questions that are not translated into a
-        language are skipped, except in the plan's own language.
+        Plan of any participant's run. Questions without a translation are skipped, except in the
+        plan's own language.
     """
     faults = [
         f"{spoken.language}: {fault}"
@@ -100,7 +100,7 @@ def every_screen(plan: RunPlan) -> Iterator[Seen]:
 
 
 def _scenes(step: Step, plan: RunPlan) -> Iterator[Scene]:
-    """Yield a step's screen at its start and after its minimum duration."""
+    """Yield a step's screen twice: at its start and after its minimum duration."""
     shown = step.screen if isinstance(step, EndBlock) else step
     if isinstance(shown, SHOWN):
         screen = screen_for(shown, plan.texts())

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 # A longer run would take days.
 MOST_TRIALS = 10_000
-# Balance is computed from the first runs, up to this number of trials, which takes about a second.
+# Balance is computed for the first runs with up to this number of trials, in about a second.
 TRIALS_LOOKED_AT = 20_000
 SCHEMA_FILE = "study.schema.json"
 
@@ -219,7 +219,7 @@ def balance(name: str, study: Study, text: str) -> list[str]:
     if len(plans) < runs_in_all:
         lines.append(f"the first {len(plans)} of {runs_in_all} runs:")
     for protocol, options in plans[0].tasks():
-        # Only ratings of single surfaces have orders to balance.
+        # Surface orders are balanced only in tasks with ratings of single surfaces.
         if isinstance(options, MagnitudeEstimation | VisualAnalogueScale):
             surfaces = [_name(surface) for surface in plans[0].context().surfaces]
             runs = [_main_blocks(plan, protocol.task) for plan in plans]

@@ -1,8 +1,8 @@
 """Estimate a participant's time, the plate's on-time, the number of exposures and the cost.
 
-The estimate is based on simulated participants and uses neither a plate nor a screen. Real sessions
-take longer, because welcoming participants, waiting, and answering their questions also take time.
-This time can be set in the study's ``[cost]`` table.
+Durations are estimated with simulated participants, without a plate or a screen. Real sessions take
+longer, because welcoming participants, waiting, and answering their questions also take time. This
+time can be set in the study's ``[cost]`` table.
 """
 
 from __future__ import annotations
@@ -142,8 +142,8 @@ class _Visit:
         return max((end - begun for begun, end in self.on), default=0.0)
 
     def duty(self, window_s: float) -> float:
-        """Return the plate's largest duty cycle in any window of length ``window_s``."""
-        # The maximum occurs in a window that ends together with a vibration.
+        """Return the plate's largest duty cycle over all windows of length ``window_s``."""
+        # The maximum is reached in a window that ends at the same time as a vibration.
         return max((self._on_within(last - window_s, last) for _, last in self.on), default=0.0) / (
             window_s
         )
@@ -247,7 +247,7 @@ def as_json(found: Timeline) -> str:
 
 
 def lines(found: Timeline) -> list[str]:
-    """Format a timeline as lines of text: a table, followed by conclusions."""
+    """Format a timeline as lines of text: durations, exposure to vibration, and costs."""
     width = max(len(part) for part, _ in found.parts) + 2
     head = f"{'minutes':<{width}}{'p5':>8}{'p50':>8}{'p95':>8}"
     rows = [*found.parts, ("in all", found.total_min), ("plate vibrating", found.plate_on_min)]

@@ -67,7 +67,7 @@ def _bars(axes: Axes, rows: list[tuple[str, Spread]], *, digits: int, least: flo
 
 
 def _cost(axes: Axes, found: Timeline, total: Spread) -> None:
-    """Draw the total cost against the number of participants, and mark the planned number.
+    """Plot the total cost against the number of participants, and mark the planned number.
 
     The spread of the total cost is proportional to the square root of the number of participants.
     """

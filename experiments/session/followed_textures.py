@@ -37,12 +37,12 @@ class Following:
         self._followed: Follower | None = None
         self._sensor: Kind | None = None
         self._triggers = False  # whether the finger triggers changes
-        self._moved = False  # the plate has left the level at which it settled
+        self._moved = False  # whether the level was changed after the plate had settled
 
     def presented_as(self, surface: Surface) -> Surface:
         """Return the surface to present first.
 
-        If the texture follows the finger, this is a constant surface at its settled level.
+        If the texture follows the finger, return a constant surface at the texture's settled level.
         """
         self._followed = followed_texture(surface, self._plate, self._sensors)
         self._surface, self._moved = surface if self._followed else None, False
@@ -79,6 +79,6 @@ class Following:
         return started if self._triggers else None
 
     def settle(self) -> None:
-        """Return to the level at which the texture settled, to compare readback and command."""
+        """Restore the texture's settled level, so that readback and command can be compared."""
         if self._surface is not None and self._moved:
             self._plate.present(self.presented_as(self._surface))

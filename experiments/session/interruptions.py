@@ -100,7 +100,7 @@ class Interruptions:
                 paused = True
 
     def watch(self) -> None:
-        """Check the plate, disk and operator. Called on every frame of a step."""
+        """Check the plate, the disk and the operator in each frame of a step."""
         self._surface.check()
         self._journal.check()
         self.watch_operator()
@@ -173,7 +173,7 @@ class Interruptions:
     def reject(self, trial: Trial, reason: str, *, repeated: bool) -> None:
         """Void a trial unless it is already voided.
 
-        If ``repeated``, the protocol will repeat the trial.
+        If ``repeated`` is True, the protocol will repeat the trial.
         """
         if (trial.task, trial.number) in self._voided():
             return
@@ -187,7 +187,7 @@ class Interruptions:
             self._progress.say(f"trial {trial.number} was rejected ({reason})")
 
     def _ask_again(self, request: Request) -> None:
-        """Mark a question about the run or the participant to be asked again."""
+        """Register a question about the run or the participant that will be asked again."""
         question = request.question
         if question is None or not self._progress.was_asked(question):
             self._progress.say("this question cannot be asked again")
@@ -245,7 +245,7 @@ class Interruptions:
                 return
 
     def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
-        """Keep the participant waiting until the operator makes the request ``wanted`` or stops."""
+        """Wait until the operator makes the request ``wanted`` or stops the session."""
         self._noise.stop()
         self._progress.tell(state, message=message)
 

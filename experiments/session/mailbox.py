@@ -117,7 +117,7 @@ class Mailbox:
         """Write the state to the mailbox."""
         self._status = status
         if self._open:
-            # A lost status is harmless, and the journal reports a full disk.
+            # A lost status is harmless; a full disk is reported when the journal is written.
             with suppress(OSError):
                 _write(self._folder / STATUS, self._told().model_dump_json())
 
@@ -145,7 +145,7 @@ class Mailbox:
         except ValidationError:
             return None  # an incomplete file, or a file from another program
         if request.token != self._token:
-            return None  # meant for an earlier session
+            return None  # a request to an earlier session
         trial = self._trial(request.trial)
         question = self._question(request.question)
         if request.what == "void" and trial is None:
@@ -214,8 +214,8 @@ class Mailbox:
         self.__enter__()
 
     def __enter__(self) -> Self:
-        # Only the owner has write access, because anyone with it could stop the session. The
-        # session continues even if the mailbox cannot be created.
+        # Only the owner has access, because anyone who can write a request could stop the session.
+        # The session continues even if the mailbox cannot be created.
         with suppress(OSError):
             if self._folder.is_symlink():
                 self._folder.unlink()
@@ -232,7 +232,7 @@ class Mailbox:
 
 
 def read_status(journal: Path) -> LiveStatus | None:
-    """Return the published status of a journal's session, or None if there is none.
+    """Return the status that a journal's session has published, or None if there is none.
 
     A status left behind by a crashed session is ignored once another process writes to the
     journal.

@@ -29,7 +29,7 @@ class LabStream:
     Parameters
     ----------
     argument : str
-        The stream name. If it is empty, `STREAM` is used.
+        The stream name; an empty string selects the default, `STREAM`.
     """
 
     def __init__(self, argument: str) -> None:
@@ -88,7 +88,7 @@ class SerialTrigger:
         self._line.write(b"\x00")
 
     def close(self) -> None:
-        """Set the lines to zero and close the port."""
+        """Set all output lines to zero and close the port."""
         with suppress(OSError):
             self._line.write(b"\x00")
         self._line.close()

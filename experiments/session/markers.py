@@ -21,12 +21,12 @@ class Event(IntEnum):
     """
 
     BEGIN = 1  # the run begins or resumes
-    ONSET = 2  # the plate is commanded to change to a surface
+    ONSET = 2  # the plate is commanded to present a surface
     SETTLED = 4  # the surface has settled and can be felt
     ANSWER = 8  # a question was answered
     FAULT = 16  # the rig failed: the trial's surface was lost
     PAUSE = 32  # the operator interrupted the session
-    END = 64  # the run is over, or stopped
+    END = 64  # the run is complete or was stopped
 
 
 class MarkerOutput(Protocol):

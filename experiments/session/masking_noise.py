@@ -37,7 +37,7 @@ class Noise(Protocol):
 
 
 class NoNoise:
-    """Replaces the masking noise in sessions without noise."""
+    """A silent replacement for the masking noise, for studies that use no noise."""
 
     state: NoiseState = "absent"
 

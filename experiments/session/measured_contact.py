@@ -33,8 +33,8 @@ class Contact:
         Connected sources; empty if nothing is measured.
     journal : Journal
     follow : callable
-        Called on every frame for each source, with its kind and its new samples, if any. Returns
-        the times at which these samples triggered a texture change, or None if the source cannot
+        Called in every frame for each source, with the source's kind and new samples. Returns the
+        times at which these samples triggered a texture change, or None if the source cannot
         trigger changes.
     """
 
@@ -111,7 +111,7 @@ class _Trace:
         return new
 
     def note_changes(self, times_s: list[float] | None) -> None:
-        """Add the times at which this source triggered texture changes; do nothing for None."""
+        """Add the times at which this source triggered texture changes, unless they are None."""
         if times_s is not None:
             self._changes_s = [*(self._changes_s or ()), *times_s]
 
@@ -121,7 +121,7 @@ class _Trace:
             self.write(journal, ends="")
 
     def write(self, journal: Journal, *, ends: str) -> None:
-        """Write the samples; ``ends`` states how the step ended, and is empty if it continues."""
+        """Write the samples; ``ends`` states how the step ended, or is "" if it continues."""
         samples, self._samples = self._samples, []
         begun_s = samples[0].time_s if samples else 0.0
         quantities = self._source.quantities

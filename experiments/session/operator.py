@@ -95,8 +95,8 @@ class Request:
     ----------
     what : str
         Kind of request. A "note" is a comment (``reason``) for the journal. The request "unblind"
-        shows the amplitude from now on; the journal records this. The request "answer" submits
-        ``reason`` as the answer to the question `SessionStatus.answering`.
+        shows the amplitude from now on; the journal records this. The request "answer" answers
+        the question `SessionStatus.answering` with the text in ``reason``.
     reason : str
         The text that the operator typed.
     trial : Trial or None
@@ -145,7 +145,7 @@ def answer_wanted(ask: Ask) -> str:
 
 
 class Operators:
-    """Combines several operators of a session: all see the status, and all can make requests."""
+    """Several operators of one session, all of whom see the status and can make requests."""
 
     def __init__(self, *operators: Operator) -> None:
         self._operators = operators
@@ -175,7 +175,7 @@ class UnattendedOperator:
 
     @property
     def busy(self) -> bool:
-        """Return False, because nobody is typing."""
+        """Always False, because there is no operator who could be typing."""
         return False
 
     def tell(self, status: SessionStatus) -> None:

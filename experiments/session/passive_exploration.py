@@ -32,8 +32,8 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
     position, passive = sources.get("position"), stroke is not None and stroke.passive
     if passive and not isinstance(position, Stage):
         raise UserError(
-            "[stroke] is passive, but no stage measures the position; expected a stage as "
-            "--position, such as emulated_stage"
+            "[stroke] is passive, but no stage measures the position; specify a stage with "
+            "--position, for example emulated_stage"
         )
     if isinstance(position, Stage) and not passive:
         raise UserError(
@@ -48,9 +48,9 @@ def stage_of(stroke: Stroke | None, sources: Mapping[Kind, ContactSource]) -> St
 
 @contextmanager
 def moved(stage: Stage | None, step: Explore, watch: Watch) -> Iterator[Watch]:
-    """Let the stage stroke during an exploration, and always stop the stage afterwards.
+    """Move the stage back and forth during an exploration, and always stop it afterwards.
 
-    Yields the function to call on every frame. Outside trials, this function reads the stage's
+    Yields the function to call in every frame. Outside trials, this function reads the stage's
     samples without recording them, so that the stage can reverse its direction.
     """
     guide = step.guide

@@ -77,7 +77,7 @@ class Progress:
 
     @property
     def answered(self) -> Trial | None:
-        """The trial before the current one; None if the protocol can no longer repeat it."""
+        """The trial before the current trial if it can still be repeated; otherwise None."""
         before, now = self._before, self.voidable
         return before if before and now and before.task == now.task else None
 

@@ -51,7 +51,7 @@ class ImaginedSounds(NoSounds):
 
 
 class Once:
-    """Passes samples to the sound card's thread once; the remaining output is silent."""
+    """Samples that the sound card's thread plays once, followed by silence."""
 
     def __init__(self, samples: NDArray[np.float32]) -> None:
         self._samples = samples

@@ -25,7 +25,7 @@ READ_S = 0.1  # averaging time for an amplitude
 
 
 class ResonanceTracking:
-    """Sweeps three frequencies before a trial if the last sweep was at least ``every_s`` ago.
+    """Tracks the plate's resonance with sweeps of three frequencies before trials.
 
     Parameters
     ----------

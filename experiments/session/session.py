@@ -2,9 +2,9 @@
 
 A step is complete when its answer is in the journal; only then is the answer passed to the
 protocol. The next question is asked only after the previous answer is on disk. A crash therefore
-loses at most the step in progress, and a power cut at most the last answer. A resumed run uses the
-same loop, which takes the answers given so far from the journal. Records are flushed to disk while
-surfaces are being presented and explored.
+loses at most the step in progress, and a power cut at most the last answer. In a resumed run, the
+loop takes the answers given so far from the journal. Records are flushed to disk while surfaces are
+being presented and explored.
 """
 
 from __future__ import annotations
@@ -88,7 +88,6 @@ class Session:
         Connected finger-position and force sources, whose samples are recorded. If the position is
         measured, textures follow the finger on plates that support this.
     tracking : ResonanceTracking, optional
-        Tracks the resonance between trials.
     warnings : tuple of str, optional
         Problems that are shown to the operator from the start of the session.
     stroke : Stroke, optional
@@ -271,7 +270,7 @@ class Session:
             self._interruptions.attempt(lambda: self._presenting.restore(step))
 
     def _live(self, step: Step, number: int) -> Answer:
-        """Carry out a step, with as many retries as necessary, and record its answer."""
+        """Carry out a step, repeat it after faults and pauses, and record the answer."""
         answers = not isinstance(step, WHILE_THE_DISK_WORKS)
         if answers:
             self._journal.wait_for(self._answered)

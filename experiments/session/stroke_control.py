@@ -68,7 +68,7 @@ class StrokeControl:
         for record in reversed(self._journal.records):
             data = record.data
             if record.kind == "done" and (data["answer"] or {}).get("type") == "Voided":
-                break  # the end of an earlier trial
+                break  # earlier records belong to other trials
             if record.kind == "stroke" and (data["task"], data["trial"]) == _key(trial):
                 last.setdefault(data["interval"], data["outside"])
         outside = dict.fromkeys(each for own in last.values() for each in own)

@@ -70,8 +70,8 @@ class SurfaceState:
         self._explore = explore
         self._following = following
         self._script: list[Done] = []
-        self._held = True  # whether there was no interruption since the script began
-        self._hushed = False  # whether the protocol silenced the plate since then
+        self._held = True  # False after an interruption
+        self._hushed = False  # whether the plate was silenced for an interruption
         self._wanted: Present | None = None  # the step whose surface should be on the plate now
         self._standard: tuple[Present, Explore] | None = None
         self._standard_due = False
@@ -125,7 +125,7 @@ class SurfaceState:
         return step.interval is None or step.trial is None or step.trial != self._trial
 
     def present(self, step: Present) -> Presented:
-        """Present a surface. Its lead-in is presented first, unless it is already on the plate."""
+        """Present a surface, preceded by its lead-in unless this is already on the plate."""
         self._feel_standard(step)
         if step.lead_in:
             before, explore = step.lead_in
@@ -168,7 +168,7 @@ class SurfaceState:
         self._script[last] = replace(self._script[last], step=turned)
 
     def feel_again(self, before: Present, explore: Explore) -> Presented:
-        """Present ``before`` for exploration, then restore the current surface.
+        """Present the surface of ``before`` for exploration, then the current surface again.
 
         Returns the result of presenting ``before``. If this method is interrupted, the current
         surface counts as interrupted too.
@@ -246,7 +246,7 @@ class SurfaceState:
             self._plate.check()
 
     def follow(self, kind: Kind, samples: list[Sample]) -> list[float] | None:
-        """Set the amplitude command while a texture follows the finger; see `Following.see`."""
+        """Update the commanded amplitude while a texture follows the finger (`Following.see`)."""
         if self._wanted is None or not self._held:
             return None
         return self._following.see(kind, samples)
@@ -255,7 +255,7 @@ class SurfaceState:
         """Silence the plate as the protocol requests; no surface is then expected on the plate."""
         self._plate.silence()
         if self._wanted and self._wanted.trial is None and self._held:
-            self._standard_due = False  # unless the standard was interrupted while it was felt
+            self._standard_due = False  # the standard was felt without interruption
         self.silenced(step)
 
     def silenced(self, step: Silence) -> None:
@@ -273,7 +273,7 @@ class SurfaceState:
             self.forget()
 
     def forget(self) -> None:
-        """Forget the current surface and the script."""
+        """Forget the current surface and the completed steps of the script."""
         self._script, self._wanted, self._held = [], None, True
 
     def part_over(self) -> None:
@@ -281,17 +281,17 @@ class SurfaceState:
         self._standard = None
 
     def take_standard_made(self) -> Presented | None:
-        """Return and clear the repeated presentation of the standard; None if there was none."""
+        """Return the last repetition of the standard once; None if it was not repeated."""
         made, self._standard_made = self._standard_made, None
         return made
 
     def interrupt(self) -> None:
-        """Register an interruption: surfaces already felt have to be repeated."""
+        """Register an interruption, after which the trial's surfaces must be felt again."""
         self._held = False
         self._standard_due = True
 
     def hush(self) -> None:
-        """Silence the plate for an interruption; surfaces already felt have to be repeated."""
+        """Silence the plate for an interruption, after which surfaces must be felt again."""
         self.interrupt()
         self._plate.silence()
         self._hushed = True

@@ -39,7 +39,7 @@ STATES: dict[State, tuple[str, str]] = {
     "done": ("done", "bold green"),
 }
 
-# Keys that make a request immediately, by state. The keys v, b, a and s open a prompt first.
+# Requests of the keys that need no prompt, by session state. The keys v, b, a and s open a prompt.
 KEYS: dict[State, dict[str, Request]] = {
     "paused": {"p": Request(what="go_on")},
     "fault": {"r": Request(what="retry")},
@@ -102,7 +102,9 @@ def question_prompt(asked: tuple[Ask, ...]) -> Prompt:
 
     listed = ", ".join(f"{number} {ask.name}" for number, ask in enumerate(asked, start=1))
     expected = f"expected a number from 1 to {len(asked)}"
-    return Prompt(f"ask again (number and Enter, Esc for none): {listed}", request, expected)
+    return Prompt(
+        f"question to ask again (number and Enter, Esc to cancel): {listed}", request, expected
+    )
 
 
 def answer_prompt(ask: Ask) -> Prompt:
@@ -131,12 +133,11 @@ class PromptKey(NamedTuple):
     Parameters
     ----------
     states : tuple of str
-        The session states in which the key opens the prompt.
+        States of the session in which the key opens the prompt.
     open : callable
         Returns the prompt, or None if there is nothing to enter.
     without : Request or None
-        Request that is sent if there is nothing to enter. The session then states why it refuses
-        this request.
+        Request that is sent if there is no prompt to open, so that the session reports the reason.
     """
 
     states: tuple[State, ...]
@@ -166,7 +167,7 @@ class TerminalOperator:
     console : Console
         Shows the lines.
     read_key : callable
-        Returns the key that was pressed, or "" without waiting.
+        Returns the pressed key, or "" if no key was pressed, without waiting.
     retries : int
         Number of automatic retries after faults, so that a brief loss of contact needs no action.
     heading : tuple of str
@@ -186,7 +187,7 @@ class TerminalOperator:
         self._heading = heading
         self._status = SessionStatus(state="showing")
         self._prompt: Prompt | None = None  # being typed
-        self._answer: Prompt | None = None  # the prompt that opens automatically
+        self._answer: Prompt | None = None  # opens when the session waits for an answer
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
     @property
@@ -199,7 +200,7 @@ class TerminalOperator:
         if self._console.is_terminal and status.state == "fault" != self._status.state:
             self._console.bell()
         if status.answering is not self._status.answering:
-            # Keep any other prompt in which the operator is typing.
+            # Another prompt in which the operator is typing is not replaced.
             if self._prompt is self._answer:
                 self._prompt = None
             self._answer = answer_prompt(status.answering) if status.answering else None
@@ -237,7 +238,7 @@ class TerminalOperator:
                 prompt.told = prompt.expected
                 self._draw()
             if prompt is self._answer:
-                prompt.typed = ""  # stays open, because the entry may be refused
+                prompt.typed = ""  # the prompt stays open, because the answer may be refused
             elif request:
                 self._prompt = None
             return request
@@ -318,7 +319,7 @@ class Keys:
         self._stack.close()
 
     def _posix(self, descriptor: int) -> Callable[[], str]:
-        # Unix only; msvcrt in the next method is Windows only.
+        # These modules exist only on Unix; `_windows` uses msvcrt.
         import select  # noqa: PLC0415
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
@@ -333,7 +334,7 @@ class Keys:
         decoder = codecs.getincrementaldecoder("utf-8")(errors="ignore")
 
         def read() -> str:
-            # Keys are not read while a surface is being presented, so several keys may be waiting.
+            # Keys are not read while a surface is being presented, so presses may be queued.
             ready, _, _ = select.select([descriptor], [], [], 0)
             if ready:
                 waiting.extend(KEY.findall(decoder.decode(os.read(descriptor, 1024))))

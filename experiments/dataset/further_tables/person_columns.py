@@ -38,8 +38,8 @@ def questionnaire_columns(
         Names of the columns, if any, that identify the session and the run.
     """
     which = {
-        SESSION: "The participant's session in which the question was asked",
-        RUN: "The run of the session in which the question was asked",
+        SESSION: "Session in which the question was asked",
+        RUN: "Run of the session in which the question was asked",
     }
     return {
         name: Column(value=lambda _: None, kind="label", description=meaning)
@@ -75,7 +75,7 @@ def person_columns(questions: Mapping[str, Mapping[str, str]] | None = None) -> 
         MODE: Column(
             value=lambda _: None,
             kind="label",
-            description="Whether the answers are data or come from a pilot run",
+            description="Whether the answers come from a participant's run or a pilot run",
             levels={
                 "participant": "a person's answers, to be analysed",
                 "pilot": (

@@ -43,7 +43,7 @@ class Placed(NamedTuple):
 def series_of(
     records: Sequence[Record], task: str
 ) -> Iterator[tuple[Kind, bytes, Mapping[str, object]]]:
-    """Yield the kind, the compressed table and the description of each source in a task."""
+    """Yield the kind of each sensor used in a task, its compressed table and a description."""
     found: dict[Kind, list[Placed]] = {}
     now = ""
     for record in records:

@@ -88,7 +88,7 @@ class Console:
     # Pages ------------------------------------------------------------------------------------
 
     async def page(self, request: Request, name: str) -> Response:
-        """Return a page with its current content."""
+        """Return the page with the given name, rendered with the current data."""
         return await run_in_threadpool(self._page, request, name, f"{name}.html", {})
 
     def _page(self, request: Request, name: str, template: str, more: dict[str, Any]) -> Response:
@@ -194,7 +194,8 @@ class Console:
             if pulse != last or time.monotonic() - looked_s >= LOOK_S:
                 looked_s = time.monotonic()
                 now = await run_in_threadpool(self._version)
-                # A comment keeps the connection open, and fails if the browser has disconnected.
+                # Sending a comment keeps the connection open, and fails if the browser has
+                # disconnected.
                 yield f"data: {now}\n\n" if now != before else ": there\n\n"
                 before = now
             with anyio.move_on_after(PULSE_S):

@@ -49,9 +49,9 @@ ERROR = re.compile(
 )  # prefix of a command's final error message
 STEP = "step: "  # prefix of a line in which a command reports its current step
 LOOK_S = 0.2
-HOLD_S = 5.0  # a bench job ends after this time without renewal
+HOLD_S = 5.0  # a job on the plate bench ends if no page has been open for this time
 LEAST_URGENT = 19  # priority of background computations, below a running session
-# Jobs on the plate bench, which run only while a bench page is open and renews its hold.
+# Jobs on the plate bench, which run only while a plate-bench page is open.
 HELD: tuple[Kind, ...] = ("calibrate", "conform", "surface")
 USING_THE_PLATE: tuple[Kind, ...] = ("session", "check", "test", *HELD)
 PIPED: tuple[Kind, ...] = (*HELD, "emulator")  # these jobs end with the console
@@ -82,7 +82,7 @@ class Job:
     released: bool = False
 
     def hold(self) -> None:
-        """Record that a page is still open, so that its bench job continues."""
+        """Record that a plate-bench page is still open, so that its job continues."""
         self.held_s = time.monotonic()
 
     def type(self, line: str) -> None:

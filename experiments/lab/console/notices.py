@@ -26,7 +26,7 @@ MOST_NAMED = 5
 def notices(
     defaults: Defaults, study: Study, text: str, rosters: tuple[Roster, Roster], now: datetime
 ) -> tuple[str, ...]:
-    """Return notices about participants and rehearsals.
+    """Return notices about concurrent sessions, damaged journals, the clock and study changes.
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def _still_to_come(begun: list[tuple[str, Visit]], now: datetime) -> str:
         return ""
     return (
         f"the clock of this computer was changed: it shows {now:%Y-%m-%d %H:%M} UTC, but "
-        f"participant {label} ({visit}) began at {began:%Y-%m-%d %H:%M} UTC. Set it correctly "
-        "before the next session; answers and response times are not affected"
+        f"participant {label} ({visit}) began at {began:%Y-%m-%d %H:%M} UTC. Correct the "
+        "clock before the next session; answers and response times are not affected"
     )
 
 

@@ -39,8 +39,8 @@ def sentences(language: str) -> dict[str, str]:
     for source in files(PACKAGE).joinpath("texts").iterdir():
         if source.name.endswith(f".{language}.toml"):
             known |= tomllib.loads(source.read_text(encoding="utf-8"))
-    # Sentences that begin with a placeholder match most texts: "{} is missing" fits "line 4: key is
-    # missing".
+    # Sentences that begin with a placeholder are tried last, because they match many others:
+    # "{} is missing" also matches "line 4: key is missing".
     order = sorted(known, key=lambda each: (each.startswith("{}"), -len(each)))
     return {each: _typeset(known[each]) for each in order}
 
@@ -56,7 +56,7 @@ def _typeset(text: str) -> str:
 
 @cache
 def _patterns(language: str) -> tuple[tuple[re.Pattern[str], str], ...]:
-    """Return a regular expression and a translation for each sentence with placeholders."""
+    """Return (pattern, translation) pairs for the sentences with placeholders."""
     return tuple(
         (re.compile(re.escape(each).replace(r"\{\}", "(.*?)")), text)
         for each, text in sentences(language).items()

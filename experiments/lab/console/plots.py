@@ -30,13 +30,14 @@ class Frame(NamedTuple):
         return round(self.bottom - (self.bottom - self.top) * up, 1)
 
 
-#: Frames in drawings of 640 by 180 (response times; live and planning curves) and 160 by 90.
+#: Frames for plots of 640 by 180 SVG units (response times; live and planning curves) and for
+#: small plots of 160 by 90.
 TIMES, WIDE, SMALL = Frame(56, 630, 10, 152), Frame(48, 630, 10, 152), Frame(8, 152, 8, 82)
 
 
 @dataclass(frozen=True, slots=True)
 class Scatter:
-    """A scatter plot: positions of points, line and tick labels in SVG units."""
+    """A scatter plot: SVG coordinates of its points, its line and its tick labels."""
 
     points: tuple[tuple[float, float], ...]
     line: tuple[tuple[float, float], ...]

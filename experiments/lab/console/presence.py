@@ -36,8 +36,9 @@ class Presence:
         self._held: IO[bytes] | None = None
 
     def announce(self) -> None:
-        """Announce this console to the others, until `close` is called."""
-        with suppress(OSError, portalocker.LockException):  # the other consoles ignore it
+        """Announce this console to other consoles of the same folder, until `close` is called."""
+        # If the file cannot be locked, the other consoles ignore this console.
+        with suppress(OSError, portalocker.LockException):
             self._held = self._own.open("wb")
             portalocker.lock(self._held, portalocker.LOCK_EX | portalocker.LOCK_NB)
 
@@ -46,7 +47,7 @@ class Presence:
         return [_port(path) for path in self._open() if path != self._own]
 
     def first(self) -> bool:
-        """Return whether this console was opened first and therefore performs the shared tasks."""
+        """Return whether this console was opened first; only the first performs shared tasks."""
         return next((path == self._own for path in self._open()), True)
 
     def notices(self) -> tuple[str, ...]:
@@ -56,7 +57,7 @@ class Presence:
             return ()
         sentence = (
             f"another console for this folder is open (port {ports}): all consoles show and "
-            "control the same session, and the first request counts"
+            "control the same session, and the first request takes effect"
         )
         return (sentence,)
 

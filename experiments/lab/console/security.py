@@ -35,10 +35,10 @@ TO_THE_PAGES = (
     '<!doctype html><meta http-equiv="refresh" content="0;url={}"><title>Slipscale</title>'
     '<link rel="icon" href="/static/icon.svg">'  # otherwise the browser would request favicon.ico
 )
-CONNECTIONS = Path("/proc/net/tcp")  # Linux: the owner of each connection
+CONNECTIONS = Path("/proc/net/tcp")  # on Linux, lists the owner of each connection
 ESTABLISHED = "01"
 ROOT = 0
-ASKING = "x-slipscale"  # a header that forms on other sites cannot send
+ASKING = "x-slipscale"  # a request header that HTML forms of other sites cannot set
 READING = ("GET", "HEAD")
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self'; connect-src 'self'; "
@@ -160,7 +160,7 @@ class Guard:
             )
             return opened
         if not access.entrance.admits(self._held(headers)):
-            return _refused("Open the address that the terminal shows (slipscale lab).", 403)
+            return _refused("Open the address that slipscale lab shows in the terminal.", 403)
         if scope["method"] in READING:
             return None
         return self._change_refusal(scope["method"], headers)

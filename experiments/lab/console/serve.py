@@ -61,8 +61,8 @@ def serve(*, port: int, lan: str | None, browser: bool) -> None:
         print(f"the console: {access.address}")
         only = "read-only, for everyone who has this address" if lan else "on this computer only"
         print(
-            f"{only}; the address works once, in one browser; Ctrl-C closes the console but no "
-            "session"
+            f"{only}; the address works once, in one browser; Ctrl-C closes the console but "
+            "does not end sessions"
         )
         sys.stdout.flush()
         door = private_folder() / f"console-{access.port}.html"
@@ -104,7 +104,7 @@ class _Impatient(H11Protocol):
 
 
 class _Server(uvicorn.Server):
-    """A server that ends its event streams before it waits for pending responses."""
+    """A server that closes its event streams on shutdown, because it would wait for them."""
 
     def __init__(self, config: uvicorn.Config, console: Console) -> None:
         super().__init__(config)
@@ -140,7 +140,7 @@ def _listen(host: str, port: int) -> socket.socket:
 
 
 def _check_address(lan: str) -> None:
-    """Raise `UserError` unless ``lan`` is a single address instead of a wildcard."""
+    """Raise `UserError` unless ``lan`` is a single IPv4 address that is not public."""
     try:
         address = ipaddress.ip_address(lan)
     except ValueError:

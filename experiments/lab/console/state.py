@@ -136,7 +136,7 @@ class State:
             return self._with_silence()
 
     def _with_silence(self) -> Snapshot:
-        """Return the snapshot with the time since the session's last activity."""
+        """Return the snapshot after adding the time since the session's last activity."""
         live = self._snapshot.live
         if live is None or live.status is None:
             return self._snapshot
@@ -205,7 +205,7 @@ def _anew(found: Snapshot) -> Live | None:
 
 
 def _elsewhere(found: Snapshot) -> Iterator[Live]:
-    """Yield this study's running sessions that now write their journals to the fallback folder."""
+    """Yield running sessions of this study whose journals are in the fallback folder."""
     boxes = (Path.home() / FALLBACK).glob("*/sourcedata/*/*_journal.jsonl.live")
     for path in (box.with_suffix("") for box in boxes):
         if not is_being_written(path):

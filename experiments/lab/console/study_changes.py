@@ -70,8 +70,8 @@ def changed(text: str, change: Change) -> str:
     Raises
     ------
     UserError
-        If the text is not TOML, the position does not exist, or the file does not allow the
-        change.
+        If the text is not TOML, if the text does not contain the position of the change, or if
+        the change is not possible in this text.
     """
     import tomlkit  # noqa: PLC0415 - when a file is changed
 
@@ -97,8 +97,8 @@ def changed(text: str, change: Change) -> str:
         kept = False
     if not kept:
         raise UserError(
-            f"{SOURCE}: the form cannot make this change, because of the way the file is written; "
-            "edit the text of the file"
+            f"{SOURCE}: the form cannot make this change in a file written this way; edit the "
+            "file as text"
         )
     return after
 

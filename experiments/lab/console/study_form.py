@@ -1,7 +1,7 @@
 """Generate the study editor's form, with every field of a study file, from the JSON Schema.
 
 Keys, types, units, defaults, choices and descriptions come from the schema, values from the file,
-and errors from the parser. Protocols added by a laboratory therefore also have forms.
+and errors from the parser. The form therefore also covers protocols that a laboratory added.
 """
 
 from __future__ import annotations
@@ -83,7 +83,8 @@ class Table(Part):
     absent : tuple of Part
         Nested tables that the file does not contain and that can be added.
     entries : bool
-        Whether the study file, not the schema, defines the keys, as for the options of a question.
+        Whether the keys are defined by the study file instead of the schema, as for the options of
+        a question.
     """
 
     fields: tuple[Field, ...] = ()
@@ -123,11 +124,11 @@ class StudyForm:
         self._faults = faults
         self._shown: set[str] = set()
         self.root = self._table((), _schema(), content)
-        #: errors at positions without a field
+        #: Errors at positions of the file for which the form has no field.
         self.elsewhere = tuple(each.whole for each in faults if each.whole not in self._shown)
 
     def _faults_at(self, place: Place, *, items: bool = False) -> tuple[str, ...]:
-        """Return the errors at a position and, if ``items`` is True, at the items of its list."""
+        """Return the errors at a position and, if ``items`` is True, in the list's elements."""
         where = place_in_words(place)
         found = [
             each
@@ -247,7 +248,8 @@ class StudyForm:
         )
 
     def _field(self, place: Place, schema: Schema, value: Any, *, needed: bool) -> Field:
-        if "anyOf" in schema:  # alternatives: the one in the file, otherwise the first
+        if "anyOf" in schema:
+            # The value determines the type; without a value, the first alternative is used.
             several = schema["anyOf"]
             is_list = isinstance(value, list) or (value is None and several[0]["type"] == "array")
             schema = {**schema, "type": "array" if is_list else "string", "items": {}}

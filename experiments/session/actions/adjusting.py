@@ -89,7 +89,7 @@ class Adjusting:
         """Let the participant adjust the surface, and present the reference again on request.
 
         The time limit applies only to the time spent adjusting. The response time is measured from
-        the first screen to the last key press.
+        the first adjustment screen to the last key press.
         """
         reply = first = self.participant.adjust(step, turn, self.watch)
         left, count = step, 0

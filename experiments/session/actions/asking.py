@@ -96,7 +96,7 @@ class Asking:
         return self.answer(question)
 
     def _answer_once(self, step: Ask) -> Reply:
-        """Obtain the answer to a question. If interrupted, record the unfinished entry."""
+        """Obtain the answer to a question. If interrupted, record what has been entered so far."""
         begun = _last_unfinished(self.journal.records, step)
         self.participant.unfinished = begun
         try:

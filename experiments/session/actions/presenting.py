@@ -38,7 +38,8 @@ class Presenting:
     markers: Markers
     progress: Progress
     tracking: ResonanceTracking | None
-    _rewinds: bool = field(default=False, init=False)  # an interrupted pilot lost the surface
+    # Whether a resumed pilot must present the surface at its original time.
+    _rewinds: bool = field(default=False, init=False)
 
     def present(self, step: Present) -> Presented:
         """Present a surface, and send markers at its onset and when it has settled."""
@@ -82,7 +83,7 @@ class Presenting:
 
     @contextmanager
     def _when_it_was_presented(self) -> Iterator[Callable[[float], None]]:
-        """Yield a function that sets a resumed pilot's clock to the original presentation time.
+        """Yield a function that sets a resumed pilot's clock to the time of the first presentation.
 
         On exit from the context, the clock is reset to its previous time. Because textures change
         with time, a resumed pilot explores each texture at its original time.
@@ -94,7 +95,8 @@ class Presenting:
         now_s = clock.now()
         try:
             yield clock.set
-        finally:  # if the clock were set back again, a fault would repeat forever
+        finally:
+            # The clock is set back only once, because a simulated fault would recur at every retry.
             clock.set(now_s)
             self._rewinds = False
 

@@ -103,11 +103,9 @@ def test_who_the_analysis_excluded_is_told_with_the_rule(recorded, monkeypatch, 
             excluded(folder, flags)
         assert main(["participants"]) == 0
         said.append(capsys.readouterr().out)
-    assert (
-        "run slipscale analyse to see who is excluded (the study's rules: zeros, faults)" in said[0]
-    )
+    assert "to see who is excluded (the study's exclusion rules: zeros, faults)" in said[0]
     assert "excludes no participants" in said[1]
-    assert "participant 02 is excluded by zeros (analysis of 20" in said[2]
+    assert "participant 02 is excluded because of zeros (analysis of 20" in said[2]
     assert main(["participants", "--json"]) == 0
     people = json.loads(capsys.readouterr().out)["people"]
     assert [(each["state"], each["excluded"]) for each in people] == [

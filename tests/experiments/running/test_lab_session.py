@@ -356,7 +356,7 @@ def test_a_disk_that_is_full_at_the_end_names_the_command_that_writes_the_tables
         raise UserError("participants.tsv: cannot be written (No space left on device)")
 
     monkeypatch.setattr(lab_session, "build_dataset", full)
-    with pytest.raises(UserError, match=r"all answers are safe in .*: slipscale data build"):
+    with pytest.raises(UserError, match=r"all answers are saved in .*: slipscale data build"):
         stopped(tmp_path / "data", window)
 
 
@@ -364,7 +364,7 @@ def test_a_complete_run_is_not_gone_on_with_and_its_answers_are_said_to_be_safe(
     tmp_path, laboratory, plan
 ):
     laboratory.run()
-    with pytest.raises(UserError, match=r"complete, and all its answers are safe.*data build"):
+    with pytest.raises(UserError, match=r"complete and all its answers are saved.*data build"):
         go_on(plan().journal_path(tmp_path), SETTING)
 
 

@@ -46,8 +46,8 @@ def test_rows_that_participants_do_not_fill_are_told(study, say):
 
 def test_filled_rows_are_told(study):
     said = validate(study(participants=20))
-    assert "20 blocks in 20 runs are balanced over squares of 10 rows" in said
-    assert "each surface follows each of the others 4 times" in said  # 20 x 4 pairs, 20 transitions
+    assert "20 blocks in 20 runs are balanced with squares of 10 rows" in said
+    assert "each surface follows every other surface 4 times" in said  # 80 pairs, 20 transitions
 
 
 def test_unequal_transitions_are_named():
@@ -68,7 +68,7 @@ def test_catch_trials_on_a_line_do_not_count_for_the_balance_of_its_order(tmp_pa
     path.write_text(line)
     said = validate(str(path))
     assert "visualanalogue, williams: 20 blocks in 20 runs are balanced" in said
-    assert "each surface follows each of the others 4 times" in said
+    assert "each surface follows every other surface 4 times" in said
 
 
 def test_rules_that_draw_each_order_by_itself_are_balanced_on_average(study):

@@ -343,7 +343,7 @@ def test_check_tells_what_a_source_reads(capsys, tmp_path):
     assert finger["passed"]
     assert "position: " in finger["detail"]
     assert "x_mm 1.5" in finger["detail"]
-    assert "force: simulated cannot be tested without a session" in finger["detail"]
+    assert "force: simulated can be tested only during a session" in finger["detail"]
 
 
 def test_the_plates_file_names_sources_after_command_and_study(tmp_path, capsys, plans):

@@ -21,7 +21,7 @@ TYPED = "typed"  # the operator types the readings, point by point
 
 
 class Calibrate(Form):
-    """Calibrate the folder's plate. If ``keep`` is False, only measure the plate.
+    """Calibrate the folder's plate. If ``keep`` is False, no calibration file is written.
 
     ``table`` is the name of a CSV file with earlier readings, and ``serial`` identifies the device
     that drove the plate when they were taken. With `TYPED`, the operator types each reading. The

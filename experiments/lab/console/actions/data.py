@@ -80,7 +80,7 @@ def _exclude(desk: Desk, request: Exclude) -> str:
     back_up_exclusions(found.defaults.out(pilot=request.pilot), request.participant)
     desk.now()
     done = "excluded" if request.excluded else "included again"
-    return f"participant {request.participant} is {done}; the next analysis takes this into account"
+    return f"participant {request.participant} is {done}; this applies from the next analysis"
 
 
 def _withdraw(desk: Desk, request: Withdraw) -> str:
@@ -98,7 +98,7 @@ def _withdraw(desk: Desk, request: Withdraw) -> str:
     return (
         f"participant {request.participant} has withdrawn: {len(removed)} files and folders "
         "were removed or rewritten, including the results of all participants. Remove any "
-        f"copies that you made elsewhere.{left}"
+        f"copies of the data that you made elsewhere.{left}"
     )
 
 
@@ -129,7 +129,7 @@ def renew(desk: Desk) -> None:
         return
     ended = ended_runs(found)
     newest_ns = max((changed_ns for _, changed_ns in ended), default=0)
-    # Only the modification time of the results reveals analyses by other processes.
+    # Analyses by other processes are detected by the modification time of the results.
     due = bool(desk.analysed) or newest_ns > (found.results_ns or 0)
     if ended and ended != desk.analysed and due:
         _start_analysis(desk, found)

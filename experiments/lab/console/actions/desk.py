@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Warnings:
-    """Session warnings that have not been acknowledged, as (session, sentence) pairs."""
+    """Session warnings that have not been acknowledged, as (session, message) pairs."""
 
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
@@ -39,7 +39,7 @@ class Warnings:
 
 
 class Desk:
-    """Objects available to all actions.
+    """The console's state, jobs and warnings, which all actions share.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Desk:
         return found
 
     def free(self) -> Snapshot:
-        """Return a new snapshot of the folder; raise `UserError` if the plate is in use."""
+        """Return a new snapshot of the folder if the plate is free; otherwise raise `UserError`."""
         found = self.now()
         self.check_free(found)
         return found

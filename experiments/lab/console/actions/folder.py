@@ -150,7 +150,7 @@ def _pilot(desk: Desk, request: Pilot) -> str:
 
 
 def _save(desk: Desk, request: Study) -> str:
-    # Errors in the study itself, which the folder reports as a problem, are corrected here.
+    # `desk.now` would raise an error for an invalid study, which this request may correct.
     path = _study_file(desk.state.now(fresh=True))
     if text_hash(study_text(str(path))) != request.before:
         raise UserError(

@@ -1,4 +1,4 @@
-"""The plate bench page: plate file and limits, calibration, conformance and test surfaces."""
+"""The plate-bench page: plate file and limits, calibration, conformance and test surfaces."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ def _said(job: Job | None) -> list[str]:
 
 
 def _failed(job: Job | None) -> str:
-    """Return the error of a bench job; empty if it has not failed, or if it was released."""
+    """Return a job's error message; empty if the job did not fail or the console ended it."""
     return "" if job is None or job.released or job.status == 1 else failure(job)
 
 

@@ -22,7 +22,7 @@ from slipscale.faults import UserError
 from slipscale.faults.validation import Told, told_in
 from slipscale.stimuli.surface import Surface
 
-SIMULATED = 4  # number of simulated participants, accurate to tenths of a minute
+SIMULATED = 4  # simulated participants; enough to estimate durations to tenths of a minute
 
 
 def editor(view: View, text: str, template: str) -> dict[str, Any]:
@@ -72,7 +72,7 @@ def follow_up(view: View, text: str, template: str) -> dict[str, object]:
     plans = [plan_of(found, f"{n:02d}") for n in range(1, min(study.participants, shown) + 1)]
     return {
         "edited": study,
-        # Not simulated during a session, whose frames have priority.
+        # Nothing is simulated during a session, because the session's frames have priority.
         "minutes": None if view.found.live else simulated_minutes(whole, source),
         "orders": [
             (plan.participant, plan.row + 1, [view.t.task(o, p, study) for p, o in plan.tasks()])

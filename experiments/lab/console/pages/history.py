@@ -1,7 +1,7 @@
 """Draw the plate's history during a run: readback deviation, temperature and faults.
 
-The deviation of a single presentation could reveal its amplitude. Therefore, only the largest and
-the median deviation in each complete group of eight presentations are shown.
+To keep the operator blind, only the largest and the median deviation in each complete group of
+eight presentations are shown: the deviation of a single presentation could reveal its amplitude.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class History:
     bars : tuple of Bar
         Readback deviations.
     limit : float
-        y coordinate of the allowed deviation.
+        y coordinate of the line at the largest allowed deviation.
     warmth : tuple of (float, float)
         Temperature over time; empty if the plate does not report its temperature.
     warmth_ticks : tuple of (float, str)
@@ -69,7 +69,7 @@ class History:
 
 
 def deviations(readings: Sequence[PlateReading]) -> list[Deviation]:
-    """Return the deviations for each complete group of eight presentations, in order of time."""
+    """Return the largest and the median deviation in each group of eight presentations."""
     measured = [
         (reading.time_s, reading.used_tolerance)
         for reading in readings

@@ -89,8 +89,8 @@ def _progress(steps: list[str]) -> tuple[int, int]:
 def _slider(axis: str, conditions: list[Mapping[str, Any]], view: View) -> Slider:
     """Return the slider for an option, at the position in the URL or at a default position.
 
-    The default is the study's number of participants, and 1 for other options. If this value was
-    not simulated, the slider shows the largest value.
+    By default, the slider is at the study's number of participants or, for other options, at 1. If
+    this value was not simulated, the slider is at the largest value.
     """
     values = tuple(sorted({float(each[axis]) for each in conditions}))
     given = view.query.get(axis, "")
@@ -118,7 +118,7 @@ def _with_repetitions(view: View, repetitions: int) -> str:
 
 
 def _curve(weakest: Mapping[int, float], target: float) -> dict[str, Any]:
-    """Return the power of the weakest comparison as a function of sample size, in SVG units."""
+    """Return SVG coordinates for plotting the power of the weakest comparison by sample size."""
     most = max(weakest)
     return {
         "points": [(WIDE.x(n / most), WIDE.y(weakest[n]), n) for n in sorted(weakest)],

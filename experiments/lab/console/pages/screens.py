@@ -29,7 +29,7 @@ class Picture:
 
 
 def screens(view: View) -> dict[str, object]:
-    """Return the values for the screens page."""
+    """Return the template values for the page that shows the participant's screens."""
     found, t = view.found, view.t
     checked = _size_of_the_check(view.jobs)
     wanted = view.query.get("size", "")

@@ -19,7 +19,7 @@ KINDS = {"+": "now", "-": "before", "@": "gap"}
 
 
 class Line(NamedTuple):
-    """A line of a comparison, which is in the current file, the earlier file or both."""
+    """A line of the diff between an earlier study file and the current one."""
 
     kind: str
     words: str

@@ -11,7 +11,7 @@ from slipscale.experiments.lab.console.page_texts import Words
 from slipscale.experiments.lab.console.state import Snapshot, changed_ns
 from slipscale.experiments.study.run_plan import RunPlan
 
-MOST_PEOPLE = 60  # rows in a table, unless all are requested
+MOST_PEOPLE = 60  # maximum number of rows in a table, unless the page requests all rows
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -63,7 +63,7 @@ def failure(job: Job | None) -> str:
 def plan_of(found: Snapshot, participant: str) -> RunPlan:
     """Return the plan of a participant's first run; raise LookupError if there is no study."""
     if found.study is None:
-        raise LookupError("there is no study to plan with")
+        raise LookupError("there is no study on which to base a plan")
     return RunPlan(
         study_name=found.defaults.study,
         study_text=found.study_text,
