@@ -106,7 +106,7 @@ LETTERS = frozenset(
     )
 )
 FROM_THE_RIGHT = ("R", "AL")
-# First word of a letter's Unicode name -> font that contains the letter.
+# Fonts that contain a letter, keyed by the first word of the letter's Unicode name.
 FONTS = {
     "ARABIC": "Noto Sans Arabic",
     "HEBREW": "Noto Sans Hebrew",

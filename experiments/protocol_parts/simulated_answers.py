@@ -166,7 +166,7 @@ def until_number(step: Adjust, person: SimulatedPerson) -> int:
     """Adjust until the surface seems to reach the number shown, or the range ends."""
     number, modulus = (step.trial.factors[name] for name in ("number", "modulus"))
     if not (isinstance(number, float) and isinstance(modulus, float)):
-        raise TypeError(f"'{step.name}' requires a number and a modulus")
+        raise TypeError(f"'{step.name}' requires a trial with the factors 'number' and 'modulus'")
     beyond = person.reaches(number / modulus) is person.rises
     if person.turned == 0:
         return 0 if person.lapses() else -1 if beyond else 1

@@ -129,7 +129,7 @@ class Asking(Unmoved):
             self._entry.press(character)
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time limit has passed."""
+        """Return a time-out if the time limit has passed."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
             return ScreenResult(timed_out=True)
         return None

@@ -74,7 +74,7 @@ class Pointing(Waiting):
         return None if dragged else self._select(x * height_mm, y * height_mm, elapsed_s)
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time limit has passed."""
+        """Return a time-out if the time limit has passed."""
         over = self._limit_s is not None and elapsed_s >= self._limit_s
         return ScreenResult(timed_out=True) if over else None
 

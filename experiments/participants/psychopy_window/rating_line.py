@@ -67,7 +67,7 @@ class Marking:
         )
 
     def press(self, character: str, elapsed_s: float) -> ScreenResult | None:
-        """Submit the rating on the `go_on` key or Enter, if a mark was set in the time limit."""
+        """Submit the rating on the `go_on` key or Enter, unless the time limit has passed."""
         if character.casefold() not in (go_on_key(self._texts), ENTER, "\n"):
             return None
         return self._hand_in(elapsed_s)
@@ -102,7 +102,7 @@ class Marking:
             self._put = self._question.nearest(float(typed))
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the time limit has passed."""
+        """Return a time-out if the time limit has passed."""
         if self._limit_s is not None and elapsed_s >= self._limit_s:
             return ScreenResult(timed_out=True)
         return None

@@ -74,7 +74,7 @@ class Screen(Protocol):
         """Restore the entry that the participant typed before an interruption."""
 
     def expire(self, elapsed_s: float) -> ScreenResult | None:
-        """Return the outcome if the screen's time limit has passed."""
+        """Return the screen's result if its time limit has passed."""
 
 
 SCREENS: dict[type, Callable[..., Screen]] = {

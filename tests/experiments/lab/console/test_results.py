@@ -198,7 +198,7 @@ def test_today_says_who_is_excluded_and_by_which_rule(visitor, recorded, lab, wo
     (lab / "mine.toml").write_text(study_text("biet2007") + rules)
     (lab / "slipscale.toml").write_text('study = "mine.toml"\nplate = "serial:COM9"\n')
     page = words_of(visitor.see("/"))
-    rules = "Reasons for exclusion in this study: many estimates of zero, answers too fast."
+    rules = "Exclusion criteria in this study: many estimates of zero, answers too fast."
     assert f"{rules} Run an analysis to see who is excluded" in page
     folder = recorded / "derivatives/slipscale"
     folder.mkdir(parents=True)
