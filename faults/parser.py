@@ -75,7 +75,6 @@ class Parser(ArgumentParser):
         return ""
 
     def _missing(self, names: list[str]) -> str:
-        """Return the error message for missing arguments."""
         for action in self._actions:
             if isinstance(action, _SubParsersAction) and action.metavar in names:
                 return f"expected a subcommand: {', '.join(action.choices)}"

@@ -163,5 +163,4 @@ class _Reader:
 
 
 def _unquoted(word: str) -> str:
-    """Return a key without quotation marks."""
     return next(iter(tomllib.loads(f"{word} = 0"))) if word[0] in "\"'" else word

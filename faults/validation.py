@@ -207,7 +207,6 @@ def told_in(said: str, source: str) -> list[Told]:
 
 
 def _sentence(line: int, place: Place, fault: dict[str, Any]) -> str:
-    """Format a fault as a sentence with line, key, expected value and actual value."""
     kind = fault.get("type", "")
     if not kind:
         message = fault["msg"]  # message by Slipscale
@@ -247,6 +246,5 @@ def place_in_words(place: Place) -> str:
 
 
 def _shown(value: float | str) -> str:
-    """Format a value for a message, and shorten it if it is too long."""
     whole = repr(value)
     return whole if len(whole) <= LONGEST_VALUE else f"{whole[:LONGEST_VALUE]} ..."

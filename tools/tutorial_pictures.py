@@ -37,7 +37,7 @@ IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images" / "tutorials
 
 
 class Tutorial(NamedTuple):
-    """A section of a page: the figure of a pilot with a number of participants, and a screen."""
+    """Pictures of a study on a page: a figure from its pilot and, optionally, a screen."""
 
     page: str
     figure: str
@@ -47,7 +47,7 @@ class Tutorial(NamedTuple):
 
 TUTORIALS = {
     "difference_threshold": Tutorial("thresholds", "tracks_differencethreshold", 4, True),
-    # The same screen again.
+    # The screen is the same as for the difference threshold.
     "detection_threshold": Tutorial("thresholds", "thresholds_detectionthreshold", 4, False),
     "constant_stimuli": Tutorial("thresholds", "thresholds_constantstimuli", 4, False),
     "paired_comparison": Tutorial("comparing-surfaces", "scale_pairs", 8, True),
@@ -76,7 +76,7 @@ def main_screen(study: str) -> Scene:
 
 
 def figure_of(study: str) -> Figure:
-    """Return the figure from a study's pilot, which has its own seed."""
+    """Simulate a study's pilot with the study's random seed, and return its figure."""
     wanted = TUTORIALS[study]
     with tempfile.TemporaryDirectory() as where:
         folder = Path(where) / "data"

@@ -98,7 +98,6 @@ def _try(outcome: Outcome, draw: Callable[[random.Random], Case], name: str, num
 
 
 def _said(error: Exception) -> str:
-    """Return an error's type, the position in Slipscale where it was raised, and its message."""
     frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)

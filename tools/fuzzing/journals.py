@@ -81,7 +81,6 @@ def _rewritten(lines: Sequence[bytes], records: Sequence[Record], random: Random
 
 
 def _changed(record: Record, random: Random) -> list[Record]:
-    """Return the records that replace a record."""
     how = random.choice(CHANGES)
     times_s = (-1.0, 0.0, 1e308, random.random() * 1e4)
     whole = {
@@ -98,7 +97,6 @@ def _changed(record: Record, random: Random) -> list[Record]:
 
 
 def _entries(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ...]]:
-    """Yield the path to every entry of nested dictionaries and lists."""
     inner: Any = ()
     if isinstance(value, Mapping):
         inner = value.items()
@@ -110,7 +108,6 @@ def _entries(value: object, way: tuple[Any, ...] = ()) -> Iterator[tuple[Any, ..
 
 
 def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -> dict[str, Any]:
-    """Return data with one entry removed, renamed or set to an arbitrary value."""
     new: dict[str, Any] = json.loads(json.dumps(data))
     *outer, last = way
     target: Any = new
@@ -129,7 +126,6 @@ def _set(data: dict[str, Any], way: tuple[Any, ...], how: str, random: Random) -
 
 
 def _value(random: Random, depth: int = 0) -> object:
-    """Return a random JSON value."""
     if depth < DEEPEST and random.randrange(4) == 0:
         inner = [_value(random, depth + 1) for _ in range(random.randint(0, 3))]
         return inner if random.randrange(2) else {characters(random, 4): each for each in inner}

@@ -124,7 +124,6 @@ def _remarks(keys: str) -> Iterator[tuple[str, str]]:
 
 
 def _methods(study: Study) -> Iterator[str]:
-    """Yield the sentences of a study's report on the methods of its main results."""
     estimated = any(isinstance(options, MagnitudeEstimation) for options in study.tasks)
     kinds = [FACTORS] if study.factors and estimated else []
     for options in study.tasks:

@@ -115,7 +115,6 @@ def _kind(value: dict[str, Any]) -> str:
 
 
 def _sentence(part: dict[str, Any]) -> str:
-    """Return the first paragraph of a model's docstring in one line."""
     words = part.get("description", "").partition("\n\n")[0]
     return " ".join(words.replace("``", "`").split())
 

@@ -1,4 +1,4 @@
-"""The campaign of kills and faults: whatever happens, no answer is lost or changed.
+"""Kill processes and inject disk faults, after which no answer may be lost or changed.
 
 Usage: ``make torture`` (some minutes), ``make torture ARGS="--places 45 --write"`` (10,000 cases).
 
@@ -9,7 +9,7 @@ uninterrupted one by file and row:
 - `tools.torture.disk_faults`: a faulty file layer below the journal, at individual records;
 - `tools.torture.system_calls`: real processes and SIGKILL, at four times as many system calls;
 - `tools.torture.writers`: processes that open the same journal at once;
-- `tools.torture.upkeep`: SIGKILL in ``build``, ``withdraw``, ``merge`` and ``--backup``.
+- `tools.torture.upkeep`: SIGKILL during ``build``, ``withdraw``, ``merge`` and ``--backup``.
 
 Prints one row per fault; after Ctrl-C, it prints the results so far. The exit status is 1 if a data
 set differs.
@@ -36,7 +36,7 @@ ROUNDS = 10  # of writers, per place
 
 
 def table(outcome: Outcome) -> list[str]:
-    """Return the counts as table lines: one row per fault, pooled across studies."""
+    """Return a Markdown table with the counts of each fault across all studies."""
     cases = Counter[str]()
     for (fault, _), count in outcome.counts.items():
         cases[fault] += count
@@ -49,7 +49,7 @@ def table(outcome: Outcome) -> list[str]:
 
 
 def figures(outcome: Outcome, words: str) -> str:
-    """Return the page's text about a campaign."""
+    """Return the results of a campaign as text for the documentation page."""
     names = dict.fromkeys(study for _, study in outcome.counts)
     said = (
         f"Latest results ({datetime.now(UTC).date()}, `make torture{words}`): "
@@ -75,17 +75,17 @@ def campaign(names: Sequence[str], places: int, participants: int, outcome: Outc
 
 def main(words: list[str] | None = None) -> int:
     """Run the campaign; return 1 if any data set differs."""
-    parser = argparse.ArgumentParser(prog="torture", description="kills and disk faults")
+    parser = argparse.ArgumentParser(prog="torture", description="Test kills and disk faults.")
     parser.add_argument(
-        "--places", type=int, default=4, metavar="N", help="of each run (default: 4; 0: all)"
+        "--places", type=int, default=4, metavar="N", help="points per run (default: 4; 0: all)"
     )
     parser.add_argument(
-        "--participants", type=int, default=1, metavar="N", help="of each study (default: 1)"
+        "--participants", type=int, default=1, metavar="N", help="number per study (default: 1)"
     )
     parser.add_argument(
-        "--study", action="append", metavar="STUDY", help="this one (default: all, and one more)"
+        "--study", action="append", metavar="STUDY", help="study to run (default: all)"
     )
-    parser.add_argument("--write", action="store_true", help="put the figures into the page")
+    parser.add_argument("--write", action="store_true", help="update the documentation page")
     args = parser.parse_args(words)
     outcome = Outcome()
     with suppress(KeyboardInterrupt):

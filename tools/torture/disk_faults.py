@@ -1,8 +1,8 @@
-"""A file layer below the journal that fails like faulty disks and killed processes.
+"""Simulate faulty disks and killed processes in a file layer below the journal.
 
-Here a kill is an exception that nothing catches, after which nothing that the session does reaches
-the disk. This is fast, so a kill can be tested at every record. For real kills, see
-`tools.torture.system_calls`.
+A kill is simulated by an exception that Slipscale does not catch. Afterwards, the session can no
+longer write to the disk. This is fast, so a run can be killed at every record. For processes that
+receive SIGKILL, see `tools.torture.system_calls`.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from slipscale.experiments.journal import journal as journal_module
 from slipscale.experiments.journal.journal import Journal
 
 SECTOR = 512
-# Names of the faults, which affect the bytes of one record.
+# Faults that end the process at the write of a record.
 KILLS = ("kill before", "kill within", "kill after", "power cut")
-# Killed, resumed, and killed again a few records later, several times and in different ways.
+# A run that is killed and resumed LIVES times, in different ways and within LIFE records each.
 AGAIN, LIVES, LIFE = "repeated kills", 6, 12
 ERRORS = {
     "EIO": errno.EIO,
@@ -36,18 +36,18 @@ FAULTS = (*KILLS, AGAIN, *WITHIN, "fsync EIO", "short writes", *GONE)
 
 
 class Killed(BaseException):
-    """The process is dead: nothing that it does reaches the disk any more."""
+    """The process is dead and can no longer write to the disk."""
 
 
 class Disk:
-    """The layer below a journal: works normally until the record at which a fault is due.
+    """File layer below a journal, in which a fault occurs at a given write.
 
     Parameters
     ----------
     fault : str
         One of `FAULTS`.
     at : int
-        The number of the write that fails, from 0; -1 for none.
+        Index of the write that fails, from 0, or -1 for none.
 
     Attributes
     ----------
@@ -70,7 +70,7 @@ class Disk:
         self._fsync = os.fsync
 
     def write(self, stream: Stream, line: bytes) -> int:
-        """Write a record, or apply the fault to it."""
+        """Write a record, or inject the fault."""
         if self.dead:
             raise Killed
         number, self.writes = self.writes, self.writes + 1
@@ -105,13 +105,12 @@ class Disk:
         self.kept = length
 
     def revive(self) -> None:
-        """Start the next process; it has no fault unless it is to be killed repeatedly."""
+        """Start the next process, which has no fault unless kills are repeated."""
         self.dead = False
         dies = self.fault == AGAIN and self.kills < LIVES
         self.at = self.writes + self._random.randrange(LIFE) if dies else -1
 
     def _lose_sectors(self, stream: Stream) -> None:
-        """Zero some sectors that were not synchronised to the disk."""
         end = stream.tell()
         for first in range(self.kept - self.kept % SECTOR, end, SECTOR):
             if self._random.random() < 0.5:  # noqa: PLR2004 - each sector written or not
@@ -122,7 +121,7 @@ class Disk:
 
 
 class Stream:
-    """The journal's open file with a `Disk` below it."""
+    """Open file of a journal, which writes through a `Disk`."""
 
     def __init__(self, file: FileIO, disk: Disk) -> None:
         self._file, self._disk = file, disk
@@ -139,13 +138,13 @@ class Stream:
         return self._disk.write(self, line)
 
     def raw(self, line: bytes) -> int:
-        """Write to the file itself."""
+        """Write to the file without faults."""
         return int(self._file.write(line))
 
 
 @contextmanager
 def below_the_journal(disk: Disk) -> Iterator[None]:
-    """Back every journal that is opened with a simulated disk."""
+    """Insert a simulated disk below every journal that is opened."""
     begin = Journal.__init__
     append = Journal.append
     close = Journal.close
@@ -162,8 +161,8 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
     def closing(journal: Journal) -> None:
         if not disk.dead:
             close(journal)
-        else:  # a dead process cleans up nothing
-            journal._close_file()  # noqa: SLF001 - the system does this for it
+        else:
+            journal._close_file()  # noqa: SLF001 - the system closes files of dead processes
 
     with (
         mock.patch.object(Journal, "__init__", __init__),
@@ -176,7 +175,7 @@ def below_the_journal(disk: Disk) -> Iterator[None]:
 
 
 def take_away(path: Path, how: str) -> None:
-    """Remove or rename a journal, or its data set's folder, while it is being written."""
+    """Remove or rename an open journal, or the folder of its data set."""
     dataset = path.parents[2]
     elsewhere = {"renamed": path, "folder renamed": dataset}
     if how == "removed":

@@ -29,21 +29,21 @@ EVERY_OPTION = Path(__file__).with_name("every_option.toml")
 
 @dataclass
 class Outcome:
-    """The results of a part of the campaign.
+    """Results of the campaign.
 
     Parameters
     ----------
     counts : Counter
         Number of cases by (fault, study).
     bad : list of tuple
-        (fault, sentence) of each case with different data.
+        Fault and description of each case in which the data differ.
     """
 
     counts: Counter[tuple[str, str]] = field(default_factory=Counter)
     bad: list[tuple[str, str]] = field(default_factory=list)
 
     def judge(self, fault: str, plan: RunPlan, place: str, problem: str) -> None:
-        """Count a case and record its problem, unless it is empty."""
+        """Count a case, and record its problem if there is one."""
         study = Path(plan.study_name).stem
         self.counts[fault, study] += 1
         if problem:
@@ -75,7 +75,7 @@ def content(dataset: Path) -> dict[str, bytes]:
     Raises
     ------
     UserError
-        If a journal is damaged, or its tables were not made from it.
+        If a journal is damaged, or tables do not match their journal.
     """
     if problems := build_dataset(dataset):
         raise UserError("; ".join(str(problem) for problem in problems))
@@ -91,7 +91,7 @@ def difference(dataset: Path, expected: dict[str, bytes]) -> str:
     """Describe how a data set's files differ from the expected ones; empty if they do not."""
     try:
         found = content(dataset)
-    except Exception as error:  # noqa: BLE001 - what is looked for
+    except Exception as error:  # noqa: BLE001 - any exception is a problem
         return repr(error)
     names = sorted({*found, *expected})
     return ", ".join(name for name in names if found.get(name) != expected.get(name))
@@ -107,7 +107,7 @@ def looked_up_once() -> Iterator[None]:
 
 
 def undisturbed(plan: RunPlan) -> tuple[dict[str, bytes], int]:
-    """Return a plan's data set, and its number of writes."""
+    """Run a plan without faults; return the data set and the number of writes."""
     disk = Disk("none", -1)
     with folder() as dataset, below_the_journal(disk):
         run_simulated(dataset, plan, "mock", synced=True)
@@ -132,16 +132,17 @@ def disturbed(dataset: Path, plan: RunPlan, disk: Disk, kept: list[Path]) -> Pat
 
 
 def spread(length: int, places: int, turn: int) -> range:
-    """Return ``places`` evenly spaced places in a run; all of them if ``places`` is 0.
+    """Return ``places`` evenly spaced positions in a run, or all positions if ``places`` is 0.
 
-    Each ``turn`` (each fault) gets different ones, so that together they cover more places.
+    Positions are shifted by ``turn``, the index of the fault, so that faults occur at different
+    positions.
     """
     stride = max(length // places, 1) if places else 1
     return range(turn % stride, length, stride)
 
 
 def disk_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
-    """Apply every disk fault to a pilot, each at ``places`` of its records."""
+    """Apply every disk fault to a pilot, each at ``places`` different writes."""
     expected, writes = undisturbed(plan)
     for turn, fault in enumerate(FAULTS):
         for at in spread(writes, places, turn):
@@ -150,7 +151,7 @@ def disk_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
                 try:
                     found = disturbed(made / "a", plan, disk, [made / "kept"])
                     problem = difference(found, expected)
-                except Exception as error:  # noqa: BLE001 - what is looked for
+                except Exception as error:  # noqa: BLE001 - any exception is a problem
                     problem = repr(error)
             outcome.judge(
                 fault, plan, f"at write {at}", problem or ("" if disk.struck else "no fault")

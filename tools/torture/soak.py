@@ -4,10 +4,10 @@ Usage: ``make soak`` (200 sessions), ``make soak ARGS="--hours 8 --write"``.
 
 The following must not grow during the day: this process's memory, open files and threads, the
 board process's memory, and the processor time per session. On a shared machine, a session takes
-more wall time and, because caches are shared, also more processor time. A session's time is
-therefore compared with that of a fixed piece of work done at the same time. Prints one line per
-tenth of the day. The exit status is 1 if the last tenth is above the second (the first one
-includes lazy imports).
+more wall time and, because caches are shared, also more processor time. The time of each session is
+therefore divided by the time of a reference calculation directly after it. Prints one line per
+tenth of the run. The exit status is 1 if the last tenth exceeds the second (the first one includes
+lazy imports).
 """
 
 from __future__ import annotations
@@ -50,21 +50,21 @@ if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan
     from slipscale.hardware.driver import PlateDriver
 
-# Participants per data set, because it is rebuilt after each session.
+# Participants per data set; few, because the data set is rebuilt after each session.
 PARTICIPANTS = 12
 TENTHS = 10
-# Significant growth from the second tenth to the last.
+# Limits for growth from the second tenth of the run to the last.
 MEMORY_GROWS, MEMORY_MIB, SLOWER = 1.03, 4.0, 1.25
 MIB = 2**20
-# Attempts to connect to a board, which may be too slow to answer on a busy machine.
+# Number of attempts to connect, because a board may answer late on a busy machine.
 ASKED = 20
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Level:
-    """The process's resources after a tenth of the day, and the duration of its sessions.
+    """Resources of the process after a tenth of the run, and the duration of its sessions.
 
-    ``relative`` is a session's processor time in units of the fixed piece of work.
+    ``relative`` is a session's processor time divided by the time of the reference calculation.
     """
 
     sessions: int
@@ -80,7 +80,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Took:
-    """A session's wall time and processor time, and the time of the fixed work next to it."""
+    """Wall time and processor time of a session, and time of the reference calculation."""
 
     whole_s: float
     cpu_s: float
@@ -88,7 +88,7 @@ class Took:
 
 
 def same_work() -> None:
-    """Do a fixed piece of work that takes a few hundredths of a second."""
+    """Run the reference calculation, which takes a few hundredths of a second."""
     records = [{"n": number, "t": number / 7, "kind": "done"} for number in range(300)]
     for _ in range(20):
         records = json.loads(json.dumps(records))
@@ -127,7 +127,7 @@ def session(dataset: Path, plan: RunPlan, port: str) -> Took:
             participant=ScriptedParticipant(answer, clock),
             journal=journal,
             clock=clock,
-            # On a busy machine the board may miss a heartbeat and silence the plate; continue then.
+            # On a busy machine, the board may miss a heartbeat and silence the plate.
             operator=UnattendedOperator(retries=1000),
         )
     if outcome != "complete" or build_dataset(dataset):
@@ -142,7 +142,7 @@ def session(dataset: Path, plan: RunPlan, port: str) -> Took:
 
 
 def level(sessions: int, board: int, took: list[Took]) -> Level:
-    """Return the current resources of this process and of the board's."""
+    """Return the current resources of this process and of the board's process."""
     return Level(
         sessions=sessions,
         memory_mib=_resident_mib("self"),
@@ -162,7 +162,7 @@ def _resident_mib(process: str) -> float:
 
 
 def grown(levels: list[Level]) -> list[str]:
-    """Describe which resources grew between the second and the last tenth."""
+    """Return the resources that grew between the second and the last tenth of the run."""
     before, after = levels[1], levels[-1]
     most_mib = before.memory_mib * MEMORY_GROWS + MEMORY_MIB
     most_board_mib = before.board_mib * MEMORY_GROWS + MEMORY_MIB
@@ -207,10 +207,10 @@ def _line(found: Level, elapsed_s: float) -> str:
 
 def main(words: list[str] | None = None) -> int:
     """Simulate a day; return 1 if the use of any resource grew."""
-    parser = argparse.ArgumentParser(prog="soak", description="sessions in one process")
-    parser.add_argument("--sessions", type=int, default=200, metavar="N", help="(default: 200)")
-    parser.add_argument("--hours", type=float, metavar="H", help="instead of a number of sessions")
-    parser.add_argument("--write", action="store_true", help="put the figures into the page")
+    parser = argparse.ArgumentParser(prog="soak", description="Run sessions in one process.")
+    parser.add_argument("--sessions", type=int, default=200, metavar="N", help="default: 200")
+    parser.add_argument("--hours", type=float, metavar="H", help="run sessions for H hours")
+    parser.add_argument("--write", action="store_true", help="update the documentation page")
     args = parser.parse_args(words)
     if args.sessions < 2 * TENTHS:
         parser.error(f"--sessions {args.sessions}: expected {2 * TENTHS} or more")
@@ -226,7 +226,7 @@ def main(words: list[str] | None = None) -> int:
     print(said, file=sys.stderr)
     if args.write:
         today = datetime.now(UTC).date()
-        last = f"Latest results ({today}, `make soak`), for the second and the last tenth. {said}"
+        last = f"Latest results ({today}, `make soak`), second and last tenth of the run. {said}"
         put("make soak", "\n".join([last, "", head, lines[1], lines[-1], ""]))
     return 1 if worse else 0
 

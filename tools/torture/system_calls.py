@@ -1,8 +1,8 @@
-"""Use SIGKILL between any two of the system calls that write a run's files.
+"""Kill a run with SIGKILL between any two of the system calls that write its files.
 
-Each case is a separate process (a fork, which needs no new imports). It counts its calls for the
-journal, the lock file and the tables, and kills itself before one of them. The run is then
-resumed, and its data set is compared with the uninterrupted one.
+Each case is a separate process (a fork, which needs no new imports). The process counts its system
+calls for the journal, the lock file and the tables, and kills itself before a given one. The run is
+then resumed, and its data set is compared with the uninterrupted one.
 """
 
 from __future__ import annotations
@@ -39,8 +39,8 @@ CALLS = 4
 class Calls:
     """Counts a process's system calls on one folder, and kills the process before one of them.
 
-    It also serves as the `Disk` of a `Stream`. Its changes are not undone, because its process is
-    a fork.
+    An instance also serves as the `Disk` of a `Stream`. Functions remain patched, because the
+    process is a fork.
     """
 
     def __init__(self, root: Path, at: int) -> None:
@@ -49,13 +49,13 @@ class Calls:
         self.count = 0
 
     def call(self) -> None:
-        """Count a call that is about to be made, or kill the process."""
+        """Kill the process if the chosen call is next; otherwise, count the call."""
         if self.count == self._at:
             os.kill(os.getpid(), signal.SIGKILL)
         self.count += 1
 
     def write(self, stream: Stream, line: bytes) -> int:
-        """Write a record in two calls, so that a kill can occur between its halves."""
+        """Write a record in two calls, so that the process can be killed between them."""
         half = len(line) // 2
         self.call()
         stream.raw(line[:half])
@@ -83,7 +83,7 @@ class Calls:
         Path.write_bytes = write_bytes  # type: ignore[method-assign, assignment]
 
     def _told(self, event: str, arguments: tuple[Any, ...]) -> None:
-        # While a tree is being removed, names are relative to an open folder.
+        # While a folder tree is being removed, its paths are relative to an open folder.
         if event in LOCKS or (
             event in EVENTS
             and (str(arguments[0]).startswith(self._root) or arguments[-1] not in (-1, None))
@@ -101,7 +101,7 @@ class Calls:
 
 
 def in_a_process(root: Path, at: int, action: Callable[[], object]) -> int | None:
-    """Run an action in a fork; return its number of calls on a folder, or None if it was killed."""
+    """Run an action in a fork; return its number of calls, or None if it was killed."""
     reading, writing = os.pipe()
     process = os.fork()
     if not process:
@@ -123,7 +123,7 @@ def in_a_process(root: Path, at: int, action: Callable[[], object]) -> int | Non
     if os.WIFSIGNALED(status):
         return None
     if status:
-        raise RuntimeError(f"a process failed that was to be killed at call {at}")
+        raise RuntimeError(f"the process failed, but not by SIGKILL at call {at}")
     return int(told)
 
 
@@ -141,7 +141,7 @@ def cut(whole: Path, dataset: Path, plan: RunPlan) -> None:
 
 
 def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
-    """Kill a pilot before ``places`` of its calls, in a new run and in a resumed one."""
+    """Kill a pilot at ``CALLS * places`` system calls, in a new run and in a resumed run."""
     expected, _ = undisturbed(plan)
     with folder() as place:
         whole, base = place / "whole", place / "base"
@@ -157,7 +157,7 @@ def kill_campaign(plan: RunPlan, places: int, outcome: Outcome) -> None:
                 try:
                     run_simulated(made, plan, "mock", synced=True)
                     problem = difference(made, expected)
-                except Exception as error:  # noqa: BLE001 - what is looked for
+                except Exception as error:  # noqa: BLE001 - any exception is a problem
                     problem = repr(error)
                 # One wait for the disk covers several records, so the number of calls varies.
                 if problem or made_calls is None:

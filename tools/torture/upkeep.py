@@ -1,9 +1,9 @@
-"""Use SIGKILL on the commands that change a data set: build, withdraw, merge and backup.
+"""Kill the commands that change a data set with SIGKILL: build, withdraw, merge and backup.
 
-A small laboratory is prepared: a data set of three participants with a questionnaire, its backup,
-a set it was merged into, a journal in a fallback folder, and results. The command is killed before
-one of its system calls and then run again. Afterwards, only the note may be left of a participant
-who withdrew, and no row or journal of anybody else may be missing.
+A withdrawal starts with a data set of three participants with a questionnaire, its backup, a merged
+data set, a journal in a fallback folder, and results. Each command is killed before one of its
+system calls and then run again. Afterwards, the withdrawal record must be the only trace of a
+participant who withdrew, and the rows and journals of all others must be complete.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ GONE = "sub-01"
 
 
 def kind_of(command: str) -> str:
-    """Return the campaign's name for kills of a command."""
+    """Return the name of the fault in which a command is killed."""
     return f"SIGKILL in {command}"
 
 
 def kill_upkeep(places: int, outcome: Outcome) -> None:
-    """Kill each command before ``places`` of its calls (0: all of them) and run it again."""
+    """Kill each command at ``places`` system calls (0: at every call), and run it again."""
     with folder() as root, _at_home(root / "laboratory" / "home"):
         study = root / "biet2007.toml"
         study.write_text(study_text("biet2007") + QUESTIONNAIRE, encoding="utf-8")
@@ -71,7 +71,7 @@ def kill_upkeep(places: int, outcome: Outcome) -> None:
                     if killed:
                         act(place)
                     problem = judge(place, before) or ("" if killed else "not killed")
-                except Exception as error:  # noqa: BLE001 - what is looked for
+                except Exception as error:  # noqa: BLE001 - any exception is a problem
                     problem = repr(error)
                 outcome.judge(kind_of(name), plans[0], f"at call {at}", problem)
             shutil.rmtree(place)
@@ -89,7 +89,6 @@ def _at_home(home: Path) -> Iterator[None]:
 
 
 def _recorded(place: Path, plans: list[RunPlan]) -> Path:
-    """Record three participants and build their data set."""
     data = place / "data"
     for plan in plans[:3]:
         run_simulated(data, plan, "mock")
@@ -98,7 +97,6 @@ def _recorded(place: Path, plans: list[RunPlan]) -> Path:
 
 
 def _laboratory(place: Path, plans: list[RunPlan]) -> None:
-    """Add a backup, a merged set, a journal in a fallback folder, and results."""
     data = _recorded(place, plans)
     run_simulated(place / "other", plans[3], "mock")
     (place / "disk").mkdir()
@@ -121,7 +119,7 @@ def _withdraw(place: Path) -> None:
 
 
 def _nobody_left(place: Path, before: dict[Path, set[str]]) -> str:
-    """Return where a participant who withdrew is still named, or what others have lost."""
+    """Describe a remaining trace of the participant who withdrew, or a loss of other data."""
     for path in sorted(place.rglob("*")):
         named = GONE in path.name or (path.is_file() and GONE.encode() in path.read_bytes())
         if named:
@@ -136,7 +134,6 @@ def _nobody_left(place: Path, before: dict[Path, set[str]]) -> str:
 
 
 def _cut(place: Path, plans: list[RunPlan]) -> None:
-    """Truncate one journal, empty another, and record one more participant."""
     data = _recorded(place, plans)
     run_simulated(data, plans[3], "mock")
     cut, emptied = (plan.journal_path(data) for plan in plans[:2])
@@ -209,7 +206,6 @@ def _rows(place: Path) -> dict[Path, set[str]]:
 
 
 def _lost(place: Path, before: dict[Path, set[str]]) -> str:
-    """Describe a table that has lost rows."""
     now = _rows(place)
     for path, rows in before.items():
         theirs = GONE in path.as_posix() and not (place / path).exists()

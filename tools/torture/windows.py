@@ -5,12 +5,12 @@ Xvfb; nothing appears on the screen.
 
 - Signals: one process repeatedly runs and resumes sessions and receives SIGINT, SIGTERM or SIGHUP
   at a random point: while the window opens, in a frame, in a destructor, while a record is
-  written or while the data set is built. The command must return 130, with a silent plate and a
-  journal that contains everything it contained before and can be resumed.
-- Whole processes: the same for separate processes, from their first line on.
-- Servers: the X server is killed during a session in its own process, one screen later each time.
-  The session must return 3, leave a stop record but neither lock nor live file, and explain how
-  to resume.
+  written or while the data set is built. The command must return 130 and silence the plate. The
+  journal must keep all its records, and the run must be resumable.
+- Processes: the same for separate processes, at any point after they install signal handlers.
+- Servers: the X server is killed during a session in a separate process, after a random number of
+  steps. The session must return 3, write a stop record, remove its lock file and live file, and
+  explain how to resume.
 
 Prints problems and counts; the exit status is 1 if there was a problem.
 """
@@ -60,11 +60,11 @@ practice = 0
 repetitions = 3
 scale_top = "none"
 """
-# Simulated typing, one character every few frames; one of these answers any screen.
+# Characters that are typed in turn, one every few frames; one of them answers any screen.
 TYPED, FRAMES = " 5\r1", 4
-LONGEST_S = 0.8  # from the command to the signal
+LONGEST_S = 0.8  # longest time from the start of a command to the signal
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
-CASES_OF_A_PROCESS = 100  # PsychoPy keeps part of each window that it opened
+CASES_OF_A_PROCESS = 100  # limited, because PsychoPy does not release windows fully
 PATIENCE_S = 60.0
 
 
@@ -104,27 +104,27 @@ def judge(journal: Path, before: list[str], status: int | None, said: str) -> st
         return said[-800:]
     # A dead process's lock file is harmless: the signal came while it was being made.
     if locks.is_being_written(journal):
-        return "another session would be kept out"
+        return "the run is still locked"
     if list(journal.parent.glob("*.live")):
         return "its mailbox is left"
     return _lost(journal, before)
 
 
 def _tracebacks(said: str) -> int:
-    """Count tracebacks, except those of a library's interrupted destructor."""
+    """Count tracebacks, except those of interrupted destructors."""
     return said.count("Traceback") - said.count("Exception ignored in")
 
 
 def _lost(journal: Path, before: list[str]) -> str:
     if not journal.exists() or not journal.stat().st_size:
         return "the journal is gone" if before else ""
-    _, records = read_plan(journal)  # raises if it cannot be resumed
+    _, records = read_plan(journal)  # raises an error if the run cannot be resumed
     now = [record.hash for record in records]
     return "" if now[: len(before)] == before else "records were lost or changed"
 
 
 def signal_cases(count: int, seed: int) -> dict[str, Any]:
-    """Run sessions in this process and end each with a signal; return counts and problems."""
+    """Interrupt ``count`` sessions in this process with signals; return counts and problems."""
     chance = random.Random(seed)
     counts: Counter[str] = Counter()
     bad: list[str] = []
@@ -169,13 +169,14 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
                 inside[0] = False
             kill.cancel()
             kill.join()
-            gc.collect()  # closes a file that was being opened, as the end of a process would
-            locks.release(journal)  # also its lock file, which names this process
-            signals._Noted.name = ""  # noqa: SLF001 - the next case is a separate process
+            # The end of a process would close its files and invalidate its lock file.
+            gc.collect()
+            locks.release(journal)
+            signals._Noted.name = ""  # noqa: SLF001
             complete = journal.exists() and _is_over(journal)
             number += complete
             if status == DONE and complete:
-                continue  # the session was faster than the signal
+                continue  # The session ended before the signal.
             problem = judge(journal, before, status, said.getvalue())
             if not problem and plates and _moves(plates[-1]):
                 problem = "the plate vibrates"
@@ -187,12 +188,13 @@ def signal_cases(count: int, seed: int) -> dict[str, Any]:
 
 
 def ended(words: list[str]) -> int:
-    """Return the status of a command that a signal may end at any point."""
+    """Run a command that a signal may interrupt, and return its exit status."""
     try:
         return commands.main(words)
     except KeyboardInterrupt:
         return INTERRUPTED
-    except Exception:  # as `commands.main` does for its process
+    except Exception:
+        # After a signal, any exception counts as an interruption, as in `commands.main`.
         if not signals._Noted.name:  # noqa: SLF001
             raise
         return INTERRUPTED
@@ -241,7 +243,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
             text=True,
         )
         began_s = time.monotonic()
-        if server:  # one screen more each time
+        if server:
             steps = chance.randrange(1, 12)
             while _begun(journal) < steps and time.monotonic() - began_s < PATIENCE_S:
                 time.sleep(0.005)
@@ -255,7 +257,7 @@ def process_case(chance: random.Random, *, server: bool) -> str:
         try:
             out, said = process.communicate(timeout=PATIENCE_S)
         except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGABRT)  # Python then prints where each thread is
+            process.send_signal(signal.SIGABRT)  # Python prints all tracebacks
             return f"it hung: {process.communicate()[1][:3000]}"
         if server:
             return _of_server(journal, process.returncode, out + said)
@@ -282,7 +284,7 @@ def _of_server(journal: Path, status: int, said: str) -> str:
 
 
 def session(words: list[str]) -> int:
-    """Run a command as a separate process would, with simulated typing."""
+    """Run a command with simulated typing."""
     sys.argv = ["slipscale", *words]
     with mock.patch.object(Keyboard, "poll", typing(Keyboard.poll)):
         return commands.main()
@@ -290,11 +292,11 @@ def session(words: list[str]) -> int:
 
 def main(words: list[str] | None = None) -> int:
     """Run the campaign; return 1 if anything went wrong."""
-    parser = argparse.ArgumentParser(prog="windows", description="signals and lost displays")
-    parser.add_argument("--signals", type=int, default=20, metavar="N", help="in this process")
-    parser.add_argument("--processes", type=int, default=3, metavar="N", help="ended by a signal")
-    parser.add_argument("--servers", type=int, default=3, metavar="N", help="killed X servers")
-    parser.add_argument("--seed", type=int, default=1, help="random seed of all moments")
+    parser = argparse.ArgumentParser(prog="windows", description="Interrupt sessions in windows.")
+    parser.add_argument("--signals", type=int, default=20, metavar="N", help="number of signals")
+    parser.add_argument("--processes", type=int, default=3, metavar="N", help="number of processes")
+    parser.add_argument("--servers", type=int, default=3, metavar="N", help="number of X servers")
+    parser.add_argument("--seed", type=int, default=1, help="random seed")
     parser.add_argument("--cases", type=int, metavar="N", help=argparse.SUPPRESS)
     parser.add_argument("--session", nargs=argparse.REMAINDER, help=argparse.SUPPRESS)
     args = parser.parse_args(words)
@@ -305,7 +307,8 @@ def main(words: list[str] | None = None) -> int:
             print(json.dumps(signal_cases(args.cases, args.seed)), flush=True)
             server.kill()
             os._exit(DONE)  # libraries close windows at exit, on a display that no longer exists
-    for name in NAMES:  # nohup and background shells ignore some; commands would inherit that
+    # nohup and background shells ignore some signals, and child processes would inherit this.
+    for name in NAMES:
         signal.signal(getattr(signal, name), signal.SIG_DFL)
     counts, bad = signals_elsewhere(args.signals, args.seed)
     chance = random.Random(args.seed)

@@ -1,8 +1,8 @@
-"""Let many processes open one journal at once: one writes, and the others receive an error.
+"""Let several processes open one journal at once: one writes, and the others receive an error.
 
-In each round the writer is killed, and the next round starts with what it left behind; half of its
-records are torn. The campaign runs with and without system locks, which some network drives do not
-support.
+In each round, the writer is killed in the middle of its second record. The next round continues
+with the same journal. The campaign runs with and without system locks, which some network drives
+do not support.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def writer_campaign(plan: RunPlan, rounds: int, outcome: Outcome) -> None:
 
 
 def race(path: Path, *, system_locks: bool) -> str:
-    """Let writers open a journal at once and kill the successful one; return what went wrong."""
+    """Let several processes open a journal at once, and kill them; describe any problem."""
     before = len(read_whole(path).records) if path.exists() else 0
     start_read, start_write = os.pipe()
     end_read, end_write = os.pipe()
@@ -63,14 +63,14 @@ def race(path: Path, *, system_locks: bool) -> str:
         os.close(each)
     reading = read_whole(path)
     if words.count("w") != 1 or words.count("r") != WRITERS - 1:
-        return f"of {WRITERS} writers {words.count('w')} wrote, {words.count('r')} were refused"
+        return f"of {WRITERS} writers, {words.count('w')} wrote and {words.count('r')} were refused"
     if reading.damage or len(reading.records) != before + 1:
-        return f"{len(reading.records)} records where {before + 1} were written {reading.damage}"
+        return f"{len(reading.records)} of {before + 1} records were read: {reading.damage}"
     return ""
 
 
 def _write(path: Path, pipes: tuple[int, int, int], *, system_locks: bool) -> None:
-    """Open the journal when allowed, write a record and half of another, and wait to be killed."""
+    """Open the journal, write one and a half records, and wait to be killed."""
     start, told, end = pipes
     word = b"x"
     try:

@@ -1,8 +1,8 @@
-"""Test the conformance kit with boards that are wrong on purpose.
+"""Test the conformance kit with deliberately faulty boards.
 
-Usage: ``python -m tools.wrong_boards`` (some minutes). Prints, for each kind of wrong board, which
-rules of the wire and which guided tests detect it. The exit status is 1 if neither detects a kind,
-or if the correct board departs from a rule.
+Usage: ``python -m tools.wrong_boards`` (some minutes). Prints, for each kind of faulty board, which
+protocol rules and which guided tests detect it. The exit status is 1 if neither detects a kind, or
+if the correct board violates a rule.
 
 Each kind is a variant of the emulated board, in virtual time.
 """
@@ -31,7 +31,7 @@ def main() -> int:
         for part, rules in (("wire", by_wire), ("guided", by_guide)):
             for rule, detail in list(rules.items())[:3]:
                 print(f"    {part:<7} {rule}: {detail[:110]}")
-    print(f"{len(WRONG)} kinds of wrong board, {unfound} wrong verdicts")
+    print(f"{len(WRONG)} kinds of faulty board, {unfound} wrong verdicts")
     return int(unfound > 0)
 
 

@@ -1,4 +1,4 @@
-"""Boards that are wrong on purpose: each is a variant of the emulated board."""
+"""Deliberately faulty variants of the emulated board."""
 
 # ruff: noqa: D102 - the variants override methods of Board
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Variant(Board):
-    """A board that uses its own methods as commands."""
+    """Emulated board in which subclasses can override the commands."""
 
     def __init__(self, twin: Twin, *, boot: int) -> None:
         super().__init__(twin, boot=boot)
@@ -28,7 +28,7 @@ class Variant(Board):
 
 
 class NoWatchdog(Variant):
-    """No watchdog at all."""
+    """The board has no watchdog."""
 
     unwatched: tuple[str, ...] = wire.VIBRATING
 
@@ -39,19 +39,19 @@ class NoWatchdog(Variant):
 
 
 class NoWatchdogInList(NoWatchdog):
-    """No watchdog while a list is played."""
+    """The board has no watchdog while it plays a list."""
 
     unwatched = ("LIST",)
 
 
 class NoWatchdogInOpen(NoWatchdog):
-    """No watchdog in open loop."""
+    """The board has no watchdog in open loop."""
 
     unwatched = ("OPEN",)
 
 
 class ContentWatchdog(Variant):
-    """A watchdog that any byte satisfies."""
+    """Any received byte resets the watchdog."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         self._heard_s = now_s
@@ -59,7 +59,7 @@ class ContentWatchdog(Variant):
 
 
 class FakesSilence(Variant):
-    """Reports silence after a cause, but continues to drive."""
+    """The board reports that it is silent after the event ``cause``, but drives the plate."""
 
     cause = "OUTP"
     faked = False
@@ -96,19 +96,19 @@ class FakesSilence(Variant):
 
 
 class FakesSilenceAfterStop(FakesSilence):
-    """Fakes silence after !."""
+    """The board falsely reports that it is silent after the stop byte ``!``."""
 
     cause = "!"
 
 
 class FakesSilenceAfterWatchdog(FakesSilence):
-    """Fakes silence after the watchdog."""
+    """The board falsely reports that it is silent after the watchdog has expired."""
 
     cause = "WDOG"
 
 
 class FakesSilenceAndReading(FakesSilence):
-    """Fakes silence after OFF, including the sensor's reading."""
+    """The board falsely reports silence and a sensor reading of 0 after it was switched off."""
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
@@ -116,7 +116,7 @@ class FakesSilenceAndReading(FakesSilence):
 
 
 class DeafToStopInOpen(Variant):
-    """Ignores ! in open loop."""
+    """The board ignores the stop byte ``!`` in open loop."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         if self.state == "OPEN":
@@ -125,7 +125,7 @@ class DeafToStopInOpen(Variant):
 
 
 class FalseHold(Variant):
-    """HOLD follows the ramp, whatever the sensor measures."""
+    """The board reports HOLD after each ramp, whatever the sensor measures."""
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
         super()._settled(measured_level, was_limited=was_limited)
@@ -133,7 +133,7 @@ class FalseHold(Variant):
 
 
 class WideHold(Variant):
-    """HOLD within 10 %, without any correction inside that band."""
+    """The board reports HOLD within 10 % of the target, and corrects no error in that band."""
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
         if abs(measured_level - self.target_level) <= 0.1 * self.target_level:
@@ -147,7 +147,7 @@ class WideHold(Variant):
 
 
 class NoSaturation(Variant):
-    """Reports HOLD although the voltage is insufficient."""
+    """The board reports HOLD although the voltage is insufficient."""
 
     def _settled(self, measured_level: float, *, was_limited: bool) -> str:
         state = super()._settled(measured_level, was_limited=was_limited)
@@ -155,7 +155,7 @@ class NoSaturation(Variant):
 
 
 class FrozenReadback(Variant):
-    """The sensor's reading stays at the first one above 0.1 µm."""
+    """The sensor's reading freezes at its first value above 0.1 µm in HOLD."""
 
     _frozen: float | None = None
 
@@ -168,7 +168,7 @@ class FrozenReadback(Variant):
 
 
 class EchoedReadback(Variant):
-    """The sensor's reading is the target."""
+    """The board reports the target as the sensor's reading."""
 
     def status(self, now_s: float) -> BoardStatus:
         status = super().status(now_s)
@@ -197,7 +197,7 @@ class FakedReadback(EchoedReadback):
 
 
 class StepsInsteadOfRamp(Variant):
-    """Changes the amplitude at once, without a ramp."""
+    """The board changes the amplitude at once, without a ramp."""
 
     def _ramp(self, now_s: float) -> None:
         self._commanded_s -= firmware.RAMP_S
@@ -214,7 +214,7 @@ class StepsInsteadOfRamp(Variant):
 
 
 class NoOnTimeLimit(Variant):
-    """No limit of the on-time."""
+    """The board does not limit the on-time."""
 
     def tick(self, now_s: float) -> None:
         if not self.played and self.state != "RAMP":
@@ -223,7 +223,7 @@ class NoOnTimeLimit(Variant):
 
 
 class SlowList(Variant):
-    """Plays a list at half speed."""
+    """The board plays lists at half speed."""
 
     def _list_play(self, arguments: list[str], now_s: float) -> str:
         value = super()._list_play(arguments, now_s)
@@ -234,7 +234,7 @@ class SlowList(Variant):
 
 
 class ChangedList(Variant):
-    """Plays a different list from the one it received."""
+    """The board plays a different list from the one it received."""
 
     def _list_play(self, arguments: list[str], now_s: float) -> str:
         value = super()._list_play(arguments, now_s)
@@ -250,14 +250,14 @@ class ChangedList(Variant):
 
 
 class FlatList(ChangedList):
-    """Plays a list's mean."""
+    """The board plays only the mean of a list."""
 
     def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
         return (sum(points) / len(points),) * len(points)
 
 
 class InvertedList(ChangedList):
-    """Plays a list inverted around its mean."""
+    """The board plays lists that are mirrored about their mean."""
 
     def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
         mean = sum(points) / len(points)
@@ -265,7 +265,7 @@ class InvertedList(ChangedList):
 
 
 class CutList(ChangedList):
-    """Plays only a list's first eight points."""
+    """The board plays only the first eight points of a list."""
 
     def change(self, points: tuple[float, ...]) -> tuple[float, ...]:
         return points[: wire.POINTS_A_LINE]
@@ -286,7 +286,7 @@ class DoubledDrive(Variant):
 
 
 class ForgetsNotAtStop(Variant):
-    """Removes ! from its line but keeps the rest, so that a frame containing ! is run."""
+    """The board runs a frame that contains ``!``, because it removes only this byte."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         before, stop, after = data.partition(wire.STOP)
@@ -298,7 +298,7 @@ class ForgetsNotAtStop(Variant):
 
 
 class ForgetsItsAnswer(Variant):
-    """Plain ``*IDN?`` replaces the answer kept for repetitions."""
+    """A plain ``*IDN?`` deletes the answer stored for repeated commands."""
 
     def _line(self, line: bytes, now_s: float) -> tuple[str, bytes] | None:
         if line == b"*IDN?":
@@ -307,7 +307,7 @@ class ForgetsItsAnswer(Variant):
 
 
 class CutsLines(Variant):
-    """Truncates lines that are too long, and runs them."""
+    """The board truncates lines that are too long, and executes them."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         *lines, rest = data.split(b"\n")
@@ -316,14 +316,14 @@ class CutsLines(Variant):
 
 
 class AnswersTwice(Variant):
-    """Answers twice."""
+    """The board sends each answer twice."""
 
     def receive(self, data: bytes, now_s: float) -> list[tuple[str, bytes]]:
         return [each for each in super().receive(data, now_s) for _ in range(2)]
 
 
 class NoLimits(Variant):
-    """Does not enforce its own limits."""
+    """The board does not enforce its amplitude limit."""
 
     def _amplitude(self, arguments: list[str], now_s: float) -> str:
         kept, self.limits = self.limits, replace(self.limits, level=1e9)
@@ -341,5 +341,5 @@ WRONG: tuple[type[Board], ...] = (
     SlowList, FlatList, InvertedList, CutList, DoubledDrive,
     ForgetsNotAtStop, ForgetsItsAnswer, CutsLines, AnswersTwice, NoLimits,
 )  # fmt: skip
-# The wire may not reveal these: without a load on the plate, their reports are consistent.
+# Boards that only guided tests may detect: their answers are consistent if the plate is unloaded.
 GUIDED_ONLY = (FakesSilenceAndReading, FalseHold, WideHold, NoSaturation)

@@ -1,4 +1,4 @@
-"""The rules that a kind of board violates, on the wire and in the guided tests."""
+"""Find the protocol rules that a faulty board violates, and the guided tests that it fails."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def departures(kind: type[Board], *, long: bool = False) -> dict[str, str]:
-    """Return the wire rules that a kind of board violates, with details."""
+    """Return the protocol rules that a kind of board violates, with details."""
     line = VirtualLine(kind(Twin(), boot=1))
     verdicts = examine(Bench(line, line, long=long))
     return {each.rule: each.detail for each in verdicts if each.outcome == "departs"}

@@ -1,4 +1,4 @@
-"""A board on a line in virtual time, and the operator of its guided tests."""
+"""Simulate a serial line to a board, and the operator of guided tests, in virtual time."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LOAD = FingerLoad(loss=1 / 300)  # Q from 60 to 50
 
 
 class VirtualLine:
-    """A line to a board, in time that passes only during waits."""
+    """Serial line to a board, in virtual time that advances only during waits."""
 
     port = "virtual"
 
@@ -32,7 +32,7 @@ class VirtualLine:
         return self.clock.now()
 
     def sleep(self, duration_s: float) -> None:
-        """Let time pass, one tick of the board after another."""
+        """Advance the virtual time in ticks of the board."""
         for _ in range(math.ceil(duration_s / TICK_S)):
             self.clock.sleep(TICK_S)
             self.board.tick(self.clock.now())
@@ -61,7 +61,7 @@ class Operator:
         self._twin = line.board.twin
 
     def load(self, *, on: bool) -> None:
-        """Put the load on the plate, or remove it."""
+        """Add or remove the load on the plate."""
         self._twin.amplitude_um_pp(self._line.now())
         self._twin.finger = LOAD if on else NO_FINGER
 
@@ -70,7 +70,7 @@ class Operator:
         return self._twin.amplitude_um_pp(self._line.now())
 
     def swing(self, duration_s: float) -> tuple[float, float]:
-        """Return the smallest and the largest true amplitude while time passes."""
+        """Return the smallest and the largest true amplitude within ``duration_s``."""
         seen = []
         for tick in range(math.ceil(duration_s / TICK_S)):
             self._line.sleep(TICK_S)
