@@ -65,7 +65,6 @@ BIDS_TABLE = re.compile(r"sub-(?P<sub>[^_]+)(_ses-(?P<ses>[^_]+))?_.*_(beh|event
 BIDS_LABELS = {"participant": "sub", "session": "ses"}
 #: Number of answers at the smallest level, and proportion of "yes" that suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
-#: Logarithmic units.
 LOGARITHMIC = re.compile(r"\bdb|decibel|\blog", re.IGNORECASE)
 
 

@@ -91,7 +91,7 @@ class TaskTrials:
         ]
 
 
-#: Key in a file name -> column for its value.
+#: Column for each key in a file name.
 IDENTITY_OF = {"sub": PARTICIPANT, "ses": "session", "task": "task", "run": "run"}
 
 

@@ -31,7 +31,6 @@ from slipscale.analysis.reading.labelled_tasks import (
 from slipscale.analysis.reading.surface_labels import padded, plain
 from slipscale.analysis.reading.trial_tables import FACTOR, IDENTITY
 
-#: Columns that the trial tables of all kinds of task contain.
 COMMON = (*IDENTITY, "task", "trial", "catch")
 #: In a study with factors, the column that contains the task label without the condition.
 BEFORE_CONDITION = "task of all conditions"

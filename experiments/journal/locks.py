@@ -183,7 +183,6 @@ def _believed(journal: Path, *, system_locks: bool, now_s: float) -> Holder | No
 
 
 def _runs(process: int) -> bool:
-    """Return whether a process is running on this computer."""
     if os.name == "nt":  # On Windows, os.kill would end the process.
         return True
     try:

@@ -104,7 +104,7 @@ def _whole(digits: str) -> int:
     return int(digits)
 
 
-# Made once: a journal has thousands of short lines.
+# Created only once, because a journal has thousands of short lines.
 _DECODER = json.JSONDecoder(parse_int=_whole)
 _ENCODER = json.JSONEncoder(ensure_ascii=False, allow_nan=False, separators=(",", ":"))
 

@@ -101,16 +101,10 @@ def count(
     tasks : list of Problem
         Subproblems of a column, whose counts are added.
     measure : {"multisets", "ordered"}
-        Whether to count multisets or ordered samples.
     memory_gib : float
         Available memory in GiB.
     minutes : float
         Limit on the predicted time for counting multisets, in minutes.
-
-    Returns
-    -------
-    int
-        Number of data sets.
     """
     if measure == "ordered":
         require_memory(tasks, memory_gib)

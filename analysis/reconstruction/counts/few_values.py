@@ -87,8 +87,7 @@ def number_of_runs(values: Sequence[int], n: int, of_sum: Runs) -> int | None:
     for signed_sum, runs in shifted.items():
         reach = np.abs(signed_sum - d) + q, n - k + q
         for first, last in runs:
-            # Every second number is a possible sum of squares, so half of `room`, rounded down, is
-            # their number.
+            # Only every second number is a possible sum of squares.
             room = np.minimum(reach[1], last) - np.maximum(reach[0], first) + 2
             found += int((np.maximum(room, 0) // 2).sum())
     return found

@@ -121,7 +121,7 @@ class _Half:
     farthest: int
     sign: int
     lowest: int  # Smallest remaining distance; negative on the other side.
-    most: int  # Number of values.
+    most: int  # Largest number of values.
     # For each n: n, the smallest and largest D, and the smallest and largest V of the goals.
     groups: tuple[tuple[int, tuple[int, int], tuple[int, int]], ...]
 

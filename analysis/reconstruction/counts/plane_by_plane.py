@@ -75,7 +75,7 @@ def roundings(below: Shape, above: Shape, goals: Sequence[Goal]) -> int:
 
 
 def _lives(shape: Shape) -> list[tuple[int, int]]:
-    """Return each plane's number of cells, and the largest k for which the plane is needed."""
+    """Return the largest k for which each plane is needed, and the plane's number of cells."""
     return [(last, (i + 1) * (j + 1)) for last, i, j in _extents(shape)]
 
 
@@ -143,10 +143,7 @@ class _Half:
 
 @dataclass(frozen=True)
 class _Run:
-    """Goals that differ only in V (see `Goal`), with consecutive values of (V - D) / 2.
-
-    The values of (V - D) / 2 are the integers from `first` to `last`.
-    """
+    """Goals that differ only in V; (V - D) / 2 takes all integers from `first` to `last`."""
 
     signed_sum: int
     numbers_above: range
@@ -175,7 +172,7 @@ class _Meeting:
         kind = np.float64 if modulus is None else np.uint64
         self.modulus = modulus
         self.below, self.above = _Half(below, kind), _Half(above, kind)
-        self.none = np.ones((1, 1), dtype=kind)  # no values: one way
+        self.none = np.ones((1, 1), dtype=kind)  # There is one way to choose no values.
         for plane in self.above.planes:
             if plane.values.size:
                 plane.values[0, 0] = 1

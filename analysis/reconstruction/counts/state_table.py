@@ -91,7 +91,6 @@ class StateTable:
     shape : Shape
         Distances that the table covers, and size of the table.
     measure : {"multisets", "ordered"}
-        Whether to count multisets or ordered samples.
     modulus : int or None
         Modulus of all counts: 2**64 or a prime below 2**31. If None, counts are estimated in
         floating point.

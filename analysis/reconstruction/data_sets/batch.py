@@ -51,7 +51,7 @@ class Verdict:
         Approximate decimal logarithm of the number of data sets. Empty if the data sets were
         counted or if no approximation is available.
     reason : str
-        Reason why there are no data sets, or why the row could not be counted or understood.
+        Reason for a verdict other than "consistent".
     """
 
     line: int

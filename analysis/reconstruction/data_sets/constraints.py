@@ -38,8 +38,6 @@ MOST_VALUES = 3_000_000
 class Targets:
     """The requirements that a column's ratings must meet.
 
-    Ratings are given as numbers of scale steps above the minimum of the scale.
-
     Parameters
     ----------
     wanted : tuple of Wanted
@@ -68,10 +66,7 @@ class Targets:
 
     @property
     def moments(self) -> tuple[Moments, ...]:
-        """Sums and sums of squares of the ratings that match the published numbers.
-
-        Ratings are given as numbers of scale steps above the minimum of the scale.
-        """
+        """Sums and sums of squares of the ratings that match the published numbers."""
         return tuple(wish.moments for wish in self.wanted)
 
 
@@ -185,10 +180,7 @@ def within_reach(moments: Moments, most: int) -> tuple[int, int]:
 
 
 def admissible_sums(column: Column) -> range:
-    """Return the sums of ratings that match the published mean or sum.
-
-    Ratings are given as numbers of scale steps above the minimum of the scale.
-    """
+    """Return the sums of ratings that match the published mean or sum."""
     n, scale = Fraction(column.n), column.scale
     found = Interval(Fraction(0), n * scale.steps)
     for printed, factor in column.means():
@@ -200,8 +192,8 @@ def admissible_sums(column: Column) -> range:
 def admissible_squares(column: Column, total: int) -> range:
     """Return the sums of squared ratings that match the published SD, SE and confidence interval.
 
-    Ratings are given as numbers of scale steps above the minimum of the scale. The sum and the sum
-    of squares have the same parity, so only every second sum of squares is possible.
+    The sum and the sum of squares have the same parity, so only every second sum of squares is
+    possible.
     """
     n, steps = column.n, column.scale.steps
     variance = variances(column, column.scale.minimum + column.scale.step * Fraction(total, n))

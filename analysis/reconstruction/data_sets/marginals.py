@@ -98,9 +98,8 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
     )
 
 
-# Numbers of solutions. The key (value, m) counts solutions with exactly m free values up to
-# `value`, (value, None) counts solutions without a free value equal to `value`, and `WHOLE` counts
-# all solutions.
+# Numbers of solutions with exactly m free values up to `value` (key: value, m), without a free
+# value equal to `value` (key: value, None), and in total (key: `WHOLE`).
 Tally = dict[tuple[int, int | None], int]
 WHOLE = (-1, None)
 

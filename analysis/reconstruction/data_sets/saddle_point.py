@@ -24,8 +24,7 @@ if TYPE_CHECKING:
 # sums.
 SUMS_LOOKED_AT = 15
 STEPS = 200
-# No estimate is returned if the proportion of multisets that contain the required values is not
-# larger than this.
+# Estimates require that more than this proportion of multisets contain the required values.
 LEAST_SHARE = 0.02
 CONVERGED = 1e-10
 # Maximum number of scale values. More would need gigabytes.

@@ -75,9 +75,7 @@ class Sampler:
         Parameters
         ----------
         number : int
-            Number of data sets.
         generator : numpy.random.Generator
-            Random generator.
 
         Returns
         -------

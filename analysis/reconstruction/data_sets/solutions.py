@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 class Solutions:
     """All data sets consistent with `column`.
 
+    Ratings are given as numbers of scale steps above the minimum of the scale.
+
     Parameters
     ----------
     column : Column
@@ -55,7 +57,7 @@ class Solutions:
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """The problems into which the count is divided, each with one pair of state tables."""
+        """Subproblems whose counts are added, each with one pair of state tables."""
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
         parts = (part for wish in self.targets.wanted for part in partition(wish))
@@ -111,8 +113,6 @@ class Solutions:
     def listed(self) -> Array:
         """All multisets of ratings, one sorted row per multiset.
 
-        Ratings are given as numbers of scale steps above the minimum of the scale.
-
         Raises
         ------
         UserError
@@ -140,8 +140,7 @@ class Solutions:
     def witness(self) -> tuple[int, ...]:
         """An example of a consistent data set, found without counting all data sets.
 
-        Empty if the data sets can be counted or if the search found no data set. Ratings are given
-        as numbers of scale steps above the minimum of the scale.
+        Empty if the data sets can be counted or if the search found no data set.
         """
         return witness(self.column, self.targets) if self.refused else ()
 
@@ -149,8 +148,7 @@ class Solutions:
     def attained(self) -> tuple[tuple[tuple[int, int], ...], bool]:
         """Possible pairs of sum and sum of squares, and whether each pair is known to occur.
 
-        A pair occurs if at least one data set has this sum and this sum of squares. Ratings are
-        given as numbers of scale steps above the minimum of the scale.
+        A pair occurs if at least one data set has this sum and this sum of squares.
         """
         if self.not_drawn:
             return tuple((m.total, m.squares) for m in self.targets.moments), False

@@ -1,5 +1,7 @@
 """Find one data set consistent with a column that has too many data sets to count.
 
+Ratings are given as numbers of scale steps above the minimum of the scale.
+
 The search changes pairs of ratings, as in SPRITE (Heathers et al., 2018). A data set is returned
 only if its statistics, computed from their definitions, match the published numbers. A data set
 that is returned therefore proves that the published numbers are possible.
@@ -37,8 +39,7 @@ ASTRAY = 0.01
 def witness(column: Column, targets: Targets) -> tuple[int, ...]:
     """Search for ratings that match all published numbers of a column.
 
-    Ratings are given as numbers of scale steps above the minimum of the scale. Returns an empty
-    tuple if no ratings are found, which does not prove that none exist.
+    Returns an empty tuple if no ratings are found, which does not prove that none exist.
     """
     wanted = targets.wanted or targets.looked_at
     middle = len(wanted) // 2
@@ -69,10 +70,7 @@ def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
 
 
 def gives_what_is_printed(column: Column, steps: Sequence[int]) -> bool:
-    """Return whether ratings match all published numbers of a column.
-
-    Ratings are given as numbers of scale steps above the minimum of the scale.
-    """
+    """Return whether ratings match all published numbers of a column."""
     x = sorted(column.scale.value(v) for v in steps)
     n, rule = column.n, column.rounding
     if len(x) != n or min(steps) < 0 or max(steps) > column.scale.steps:
