@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from slipscale.stimuli.surface import Sensor, Surface
 
 PROVING = ("measured", "applied")  # kinds of readback that can reveal a wrong amplitude
-RING_DOWN_TIME_CONSTANTS = 7  # ring-down to 0.1 %
+RING_DOWN_TIME_CONSTANTS = 7  # After this time, the amplitude has decayed to 0.1 %.
 UNKNOWN_TIME_CONSTANT_S = 0.01  # Q = 1,000 at 30.5 kHz
 
 

@@ -12,7 +12,7 @@ from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 # Tolerance of an applied amplitude, which is computed from the drive and has no sensor noise.
 APPLIED_TOLERANCE = 0.01
-ROUNDING = 4e-7  # of the largest level
+ROUNDING = 4e-7  # tolerance for rounded levels, as a fraction of the largest level
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -178,7 +178,7 @@ class DaqOutput(PlateDriver):
         return task
 
     def _write(self, level: float) -> None:
-        self._level = max(self._level, level)  # larger one until confirmed
+        self._level = max(self._level, level)  # The larger level counts until the write succeeds.
         samples = level / self._level_per_v * self._sine
         self._asked(lambda: self._task.write(samples.tolist(), auto_start=True))
         self._level = level

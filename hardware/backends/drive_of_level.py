@@ -24,10 +24,11 @@ if TYPE_CHECKING:
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.limits import PlateLimits
 
-SETTLING_TIME_CONSTANTS = 7  # to 0.1 %
+SETTLING_TIME_CONSTANTS = 7  # After this time, the amplitude is within 0.1 % of its final value.
 UNKNOWN_PLATE_SETTLING_S = 0.05  # used without a calibration, when Q is unknown
 VOLTS = "V"
-PER_V_PEAK = {"peak": 1.0, "peak to peak": 2.0, "RMS": math.sqrt(0.5)}  # of a sine
+# Value of a sine with an amplitude of 1 V peak, in each convention.
+PER_V_PEAK = {"peak": 1.0, "peak to peak": 2.0, "RMS": math.sqrt(0.5)}
 OPTIONS: dict[str, Callable[[str], object]] = {
     "frequency": addresses.positive_number,
     "per_volt": addresses.positive_number,

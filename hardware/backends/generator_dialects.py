@@ -62,7 +62,7 @@ class VoltageRange:
     model: str  # a regular expression
     smallest_vpp: float
     largest_vpp: float
-    resolution_vpp: float  # at the smallest values
+    resolution_vpp: float  # resolution of the smallest voltages
     source: str
 
 

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
 RAMP_S = 0.025  # raised cosine, to avoid a click
 RAMP_STEPS = 16
-VOLTAGE_DIGITS, TEMPERATURE_DIGITS = 3, 1  # as a driver board reports them
+VOLTAGE_DIGITS, TEMPERATURE_DIGITS = 3, 1  # number of decimals that a driver board reports
 
 PHASES = ("connect", "present", "read_back", "silence", "check")
 OPTIONS: dict[str, Callable[[str], object]] = {

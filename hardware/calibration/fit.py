@@ -15,7 +15,7 @@ from slipscale.hardware.calibration.record import Gain, Point, Resonance
 
 FEWEST_POINTS = 6
 CONFIDENCE = 0.95
-EXPLAINED_MIN = 0.5  # explained share of the variance; about 0.1 for noise
+EXPLAINED_MIN = 0.5  # smallest explained share of the variance; noise alone gives about 0.1
 NO_RESONANCE = (
     "frequency sweep: no resonance; the plate responds equally at all frequencies. Check that "
     "the vibrometer measures the plate, and sweep around its resonance"

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 OLD_DAYS = 180  # The operator is notified of older calibrations.
 EXPIRED_DAYS = 365  # Older calibrations are rejected.
 MISFIT = 0.05  # allowed deviation from the fit, relative to the largest reading
-CHECKSUM = "sha256"  # the file's key
+CHECKSUM = "sha256"  # key of the checksum in the file
 PEAK_OF = {"V peak": 1.0, "V peak-to-peak": 0.5, "V RMS": math.sqrt(2)}
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]

@@ -198,7 +198,7 @@ def _serve_generator(make: str) -> int:
                         status[number] = vpp
                 time.sleep(SHOWN_S)
     except EndedBySignal:
-        pass  # the usual way to end it
+        pass  # Users stop the emulator with a signal, such as Ctrl-C.
     return DONE
 
 

@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 
 from slipscale.faults.parser import Parser
 
-# name -> (module, description)
+# Module and description, keyed by name.
 SUBCOMMANDS: dict[str, tuple[str, str]] = {
     "list": (
         "slipscale.hardware.cli.ports",

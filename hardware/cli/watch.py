@@ -80,7 +80,7 @@ def run(arguments: Namespace) -> int:
                 print(line(readback, time_s, arguments.amplitude, scale_level))
                 sys.stdout.flush()
         except KeyboardInterrupt:
-            pass  # the usual way to end it
+            pass  # Users stop the command with a signal, such as Ctrl-C.
     return DONE
 
 

@@ -15,12 +15,12 @@ from slipscale.hardware.backends.serial_board.link import Line
 from slipscale.hardware.clock import Clock
 
 ANSWER_S = 0.08  # time without an answer after which a host repeats a command
-LATEST_S = 0.32  # total waiting time
+LATEST_S = 0.32  # longest waiting time for an expected answer
 ALIVE_S = 0.1  # interval at which a host queries the status
 SETTLING_S = 2.0
 GREETING_S = 3.5
 UNIT = "µm p-p"
-SHOWN = 60  # characters of an unexpected answer
+SHOWN = 60  # number of characters of an unexpected answer in messages
 
 
 class Departure(Exception):

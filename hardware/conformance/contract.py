@@ -22,9 +22,9 @@ from slipscale.hardware.records import Output, Readback, ReadbackKind
 from slipscale.stimuli.surface import VirtualSurface
 
 CHECKS = 50
-CHEAP_S = 0.008  # half the duration of a frame at 60 Hz
+CHEAP_S = 0.008  # longest duration of `check`: half a frame at 60 Hz
 STEADY_S = 0.2
-SHARES = (0.2, 0.5, 0.35)  # of the largest amplitude
+SHARES = (0.2, 0.5, 0.35)  # test amplitudes, as fractions of the largest amplitude
 
 
 class Rig:
@@ -48,7 +48,7 @@ class Rig:
 
 
 def _connects_off(rig: Rig) -> None:
-    rig.plate.silence()  # before anything is connected
+    rig.plate.silence()  # This must also work before the plate is connected.
     with rig.plate as plate:
         identity = plate.identity
         if identity is None or not (identity.manufacturer and identity.model):
@@ -69,7 +69,7 @@ def _presents(rig: Rig) -> None:
             _expect_output(plate, Output.MAY_BE_ON, "present")
             rig.clock.sleep(STEADY_S)
             readback = plate.read_back()
-            plate.confirm(surface.level, readback)  # still the same, so it had settled
+            plate.confirm(surface.level, readback)  # A later reading shows that it had settled.
 
 
 def _readback_proves(rig: Rig) -> None:
@@ -113,7 +113,7 @@ def _silence_repeats(rig: Rig) -> None:
             plate.silence()
             _expect_output(plate, Output.OFF, "silence")
         _expect_off(plate.read_back(), "silence")
-    rig.plate.silence()  # after it was closed
+    rig.plate.silence()  # This must also work after the plate was closed.
     rig.plate.close()
 
 

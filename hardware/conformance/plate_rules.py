@@ -9,7 +9,7 @@ from slipscale.hardware.conformance.bench import Bench, differs
 from slipscale.hardware.limits import PlateLimits
 
 WATCHDOG_LATE_S = 0.15
-OPEN_LOOP_SHARE = 0.1  # of the largest voltage
+OPEN_LOOP_SHARE = 0.1  # test voltage in open loop, as a fraction of the largest voltage
 POINTS_NEEDED = 64
 LIST_PERIODS_S = 0.5
 

@@ -23,7 +23,7 @@ from slipscale.stimuli.transient import Transient
 # Time over which the finger's speed is computed. A shorter time makes noise dominate; a longer time
 # delays the detection of turns.
 SPEED_OVER_S = 0.04
-LONGEST_HELD_S = 0.05  # between frames
+LONGEST_HELD_S = 0.05  # longest interval between frames that predictions allow for
 LOST_S = 0.2  # age above which a sample is too old for predictions
 LEAST_CHANGE_UM = 0.005  # smallest change that is sent; smaller ones cannot be felt
 # Settling time after a change back, before the next change can be played.

@@ -16,8 +16,8 @@ from statistics import fmean, median
 from slipscale.hardware.contact.source import Sample
 
 APART_S = 0.05
-LONGEST_GAP_S = 0.5  # gap from which the finger was lifted
-STROKE_MM = 5.0  # shortest stroke
+LONGEST_GAP_S = 0.5  # If the gap between two samples is longer, the finger was lifted.
+STROKE_MM = 5.0  # length of the shortest movement that counts as a stroke
 MOVES_MM_S = 10.0  # lowest speed of a sliding finger
 PRESSES_N = 0.05  # smallest force of a finger on the plate
 SLIP_SHARE = 0.1

@@ -112,7 +112,7 @@ class SerialColumns(ContactSource):
         self.kind = name
         self.port = port
         self.quantities = quantities
-        self.unreadable = 0  # lines
+        self.unreadable = 0  # number of invalid lines
         self._clock = clock
         self._channels = channels
         self._tare_s = tare_s

@@ -131,7 +131,7 @@ class CompiledBoard:
         self._code = code
         self._now_s = 0.0
         self._line = b""
-        self._closed = False  # the output stage
+        self._closed = False  # whether the output stage is closed
         self._calls = PlateCalls(
             Drives(self._drive),
             Does(self._off),

@@ -366,7 +366,7 @@ class Board:
         self.twin.set_drive(drive, now_s)
 
 
-# header -> (minimum and maximum number of arguments, action)
+# Minimum and maximum number of arguments, and action, keyed by header.
 COMMANDS: dict[str, tuple[int, int, Callable[[Board, list[str], float], str]]] = {
     "*IDN?": (0, 0, lambda board, _, __: board.identity),
     "*RST": (0, 0, Board._reset),  # noqa: SLF001 - the table belongs to the class

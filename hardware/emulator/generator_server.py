@@ -60,7 +60,7 @@ class GeneratorServer:
     def _serve(self) -> None:
         while not self._over:
             connection, _ = self._socket.accept()
-            with connection, suppress(ConnectionError):  # if the client has closed it
+            with connection, suppress(ConnectionError):  # The client may close the connection.
                 if not (self._over or (self.for_good and self._dropped())):
                     self._talk(connection)
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum, auto
 
-LATE_S = 0.12  # longer than a host waits for one answer
+LATE_S = 0.12  # delay of an answer, longer than a host waits for one answer
 # Time to send an answer byte by byte: longer than a host waits for one answer, but shorter than it
 # waits for a starting board.
 TRICKLE_S = 1.5
