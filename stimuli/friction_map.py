@@ -112,7 +112,6 @@ class FrictionMap(Parametric):
 
     @property
     def _changes(self) -> bool:
-        """Whether the amplitude varies."""
         return self.black_level != self.white_level and len(set(b"".join(self._rows))) > 1
 
     @property

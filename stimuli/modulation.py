@@ -72,7 +72,6 @@ class Loop:
     levels : tuple of float
         Commanded amplitudes in µm peak to peak (at least two), held for equal times.
     step_s : float
-        Duration of each step.
     edge_s : float
         Duration of the half-cosine edge at the beginning of each step.
     mean_level : float

@@ -49,7 +49,7 @@ def _harmonic_phase(order: str) -> Parameter:
     )
 
 
-# Maximum spatial period: one metre, which is longer than any plate.
+# Longer than any plate.
 LONGEST_MM = 1000.0
 
 

@@ -1,9 +1,9 @@
 """Bounds on test statistics over all data sets consistent with Table III.
 
-A search over all pairs of data sets finds tables of ratings with the lowest and the highest value
-of each statistic. It takes minutes, so these tables are recorded. Bounds are computed from the
-recorded tables, after checking that they are consistent with Table III. Only the search proves that
-no other data set gives a lower or higher value. To repeat this search, run ``python -m
+A search over all pairs of data sets takes minutes. The tables of ratings in which it found the
+lowest and highest values are therefore recorded. Bounds are computed from these tables, after
+checking that they are consistent with Table III. Only the search proves that no other data set
+gives a lower or higher value. To repeat this search, run ``python -m
 slipscale.analysis.reproduction.attained_bounds``.
 """
 
@@ -42,8 +42,7 @@ def _participants_higher(tables: Array) -> Array:
     return found
 
 
-# For each kind of conclusion, a function that returns the conclusion for a range of the statistic,
-# and a function that computes the statistic from an array of shape (tables, participants, columns).
+# Functions that return the conclusion and compute the statistic, for each kind of conclusion.
 KINDS: dict[
     str, tuple[Callable[[Sequence[Solutions], Range], Conclusion], Callable[[Array], Array]]
 ] = {

@@ -36,7 +36,6 @@ def _printed() -> BeamSection:
 
 
 def _timoshenko_half_wave_mm() -> float:
-    """Compute half the wavelength at 25 kHz with a Timoshenko beam model."""
     from slipscale.hardware.plate.beam import BeamSection  # noqa: PLC0415 - see ITEMS
 
     return BeamSection.plane_strain().timoshenko_half_wave_mm(25_000)

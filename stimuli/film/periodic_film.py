@@ -88,7 +88,6 @@ class FilmState:
         Largest time-averaged mass flow through a face, divided by the largest flow at any time
         point; 0 if mass is conserved.
     newton_steps : int
-        Number of Newton steps.
     """
 
     position: Array

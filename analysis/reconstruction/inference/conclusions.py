@@ -51,7 +51,6 @@ class Conclusion:
     name : str
         Machine-readable name, such as ``sign.0.5 um.1.2 um``.
     question : str
-        The question as text.
     low, high : float
         Range of the statistic over all data sets and all pairings.
     p_low, p_high : float or None
@@ -169,11 +168,6 @@ def _concluded(
     found: Range,
     p: tuple[float, float] | None,
 ) -> Conclusion:
-    """Create a conclusion from the range of a statistic and the range of its p-value.
-
-    The conclusion is decided if the p-values are all below `LEVEL`, if none of them is, or if no
-    p-value was computed.
-    """
     ps = p or (None, None)
     return Conclusion(
         ".".join([name, *labels(columns)]),

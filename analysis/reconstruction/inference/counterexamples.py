@@ -54,7 +54,6 @@ def why_not(extent: tuple[float, float]) -> str:
 
 
 def _counterexample(test: PrintedTest, rows: Sequence[ColumnRows]) -> tuple[Array, ...]:
-    """Return ratings that reproduce a published test, or () if the search fails."""
     generator = np.random.default_rng(2)
     tables = []
     for row in rows:

@@ -1,9 +1,9 @@
 """Estimate distributions of test statistics over all data sets, for three kinds of pairing.
 
 Each sample contains one data set per column, selected uniformly at random. The ratings of different
-columns are paired in three ways: at random, so that the statistic is smallest (least favourable
-pairing), and so that it is largest (most favourable pairing). The last two pairings are exact if
-possible, and otherwise found by a heuristic.
+columns are paired in three ways: at random, with the smallest statistic (least favourable pairing)
+and with the largest statistic (most favourable pairing). The last two pairings are exact if
+possible, and otherwise heuristic.
 """
 
 from __future__ import annotations
@@ -52,7 +52,6 @@ class Distribution:
     name : str
         Machine-readable name, such as ``rm_f`` or ``t.0.5 um.1.2 um``.
     question : str
-        The question as text.
     pairing : {"random", "least favourable", "most favourable"}
         Pairing of the ratings. The least favourable pairing gives the smallest statistic.
     method : {"drawn", "exact", "heuristic"}

@@ -169,7 +169,6 @@ def _standardised(rows: Array) -> Array:
 
 
 def _nearest(few: Array, many: Array) -> tuple[int, int]:
-    """Return the indices of the closest pair of points, one from `few` and one from `many`."""
     from scipy.spatial import cKDTree  # noqa: PLC0415 - SciPy takes longer than the counts
 
     tree, best, at = cKDTree(many), inf, (0, 0)

@@ -71,11 +71,7 @@ def of_independent_groups(case: Case) -> PrintedTestAnswer:
 
 
 def _outside(case: Case, rows: Sequence[ColumnRows]) -> PrintedTestAnswer:
-    """Check whether a published test lies outside the bounds on its statistic.
-
-    This function is used if there are too many combinations of sums and sums of squares to examine
-    each of them.
-    """
+    """Check whether a published test lies outside the bounds on its statistic."""
     groups = [group_of(solutions) for solutions in case.columns]
     if case.test.kind == "one_way_f":
         extent = range_of_f(groups)

@@ -179,10 +179,6 @@ def range_of_f(groups: Sequence[Group]) -> tuple[float, float]:
 
 
 def _one_way_f(groups: Sequence[Group]) -> Conclusion:
-    """Return the conclusion of the one-way F test.
-
-    The bounds on F are marked as sharp only if every column has a single possible sum.
-    """
     from scipy.stats import f as fisher  # noqa: PLC0415
 
     k, n = len(groups), sum(group.n for group in groups)

@@ -3,9 +3,9 @@
 Each statistic is a continuous function of means, SDs and, for paired columns, correlations. Within
 the intervals that the published numbers allow, the statistic takes every value between its minimum
 and its maximum. A published test with a statistic outside this range is impossible. For all other
-tests, a search changes the values gradually, starting with the smallest statistic and ending with
-the largest, until the statistic agrees with the published test. Every example that is found is
-checked against the definition of the statistic. Without an example, the test remains undecided.
+tests, a search changes the values gradually from the smallest to the largest statistic, until the
+statistic agrees with the published test. Every example is checked against the definition of the
+statistic. If the search finds no example, the test remains undecided.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.interval_column import IntervalColumn
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 
-# Numbers of points on a path, of bisections between two points, and of paths.
+# Settings of the search: points per path, bisections between two points, and number of paths.
 PLACES = 60
 HALVINGS = 60
 PATHS = 10
@@ -108,9 +108,8 @@ def _extent(test: PrintedTest, columns: Sequence[IntervalColumn]) -> tuple[float
     (_, least), (_, most) = extreme_between(means, n)
     low, high = np.array([c.sd for c in columns]).T
     if test.kind in PAIRED:
-        # Smallest and largest error sum of squares, divided by n - 1. The error is smallest if
-        # columns correlate perfectly, and largest if their correlations are as negative as
-        # possible.
+        # Smallest and largest error sum of squares, divided by n - 1: with correlations of 1, and
+        # with correlations that are as negative as possible.
         (_, small), _ = extreme_between(np.stack([low, high], axis=1), np.ones(k))
         rest = high.sum() - high.max()
         large = float((high**2).sum()) - max(0.0, float(high.max() - rest)) ** 2 / k
@@ -136,7 +135,6 @@ def _example(
     window: tuple[float, float],
     generator: np.random.Generator,
 ) -> tuple[Array, ...]:
-    """Return values that reproduce a published test, or () if the search fails."""
     path = _Path(test, columns, generator)
     grid = np.linspace(0, 1, PLACES)
     values = np.array([path.value(at) for at in grid])

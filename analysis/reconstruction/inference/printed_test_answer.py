@@ -36,7 +36,6 @@ class PrintedTestAnswer:
     Parameters
     ----------
     kind : str
-        Kind of test.
     labels : tuple of str
         Labels of the columns that the test compares.
     printed : str

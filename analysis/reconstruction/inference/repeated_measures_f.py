@@ -39,8 +39,6 @@ SEED = 1
 
 @dataclass(frozen=True)
 class _Case:
-    """The sum and the sum of squares of each column, with the smallest F of such columns."""
-
     f: float
     moments: Moments
 

@@ -19,7 +19,7 @@ class PrintedTest(FrozenTable):
     Parameters
     ----------
     kind : str
-        Kind of test. The kind "correlation" is Pearson's r.
+        The kind "correlation" is Pearson's r.
     columns : tuple of str
         Labels of the columns that the test compares. If empty, all columns are compared.
     statistic : Printed, optional

@@ -39,7 +39,6 @@ class GoodnessOfFit:
     p : float
         Proportion of simulated and refitted data sets with at least this deviance.
     simulations : int
-        Number of data sets that were simulated.
     """
 
     deviance: float

@@ -127,7 +127,6 @@ class PsychometricFunction:
     slope_value : float
         Estimated slope, also if `slope` is `NotComputed`.
     trials, levels : int
-        Numbers of trials and levels.
     """
 
     estimator: Literal["maximum likelihood", "posterior"]

@@ -180,7 +180,6 @@ def _limit(top: Array) -> Array:
 
 
 def _ratio(top: Array, bottom: Array, otherwise: Array | float) -> Array:
-    """Return ``top / bottom``, or ``otherwise`` if ``bottom`` is zero."""
     out = np.broadcast_to(otherwise, top.shape).astype(np.float64)
     found: Array = np.divide(top, bottom, out=out, where=bottom > 0)
     return found
