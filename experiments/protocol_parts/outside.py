@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 STEPS = get_args(Step)
 CELL = (str, int, float, bool, type(None))
-OVER = object()  # marks the end of the steps
+OVER = object()
 
 
 def guarded(protocol: Protocol, point: EntryPoint) -> Protocol:

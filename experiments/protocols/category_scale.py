@@ -56,8 +56,6 @@ def steps(options: CategoryScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """One run of a category-rating task."""
-
     def __init__(self, options: CategoryScale, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
         self.labels = options.labels

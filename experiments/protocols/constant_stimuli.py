@@ -187,7 +187,6 @@ def _comparison_more(record: TrialRecord) -> str | None:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> Value:
-    """Answer the forced-choice or yes-no question from the simulated impressions."""
     if isinstance(step.question, YesNoQuestion):
         sign = 1 if step.question.seeks == "most" else -1
         return person.pick([sign * each for each in person.impressions]) == 1

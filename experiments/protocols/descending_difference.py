@@ -96,8 +96,6 @@ class _Step(NamedTuple):
 
 
 class _Run(Repeating[_Step]):
-    """One run of the descending-difference protocol."""
-
     def __init__(self, options: DescendingDifference, context: Context) -> None:
         super().__init__(trials(options, context))
         self.options = options

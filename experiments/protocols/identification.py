@@ -86,8 +86,6 @@ def steps(options: Identification, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """One run of an identification task."""
-
     def __init__(self, options: Identification, context: Context) -> None:
         surfaces = [context.surface(level) for level in context.levels]
         super().__init__(options, context, surface_blocks(surfaces, options, context))

@@ -83,8 +83,6 @@ def steps(options: MagnitudeEstimation, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """One run of a magnitude-estimation task."""
-
     def __init__(self, options: MagnitudeEstimation, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
         self.options = options

@@ -125,8 +125,6 @@ def steps(options: MagnitudeProduction, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """One run of a magnitude-production task."""
-
     def __init__(self, options: MagnitudeProduction, context: Context) -> None:
         self.options = options
         self._starts = context.stream(context.task, "starts")

@@ -158,8 +158,6 @@ def steps(options: Matching, context: Context) -> Steps:
 
 
 class _Run(IntervalTask[_Match]):
-    """One run of a matching task."""
-
     def __init__(self, options: Matching, context: Context) -> None:
         super().__init__(trials(options, context), options, context)
         self.options = options

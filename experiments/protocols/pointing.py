@@ -231,8 +231,6 @@ def target_surface(options: Pointing, movement: Movement) -> Grating:
 
 
 class _Run(Repeating[Movement]):
-    """One run of a pointing task."""
-
     def __init__(self, options: Pointing, context: Context) -> None:
         super().__init__(trials(options, context))
         self.options = options

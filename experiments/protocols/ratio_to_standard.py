@@ -49,8 +49,6 @@ def steps(options: RatioToStandard, context: Context) -> Steps:
 
 
 class _Run(AgainstStandard):
-    """One run of a ratio-judgement task."""
-
     def __init__(self, options: RatioToStandard, context: Context) -> None:
         # Textures are not presented, because a ratio is judged for a single amplitude.
         surfaces = [context.surface(each) for each in context.own_or_listed(None)]

@@ -86,7 +86,6 @@ def steps(options: Similarity, context: Context) -> Steps:
 
 
 def _answer(step: Ask, person: SimulatedPerson) -> float:
-    """Rate the difference between the simulated impressions of the two surfaces."""
     question = step.question
     if not isinstance(question, VisualAnalogueQuestion):
         raise TypeError(f"'{step.name}' is not a line")

@@ -60,8 +60,6 @@ def steps(options: Sorting, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """One run of a sorting task."""
-
     def __init__(self, options: Sorting, context: Context) -> None:
         super().__init__(options, context, surface_blocks(context.surfaces, options, context))
         self.options = options

@@ -112,8 +112,6 @@ def steps(options: VisualAnalogueScale, context: Context) -> Steps:
 
 
 class _Run(RatedSurfaces):
-    """One run of a line-rating task."""
-
     def __init__(self, options: VisualAnalogueScale, context: Context) -> None:
         catches = [
             Presentation(0, "main", context.surface(0.0)) for _ in range(options.catch_trials)
@@ -159,7 +157,6 @@ class _Run(RatedSurfaces):
         )
 
     def _start(self, number: int) -> float:
-        """Return the mark's initial position in a trial."""
         options = self.options
         if options.cursor_start != "random":
             return PLACES[options.cursor_start]

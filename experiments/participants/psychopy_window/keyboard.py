@@ -225,7 +225,7 @@ class Keyboard:
             self._unclaimed += self._stamps.read()
             stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
             if self._presses and not stamps:
-                self._clock.sleep(EARLY_S)  # the thread that timestamps key presses may lag behind
+                self._clock.sleep(EARLY_S)
                 self._unclaimed += self._stamps.read()
                 stamps = claim(self._presses, self._unclaimed, self._poll_s, now_s)
             newest_s = stamps[-1] if stamps else now_s - 1.0

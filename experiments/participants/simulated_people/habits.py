@@ -19,7 +19,6 @@ Share = Annotated[float, Field(ge=0, le=1)]
 # Time constant with which a moist contact approaches its final friction (Dzidek et al. 2017, PLoS
 # ONE 12, e0188000: occlusion moistens the skin within about 20 s).
 SETTLING_S = 20.0
-# Rounded estimates are multiples of a twentieth of the scale, for example 5 on a scale of 100.
 ROUND_TO_PERCENT = 5.0
 LEAST_PERCENT = 0.5  # lower limit of sensations in logarithms and ratios
 

@@ -45,7 +45,7 @@ class Memory:
         # The protocol's current step. Any other step that a person performs repeats an earlier step
         # (for example, if a surface was lost) and has the same outcome as before.
         self.now: Step | None = None
-        # The levels felt on the last two surfaces, whose difference can be judged.
+        # The levels felt on the last two surfaces.
         self.felt = (0.0, 0.0)
         # The levels felt in one trial, by interval, and the current question.
         self.trial: Trial | None = None

@@ -392,7 +392,6 @@ def read_population(name: str) -> Population:
 
 
 def _of_package(name: str) -> Population:
-    """Return the population of simulated people that an installed package defines."""
     behaviour = load_behaviour(name)
     try:
         own = dict(behaviour.kind.population)

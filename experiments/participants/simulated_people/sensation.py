@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from slipscale.experiments.participants.simulated_people.population import Population, curves
 
-LEAST_SHARE = 0.001  # ratings never quite reach the ends of a line
+LEAST_SHARE = 0.001  # ratings never reach the ends of a line
 
 
 class Sensation:

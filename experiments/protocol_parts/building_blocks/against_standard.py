@@ -104,7 +104,6 @@ class AgainstStandard(RatedSurfaces):
         self._left -= 1
 
 
-#: Design columns, and the columns that describe the standard.
 DESIGN_COLUMNS: Mapping[str, Column] = {**BLOCK, **DESIGN}
 STANDARD_COLUMN: Mapping[str, Column] = {
     "standard_level": Column(description="{q.title} of the standard{q.behind}", units="{q.bids}"),

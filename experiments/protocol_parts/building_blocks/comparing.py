@@ -34,7 +34,7 @@ from slipscale.faults.frozen_table import setting
 from slipscale.stimuli.quantity import Quantity
 from slipscale.stimuli.surface import Stimulus
 
-PAIR = 2  # surfaces
+PAIR = 2
 
 
 class ComparingOptions(RestedOptions):

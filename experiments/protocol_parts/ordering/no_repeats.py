@@ -20,7 +20,7 @@ ALONE = (
     "no_immediate_repeat: a single surface always follows itself; use more surfaces, or "
     "no_immediate_repeat = false"
 )
-# Maximum number of trials. 1200 trials take four hours, and generating their order takes a second.
+# 1200 trials take four hours, and generating their order takes a second.
 MOST = 1200
 
 
