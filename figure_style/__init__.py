@@ -1,4 +1,4 @@
-"""Define the style of all figures, and write identical files on every run.
+"""Define the style of all figures, and write figure files that are identical on every run.
 
 Matplotlib is imported only when a figure is plotted, because the import takes half a second.
 """
@@ -53,7 +53,7 @@ STYLE: dict[Any, Any] = {
     "pdf.fonttype": 42,
     "savefig.dpi": 200,
 }
-#: Suffix -> metadata for identical bytes on every run.
+#: Metadata by file suffix, chosen so that files are identical on every run.
 FORMATS: dict[str, dict[str, str | None]] = {
     ".svg": {"Date": None, "Creator": None},
     ".png": {"Software": None},
@@ -72,7 +72,7 @@ def styled(draw: Callable[P, R]) -> Callable[P, R]:
         import matplotlib as mpl  # noqa: PLC0415 - only a figure pays for it
         from matplotlib.figure import Figure  # noqa: PLC0415
 
-        # The backend is not set, because this would import pyplot.
+        # The Matplotlib backend is not set, because setting it would import pyplot.
         defaults = {key: value for key, value in mpl.rcParamsDefault.items() if key != "backend"}
         with mpl.rc_context(defaults | STYLE):
             made = draw(*args, **kwargs)
@@ -146,7 +146,7 @@ def svg(figure: Figure, *, salt: str = "") -> str:
     stream = io.StringIO()
     lay_out(figure)
     with mpl.rc_context(STYLE | {"svg.hashsalt": f"slipscale {salt}", "svg.id": salt or None}):
-        # `savefig` would draw once more for the layout, which is already computed.
+        # `savefig` would draw the figure again to compute the layout, which is already fixed.
         backend: Any = FigureCanvasSVG(figure)
         backend.print_svg(stream, metadata=FORMATS[".svg"])
     text = re.sub(r"<metadata>.*?</metadata>", "", stream.getvalue(), flags=re.DOTALL)
@@ -179,7 +179,7 @@ def save(figure: Figure, path: Path, suffixes: tuple[str, ...] = ()) -> list[Pat
     lay_out(figure)
     with mpl.rc_context(STYLE):
         for each in paths:
-            # `savefig` would draw once more for the layout, which is already computed.
+            # `savefig` would draw the figure again to compute the layout, which is already fixed.
             figure.set_dpi(mpl.rcParams["savefig.dpi"])
             backend: object = get_registered_canvas_class(each.suffix[1:])(figure)
             getattr(backend, f"print_{each.suffix[1:]}")(each, metadata=FORMATS[each.suffix])

@@ -36,8 +36,8 @@ QualityFlag = Literal[
     "false_alarms",
     "faults",
 ]
-#: Flags that depend on how estimates vary with amplitude. Excluding participants by these flags
-#: would keep only participants who show the effect.
+#: Flags that depend on how estimates vary with amplitude. If flagged participants were excluded,
+#: only participants who show the tested effect would remain.
 OF_THE_OUTCOME = ("non_monotone",)
 Test = Literal[
     "rm_anova",
@@ -80,58 +80,60 @@ class Thresholds(FrozenTable):
 
     falling_steps: Annotated[int, Field(ge=1)] | None = setting(
         None,
-        "Flag non_monotone: raised if the mean estimate decreases on at least this number of steps "
-        "from one amplitude to the next. The default is the number that at most 1 in 20 "
-        "participants who feel no difference would reach (3 of 3 steps, 4 of 4, 5 of 6).",
+        "Raise the flag `non_monotone` if the mean estimate decreases on at least this number of "
+        "steps from one amplitude to the next. The default (3 of 3 steps, 4 of 4, 5 of 6) is "
+        "reached by at most 1 in 20 participants who feel no difference.",
         unit="steps",
     )
     distinct_numbers: Annotated[int, Field(ge=1)] = setting(
         2,
-        "Flag constant: raised if a participant gives at most this number of different estimates "
-        "for three or more amplitudes.",
+        "Raise the flag `constant` if a participant gives at most this number of different "
+        "estimates for three or more amplitudes.",
         unit="different estimates",
     )
     zero_share: Share = setting(
         0.25,
-        "Flag zeros: raised if more than this proportion of the estimates for amplitudes above 0 "
-        "are zero.",
+        "Raise the flag `zeros` if more than this proportion of the estimates for amplitudes above "
+        "0 are zero.",
     )
     timed_out_share: Share = setting(
-        0.1, "Flag timed_out: raised if more than this proportion of trials has no answer."
+        0.1, "Raise the flag `timed_out` if more than this proportion of trials has no answer."
     )
     fast_share: Share = setting(
-        0.05, "Flag fast: raised if more than this proportion of answers is faster than fast_s."
+        0.05,
+        "Raise the flag `fast` if more than this proportion of answers is faster than fast_s.",
     )
     fast_s: Annotated[float, Field(gt=0)] = setting(
         0.2, "Response time below which an answer counts as fast."
     )
     outlier_sd: Annotated[float, Field(gt=0)] = setting(
         4.5,
-        "Flag outlying: raised if an estimate deviates from the participant's own pattern by more "
-        "than this number of robust standard deviations. A robust standard deviation is 1.4826 "
-        "times the median absolute deviation of the log residuals. The variance at the estimate's "
-        "own amplitude and the variance across all amplitudes are averaged.",
+        "Raise the flag `outlying` if an estimate deviates from the participant's own pattern by "
+        "more than this number of robust standard deviations. A robust standard deviation is "
+        "1.4826 times the median absolute deviation of the log residuals. The variance at the "
+        "estimate's own amplitude and the variance across all amplitudes are averaged.",
         unit="robust standard deviations",
     )
     reliability: Annotated[float, Field(ge=-1, le=1)] = setting(
         0.5,
-        "Flag unreliable: raised if the correlation between the first and second halves of the "
+        "Raise the flag `unreliable` if the correlation between the first and second halves of the "
         "repetitions is smaller than this value.",
         unit="correlation, -1 to 1",
     )
     drift_factor: Annotated[float, Field(gt=1)] = setting(
         2.0,
-        "Flag drift: raised if estimates increase or decrease by more than this factor from the "
-        "first trial to the last, and the change is significant (p < .05).",
+        "Raise the flag `drift` if estimates increase or decrease by more than this factor from "
+        "the first trial to the last, and the change is significant (p < .05).",
         unit="factor",
     )
     false_alarm_share: Share = setting(
         0.5,
-        'Flag false_alarms: raised if more than this proportion of catch steps is answered "yes".',
+        "Raise the flag `false_alarms` if more than this proportion of catch steps is answered "
+        '"yes".',
     )
     fault_share: Share = setting(
         0.25,
-        "Flag faults: raised if more than this proportion of trials has a plate fault or a "
+        "Raise the flag `faults` if more than this proportion of trials has a plate fault or a "
         "repeated presentation.",
     )
 
@@ -139,8 +141,8 @@ class Thresholds(FrozenTable):
 def _no_outcome(flags: tuple[QualityFlag, ...]) -> tuple[QualityFlag, ...]:
     if wrong := [flag for flag in flags if flag in OF_THE_OUTCOME]:
         raise ValueError(
-            f"{wrong[0]} selects participants by the effect that is tested, which makes pure "
-            "noise significant; remove it: the report shows the results without the flagged "
+            f"{wrong[0]} selects participants by the tested effect and makes pure noise "
+            "significant; remove it: the report shows the results without the flagged "
             "participants as a sensitivity analysis"
         )
     return flags
@@ -209,15 +211,15 @@ class AnalysisChoices(FrozenTable):
     threshold_reversals: Annotated[int, Field(strict=True, ge=2, multiple_of=2)] | None = setting(
         None,
         "Number of final reversals per track whose mean is also reported as a staircase "
-        "threshold (Levitt 1971); must be even. By default, such means are not reported.",
+        "threshold (Levitt 1971); must be even. By default, no staircase threshold is reported.",
         unit="reversals",
     )
     threshold_friction: Literal["level_means", "trials"] | None = setting(
         None,
-        "Report thresholds in measured friction as well. trials: the curve is a function of each "
-        "trial's change in the coefficient of friction. level_means: it is a function of the "
-        "mean change per participant and level, so that noise in single measurements does not "
-        "flatten the curve. By default, these thresholds are not reported.",
+        "Also report thresholds in measured friction. trials: the psychometric curve is a function "
+        "of each trial's change in the coefficient of friction. level_means: the curve is a "
+        "function of the mean change per participant and level, so that noise in single "
+        "measurements does not flatten the curve. By default, these thresholds are not reported.",
     )
     largest_lapse: Annotated[float, Field(ge=0, lt=0.5)] = setting(
         0.2,

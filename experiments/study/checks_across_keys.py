@@ -1,4 +1,4 @@
-"""Check keys of a study against each other.
+"""Check that the keys of a study are consistent with each other.
 
 Each check yields errors with their locations in the file. A check receives only valid keys, and is
 skipped if a required key is invalid.
@@ -35,7 +35,7 @@ def impossible(
     protocol, own = load_protocol(task.protocol), Levels.of(data)
     labels = [load_protocol(other.protocol).for_task(other).task for other in before]
     if (label := protocol.for_task(task).task) in labels:
-        # Otherwise their trials would be in the same table under the same numbers.
+        # Tasks with the same label would share a table, with the same trial numbers.
         message = f"there is already a '{label}': set another label"
         yield (*place, "label" if task.label else "protocol"), {"msg": message}
     for key in protocol.amplitudes:

@@ -39,7 +39,7 @@ from slipscale.stimuli.textures import PARAMETERS
 
 #: Columns of every task's table, whose names a factor cannot have.
 TAKEN = frozenset({"trial", "phase", "surface", "onset", "duration", "repeats", "flag", "block"})
-#: Tasks are repeated in each condition, so more conditions would be too many for a participant.
+#: Tasks are repeated in each condition, so more conditions would overburden a participant.
 MOST_CONDITIONS = 24
 AnyStep = TypeVar("AnyStep", bound="Step")
 
@@ -94,7 +94,7 @@ class Condition:
 
     @property
     def label(self) -> str:
-        """The condition as text, which is part of the key of its random number streams."""
+        """The condition as text, which also identifies its random number streams."""
         return " ".join(f"{name}={factor_level(value)}" for name, value in self.values.items())
 
     def context(self, context: Context, plate: Quantity) -> Context:
@@ -178,7 +178,7 @@ def second_levels(second: SecondPlate | None, factors: Iterable[Factor]) -> tupl
 
 
 def second_faults(second: SecondPlate, factors: Sequence[Factor]) -> Iterator[Fault]:
-    """Yield the errors in the factor that sets the level of a second actuator."""
+    """Yield errors in the definition of the factor that sets a second actuator's level."""
     named = [each for each in factors if each.name == second.factor]
     levels = second_levels(second, named)
     if not named:

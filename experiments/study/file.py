@@ -119,7 +119,7 @@ def study_text(name: str) -> str:
 
 
 def parse_whole(text: str, name: str) -> tuple[Study, str]:
-    """Return the study that a text defines, and its text with language files and images inserted.
+    """Parse the text of a study; also return the text with language files and images inserted.
 
     Raises
     ------

@@ -1,8 +1,8 @@
 """Test whether headphones are worn and whether noise is heard in both ears.
 
 The test plays 200 Hz tones, of which one is quieter and one is in antiphase (Woods, Siegel, Traer
-and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase tone cancels in
-the air. The test thus detects headphones that are not worn, not plugged in or not selected. The
+and McDermott 2017, doi:10.3758/s13414-017-1361-2). With loudspeakers, the antiphase signals cancel
+in the air. The test thus detects headphones that are not worn, not plugged in or not selected. The
 test by Milne and others (2021, doi:10.3758/s13428-020-01514-0) passes fewer loudspeaker users but
 rejects a fifth of the headphone users. The antiphase tone cannot reveal a silent side, so noise is
 first played to each ear separately. If a participant fails the test, the operator decides what to
@@ -141,7 +141,7 @@ class HeadphoneTest(FrozenTable):
         return right
 
     def _decision(self, right: int, wrong_ears: list[str]) -> Ask:
-        """Return the question about a failed test, in English, which the operator answers."""
+        """Return the English question that the operator answers about a failed test."""
         ears = f"; the noise in the {' and the '.join(wrong_ears)} ear" if wrong_ears else ""
         elsewhere = " was heard elsewhere" if wrong_ears else ""
         prompt = (
@@ -173,7 +173,7 @@ def _ear(name: str) -> Ears:
 
 
 def _hears(step: Ask, person: SimulatedPerson) -> Value:
-    """Return the correct answer or, for some of the tones, a random answer."""
+    """Return the correct answer or, for tones with probability `MISHEARD`, a random answer."""
     sound = step.played.sound if step.played else None
     if isinstance(sound, NoiseInEar):
         return sound.ear

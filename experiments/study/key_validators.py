@@ -1,7 +1,7 @@
 """Validate each key of a study, given the valid keys that precede it.
 
-As a pydantic validator, each function receives a key's value and the preceding keys, and returns
-the value.
+The functions are pydantic validators, which receive a key's value and the preceding keys, and
+return the value.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def valid_attribute_words(
 
 
 def valid_vary(value: str, info: ValidationInfo) -> str:
-    """Require a parameter that can be varied."""
+    """Check that the key names a parameter that can be varied."""
     plate = _levels(info).made
     if value and field_of(value, plate, PARAMETERS) is None:
         raise ValueError(expected_one_of(value, [plate.named(each) for each in PARAMETERS]))
@@ -110,7 +110,7 @@ def valid_textures(value: tuple[Texture, ...], info: ValidationInfo) -> tuple[Te
 
 
 def valid_factors(value: tuple[Factor, ...], info: ValidationInfo) -> tuple[Factor, ...]:
-    """Require factors with different names, all of which can be crossed."""
+    """Check that factors have different names and can be combined into conditions."""
     faults = list(named_twice("factors", [factor.name for factor in value]))
     for number, factor in enumerate(value):
         faults += uncrossable(("factors", number), factor, info.data)

@@ -32,12 +32,12 @@ from slipscale.stimuli.varied import Varied
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Levels:
-    """Interpretation of a study's levels.
+    """Meaning of a study's levels: the plate's quantity or a parameter of the stimulus.
 
     Parameters
     ----------
     made : Quantity
-        The quantity that the plate produces.
+        The quantity that the plate produces, such as its vibration amplitude.
     limit_level : float
         The largest value that the plate may produce.
     vary : str
@@ -132,7 +132,7 @@ class Levels:
             try:
                 surface = self.surface(level)
                 if surface is None:
-                    return  # The error in the table itself is reported.
+                    return  # another check reports the error in [stimulus]
                 self.follow(surface)
             except UserError as error:
                 yield place, {"msg": str(error)}

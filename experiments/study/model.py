@@ -61,8 +61,8 @@ from slipscale.stimuli.quantity_table import QuantityTable
 from slipscale.stimuli.textures import Texture as TextureSurface
 from slipscale.stimuli.varied import Varied
 
-# Limits on surfaces, tasks, sessions and questions, beyond the needs of any study but fast to
-# compute.
+# Maximum numbers of surfaces, tasks, sessions and questions: more than any study needs, but few
+# enough for fast computation.
 MOST = 100
 
 
@@ -100,8 +100,8 @@ class Study(FrozenTable):
     attribute_falls: Switch = setting(
         False,
         "Whether the attribute decreases as the level increases, as roughness may with spatial "
-        "period. If true, trend tests expect a decrease, and a forced choice that looks for the "
-        "higher level asks which surface is less rough.",
+        "period. If true, trend tests expect a decrease, and a forced choice in which the higher "
+        "level is the correct answer asks which surface is less rough.",
     )
     attribute_words: Annotated[dict[str, StatedWords], AfterValidator(valid_attribute_words)] = (
         Field(
@@ -172,9 +172,9 @@ class Study(FrozenTable):
     runs: AtLeastOne = setting(1, "Number of runs per session.", unit="runs")
     visits: Literal["advance", "same"] = setting(
         "advance",
-        "Position of further sessions and runs in the counterbalancing. advance: each takes the "
-        "next position (the next Williams row, the other task order). same: all keep the "
-        "participant's position. With both settings, each run has a new order of surfaces.",
+        "Position of further sessions and runs in the counterbalancing. advance: each run takes "
+        "the next position (the next Williams row, the other task order). same: all runs keep the "
+        "participant's position. In either case, each run has a new order of surfaces.",
     )
     keys: ParticipantKeys = setting(
         ParticipantKeys(),
@@ -303,7 +303,7 @@ class Study(FrozenTable):
 
     @property
     def varied(self) -> Varied | None:
-        """The varied stimulus at the first level; None if levels are in the plate's quantity."""
+        """The stimulus at the first level; None unless a parameter of the stimulus is varied."""
         return self._levels.varied(self.levels)
 
     @property

@@ -216,7 +216,7 @@ def with_room_for(text: str, source: str, language: str) -> str:
 def template(study: Study, language: str) -> str:
     """Return a template for a language file: each key with its English text and screen position.
 
-    Existing texts in the language are included.
+    The template includes existing translations.
     """
     own = flatten(study.texts.get(language, {}))
     english = to_translate(brought_texts(study, language))

@@ -1,7 +1,7 @@
 """Keys that participants use on a keyboard, a keypad, a response box or a pedal.
 
 All of these devices act as keyboards that send characters. The screen shows which keys to use.
-Numbers and choices need no setting, because they use the digit keys and Enter.
+Numbers and choices are always entered with the digit keys and Enter.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from slipscale.experiments.protocol_parts.base import Switch
 from slipscale.faults.frozen_table import FrozenTable, setting
 
 NAMED = ("space", "enter")
-AGAIN = ("r", "a")  # the first of these that differs from the `go_on` key
+AGAIN = ("r", "a")  # default of `again`: the first of these keys that differs from `go_on`
 Key = Annotated[str, Field(strict=True)]
 
 

@@ -115,7 +115,7 @@ class Questionnaire(FrozenTable):
             yield ask
 
     def simulated(self) -> dict[tuple[str, str], SimulatedAnswer]:
-        """Return functions for pilots that answer each item at random."""
+        """Return functions with which pilots answer each item at random."""
         return {(self.name, item.name): any_choice for item in self.items}
 
     def levels(self, language: str) -> dict[str, tuple[str, dict[str, str]]]:

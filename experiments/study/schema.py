@@ -42,7 +42,7 @@ IN_ANOTHER_UNIT = (
     f"_({'|'.join(ending[1:] for ending in UNITS if ending != '_s')}|(.+_)?(pp|peak|rms))$"
 )
 
-Schema = dict[str, Any]  # JSON data that pydantic generates
+Schema = dict[str, Any]
 
 
 def study_schema() -> Schema:
@@ -66,7 +66,7 @@ def study_schema() -> Schema:
     root["properties"]["tasks"]["items"] = {"oneOf": [{"$ref": f"#/$defs/{key}"} for key in tasks]}
     unused = {*key_of.values(), Options.__name__}
     tables = {key: part for key, part in parts.items() if key not in unused} | tasks
-    # The levels of factors are words or parameter values, so this key keeps its name.
+    # A factor's levels are words or parameter values, so its key `levels` is given no unit.
     own = tables.get(Factor.__name__)
     for table in (root, *tables.values()):
         given = table.get("properties", {})
@@ -81,14 +81,14 @@ def study_schema() -> Schema:
 
 
 def _in_seconds(levels: list[str]) -> str:
-    """Return a pattern that matches keys of levels in s, but no other keys that end in ``_s``."""
+    """Return a pattern for the keys of levels in seconds, but for no other keys in ``_s``."""
     varied = [each.parameter for each in PARAMETERS.values() if each.parameter.unit == "s"]
     nouns = [each.quantity(PLATE_AMPLITUDE).nouns for each in varied]
     return f"^({'|'.join([*nouns, *(key.removesuffix('_um_pp') for key in levels)])})_s$"
 
 
 def _in_toml(key: str, value: Schema) -> Schema:
-    """Adapt a property's schema to TOML files: remove null, and add the unit."""
+    """Adapt a property's schema for TOML files: remove null, and add the unit."""
     value = {name: entry for name, entry in value.items() if name != "title"}
     choices = [each for each in value.pop("anyOf", []) if each.get("type") != "null"]
     value = {**choices[0], **value} if len(choices) == 1 else value

@@ -8,8 +8,8 @@ The rules are:
   windows, unless no sensor measures them;
 - with ``passive``, a stage moves with the target speed and direction, and only the force is
   compared;
-- if an exploration is outside a window, the trial is rejected (voided) and repeated, at most
-  ``repeat`` times.
+- if an exploration is outside a window and ``reject`` is true, the trial is voided and repeated, at
+  most ``repeat`` times.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ if TYPE_CHECKING:
     from slipscale.faults.validation import Fault
 
 SPEED, FORCE = "finger_speed_mm_s", "normal_force_n"
-#: Outcomes, which are keys of texts for the participant and labels in the data.
+#: Outcomes, which are used in the keys of the participant's texts and as labels in the data.
 WITHIN = "within"
 OUTSIDE = ("too_slow", "too_fast", "too_light", "too_hard", "other_direction")
-#: Smallest share of the path in the requested direction.
+#: Smallest fraction of an exploration's path that must be in the requested direction.
 DIRECTION_SHARE = 0.8
 
 Share = Annotated[float, Field(strict=True, gt=0, le=1)]
@@ -50,7 +50,7 @@ class Stroked:
     speed_mm_s, normal_n : float or None
         Mean speed and mean normal force.
     forward_share : float or None
-        Fraction of the path length along the stroke that leads towards larger positions.
+        Fraction of the distance along the stroke that is moved towards larger positions.
     """
 
     speed_mm_s: float | None = None
@@ -64,7 +64,7 @@ class Stroke(FrozenTable):
     speed_mm_s: Positive | None = setting(
         None,
         "Required speed of the finger; default: any speed. A factor named "
-        "finger_speed_mm_s replaces this speed.",
+        "finger_speed_mm_s replaces the required speed.",
     )
     speed_share: Share = setting(
         0.3,
@@ -74,7 +74,7 @@ class Stroke(FrozenTable):
     normal_force_n: Positive | None = setting(
         None,
         "Required normal force of the finger; default: any force. A factor named normal_force_n "
-        "replaces this force.",
+        "replaces the required force.",
         unit="N",
     )
     force_share: Share = setting(
@@ -95,7 +95,9 @@ class Stroke(FrozenTable):
     pacer: Switch = setting(
         True, "Whether a mark on the participant's screen moves at the required speed."
     )
-    stroke_mm: Positive = setting(40.0, "Length of a stroke, after which the mark reverses.")
+    stroke_mm: Positive = setting(
+        40.0, "Length of a stroke, after which the mark on the screen reverses its direction."
+    )
     feedback_s: Seconds = setting(
         1.5,
         "Duration of the text that advises the participant after an exploration outside the "

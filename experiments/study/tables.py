@@ -53,7 +53,7 @@ class Cost(FrozenTable):
 
 
 class Simulated(FrozenTable):
-    """How the sensation of simulated people increases with the level."""
+    """How the sensation of simulated people grows with the level."""
 
     weber: Annotated[float, Field(strict=True, gt=0, lt=1)] | None = setting(
         None,
@@ -63,8 +63,8 @@ class Simulated(FrozenTable):
     )
     exponent: Annotated[float, Field(strict=True, gt=0, allow_inf_nan=False)] = setting(
         1.0,
-        "Exponent of the sensation if weber is not set; it applies to the level as a fraction of "
-        "the range.",
+        "Exponent of the power function from level to sensation if weber is not set. The level is "
+        "expressed as its position in the study's range, from 0 to 1.",
         unit="none",
     )
 
@@ -90,9 +90,9 @@ class PlateSettings(FrozenTable):
     )
     tolerance_level: Positive | None = setting(
         None,
-        "Largest accepted difference between measured and commanded amplitude, as an amplitude. "
-        "The larger of this tolerance and `tolerance` applies. In a threshold study, the plate's "
-        "tolerance must be smaller than the study's finest difference.",
+        "Largest accepted difference between measured and commanded amplitude, in the amplitude's "
+        "unit. The larger of this tolerance and `tolerance` applies. In a threshold study, the "
+        "plate's tolerance must be smaller than the study's finest difference.",
     )
     track_resonance: str = setting(
         "",
@@ -122,8 +122,8 @@ class SecondPlate(FrozenTable):
 
     quantity: QuantityTable = Field(description="Quantity of the second actuator's levels.")
     level: Positive = Field(
-        description="Largest level of the second actuator. A factor named like this key with the "
-        "prefix `second_`, such as second_voltage_v_peak, sets the level in each condition.",
+        description="Largest level of the second actuator. A factor whose name is this key with "
+        "the prefix `second_`, such as second_voltage_v_peak, sets the level in each condition.",
     )
 
     @property
@@ -185,11 +185,12 @@ class StimulusTable(_Parameters):
         "or more rows of pixels along the stroke.",
     )
     pixels: str | None = setting(
-        None, "Content of the image, which Slipscale inserts when it reads the study."
+        None, "Content of the image; Slipscale inserts this key when it reads the study."
     )
     columns: int | None = setting(
         None,
-        "Number of pixels per row of the image, which Slipscale inserts when it reads the study.",
+        "Number of pixels per row of the image; Slipscale inserts this key when it reads the "
+        "study.",
         unit="pixels",
     )
 
@@ -209,7 +210,7 @@ class StimulusTable(_Parameters):
             yield ("image",), {"msg": "is missing"}
         for field in sorted(given - {each.name for each in fields(kind)}):
             if field == vary:
-                yield ("kind",), {"msg": f"a {self.kind} does not have the varied parameter"}
+                yield ("kind",), {"msg": f"a {self.kind} does not have the parameter to vary"}
             else:
                 yield (field,), {"msg": f"does not belong to a {self.kind}"}
         if vary in self._given:
@@ -242,5 +243,5 @@ class Texture(StimulusTable):
         return self
 
     def surface(self, label: str = "") -> TextureSurface:
-        """Return the surface of the texture, with a label that does not reveal the texture."""
+        """Return a surface that presents the texture; ``label`` must not reveal the texture."""
         return KINDS[self.kind](label=label, **self._given)

@@ -29,7 +29,7 @@ __all__ = [
     "read_study",
     "reconstruct",
 ]
-#: Function -> module that defines it.
+#: Module that defines each function.
 FUNCTIONS = {
     "load": "slipscale.analysis.load",
     "analyse": "slipscale.analysis.pipeline",

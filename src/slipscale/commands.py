@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from argparse import ArgumentParser, Namespace
     from collections.abc import Callable
 
-# Group of commands: {name: (module, description, example)}.
+# Module, description and example of each command, by group.
 GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
     "Sessions": {
         "check": (
@@ -55,7 +55,7 @@ GROUPS: dict[str, dict[str, tuple[str, str, str]]] = {
         ),
         "data": (
             "slipscale.experiments.cli.data",
-            "data sets: build from the journals, verify against them, withdraw, merge",
+            "build, verify and merge data sets, and withdraw participants",
             "slipscale data verify data",
         ),
         "reproduce": (
@@ -132,8 +132,8 @@ def main(arguments: list[str] | None = None) -> int:
     Parameters
     ----------
     arguments : list of str, optional
-        Command line without the program's name. The default is ``sys.argv[1:]``. In this case, a
-        signal ends the process with status 130 at any time.
+        Command line without the program's name. By default, ``sys.argv[1:]`` is used, and a signal
+        ends the process with status 130 at any time.
 
     Returns
     -------
@@ -155,14 +155,14 @@ def main(arguments: list[str] | None = None) -> int:
     except Exception:
         if not ended:
             raise
-        return INTERRUPTED  # A library converted the signal to another error during its import.
+        return INTERRUPTED  # A library turned the KeyboardInterrupt into another exception.
     return status
 
 
 def _signals_end() -> list[str]:
     """Let the first signal raise KeyboardInterrupt, and any later signal end the process.
 
-    After the command has finished, the first signal also ends the process.
+    After the command has finished, any signal ends the process.
     """
     import signal  # noqa: PLC0415 - a library that calls `main` keeps its own handlers
 
@@ -274,7 +274,7 @@ def call(name: str, words: list[str]) -> int:
             from logging import getLogger  # noqa: PLC0415
 
             getLogger(__name__).info("%s ended", name)
-            getLogger("slipscale").handlers = []  # for later commands in this process
+            getLogger("slipscale").handlers = []  # later commands in this process add their own
 
 
 def _failed(name: str, sentence: str, status: int, *, verbose: bool = False) -> int:

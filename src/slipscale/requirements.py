@@ -24,7 +24,7 @@ ANALYSIS = ("pandas", "pingouin", "statsmodels", "joblib")
 
 @dataclass(frozen=True, slots=True)
 class Need:
-    """Requirement of a command, which may depend on an option.
+    """A requirement of a command, either always or only with a certain option.
 
     ``command`` includes the subcommand, if there is one. ``option`` is a key in the result of
     `options_of`, or "" if the requirement does not depend on an option. ``value`` is the option's
@@ -57,7 +57,7 @@ DRIVERS = {
     "force": {"load_cells": "serial", "daq": "nidaqmx"},
 }
 SESSIONS = ("run", "check", "next", "resume")
-#: Command -> options with SPECs.
+#: Options of each command that take a SPEC.
 WITH_DEVICES = dict.fromkeys(SESSIONS, tuple(DRIVERS)) | dict.fromkeys(
     ("plate watch", "plate calibrate", "plate conform"), ("plate",)
 )
@@ -221,7 +221,7 @@ def _forbidden_ports(command: str, options: Mapping[str, object]) -> Iterator[st
 def _written(
     command: str, args: Namespace, options: Mapping[str, object]
 ) -> Iterator[tuple[str, Path]]:
-    """Yield the path of each output of a command, preceded by its name in messages."""
+    """Yield the name in messages and the path of each output of a command."""
     for option in WRITES.get(command, ()):
         if given := options.get(option):
             yield f"--{option} {given}" if option in args else str(given), Path(str(given))
