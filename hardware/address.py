@@ -188,7 +188,6 @@ def plate_file_of(spec: str) -> PlateFile | None:
 
 
 def _plates_in(spec: str) -> list[str]:
-    """Return the plate files named in a SPEC's options."""
     words = parts(spec)[0].partition(":")[2].split(",")
     return [word.removeprefix("plate=") for word in words if word.startswith("plate=")]
 

@@ -174,7 +174,6 @@ def _off(*headers: str, word: str = "0") -> tuple[FixedSetting, ...]:
 
 
 def _siglent_off(header: str) -> FixedSetting:
-    """Return the setting that switches a Siglent function off."""
     item = Item(
         write=f"C{{channel}}:{header} STATE,{{value}}",
         ask=f"C{{channel}}:{header}?",

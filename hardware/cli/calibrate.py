@@ -223,7 +223,6 @@ def run(arguments: Namespace) -> int:
 
 
 def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_plate: bool) -> None:
-    """Raise `UserError` if a value is implausible for this plate."""
     from slipscale.hardware.calibration.soundness import changed, implausible  # noqa: PLC0415
 
     expected = plate.plate_file.expected.model_dump() if plate.plate_file else {}
@@ -240,7 +239,6 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
 
 
 def _check_out(path: Path) -> None:
-    """Raise `UserError` if the calibration file cannot be written."""
     if path.exists():
         raise UserError(
             f"--out {path}: this file already exists, and data may depend on it; expected "
@@ -251,7 +249,6 @@ def _check_out(path: Path) -> None:
 
 
 def _open(arguments: Namespace) -> PlateDriver:
-    """Return the plate's driver, not yet connected."""
     from slipscale.hardware.address import without_session_watchdog  # noqa: PLC0415
     from slipscale.hardware.clock import Clock, SystemClock, VirtualClock  # noqa: PLC0415
     from slipscale.hardware.registry import open_plate  # noqa: PLC0415

@@ -103,7 +103,6 @@ def _backend(spec: str) -> Iterator[Verdict]:
 
 
 def _told(verdicts: Iterable[Verdict], *, as_json: bool) -> int:
-    """Print the result for each rule, and return the exit status."""
     lines = []
     for verdict in verdicts:
         lines.append(verdict)

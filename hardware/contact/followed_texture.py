@@ -164,7 +164,6 @@ class FollowedTransient:
         return None
 
     def _reached(self, now_s: float) -> bool:
-        """Return whether the trigger condition is met."""
         value = self._track.predicted(now_s, 0.0)
         if self._trigger == "delay_s":
             value = None if self._touched_s is None else now_s - self._touched_s

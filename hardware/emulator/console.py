@@ -61,7 +61,6 @@ def run(emulator: Emulator) -> None:
 
 
 def _answer(emulator: Emulator, line: str) -> str:
-    """Execute a control command, and return the answer as JSON."""
     word, _, rest = line.partition(" ")
     try:
         if word == "fault":

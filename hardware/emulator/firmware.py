@@ -166,7 +166,6 @@ class Board:
         return self._now_level
 
     def _measured(self, now_s: float) -> float:
-        """Return the vibration sensor's reading as a level."""
         return self.twin.measure_um_pp(now_s) / self.um_pp_per_level
 
     def temperature_c(self, now_s: float) -> float:

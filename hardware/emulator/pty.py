@@ -332,7 +332,6 @@ class Emulator:
             self._log.write(line + "\n")
 
     def _post(self, pieces: Iterable[Piece]) -> None:
-        """Append pieces to the queue for sending."""
         due_s = max(self._now(), self._outbox[-1][0] if self._outbox else 0.0)
         for piece in pieces:
             if isinstance(piece, float):

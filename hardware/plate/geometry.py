@@ -273,7 +273,6 @@ def _piece(length_mm: float, pieces: int, gap_mm: float, border_mm: float) -> fl
 
 @lru_cache(maxsize=64)
 def _rows(layout: Layout) -> tuple[Patch, ...]:
-    """Compute the positions of ceramics that are arranged in rows and columns."""
     size_mm = (layout.ceramic_length_mm, layout.ceramic_width_mm)
     counts = (layout.columns, layout.rows)
     x_mm, y_mm = (

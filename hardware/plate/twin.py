@@ -211,7 +211,6 @@ class Twin:
         return envelope
 
     def _mean_um_pp(self, played: Loop, now_s: float) -> float:
-        """Return the mean amplitude over the last complete period."""
         since_s = self.drive.since_s
         if since_s is not None and now_s - since_s < FIRST_READ_PERIODS * played.period_s:
             return abs(self._began_um_pp)

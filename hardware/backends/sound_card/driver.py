@@ -251,7 +251,6 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _until_ramped(self) -> None:
-        """Wait until the device has fetched all samples of a ramp."""
         begun_s = self._machine.now()
         while self._carrier.level != self._carrier.target:
             if self._machine.now() - begun_s > RAMP_S + ENDS_S:
@@ -275,7 +274,7 @@ class SoundCard(PlateDriver):
         self._attend()
 
     def _attend(self) -> None:
-        """Mark the session as alive, and raise any pending fault."""
+        """Record that the session is alive, and raise the stored fault, if any."""
         name = f"sound device '{self.device}'"
         if self._stream is None:
             raise ConnectionLost(f"{name}: not connected")
