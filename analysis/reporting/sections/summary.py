@@ -68,7 +68,7 @@ def _doubts(analysis: Analysis) -> list[str]:
     if 2 < people < SMALL:  # noqa: PLR2004 - fewer participants have their own message
         found.append(
             f"There are only {people} participants: intervals are wide, and a non-significant "
-            "difference does not show that two values are equal."
+            "difference is not evidence of equality."
         )
     found += [doubt for kind in analysis.kinds for doubt in kind.doubts(analysis)]
     found += analysis.problems

@@ -29,7 +29,8 @@ def _caption(found: DescendingDifference, quantity: Quantity) -> str:
     texts = [intervals]
     if fit:
         texts.append(
-            f"Curve: logistic function, with a pointwise band ({fit.df} degrees of freedom)."
+            "Curve: logistic function, with a pointwise confidence band (t distribution, "
+            f"{fit.df} degrees of freedom)."
         )
     if 1 < found.participants <= LINES_AT_MOST:
         texts.append(

@@ -135,8 +135,8 @@ def _equivalence(
         many = many if len(tested) > 1 else "the pair"
         blocks.append(
             html.paragraph(
-                f"For {many} of {quantity.levels}, estimates differed and were not shown to be "
-                f"equivalent {within} (two one-sided tests, all {p}; all Bayes factors in "
+                f"For {many} of {quantity.levels}, estimates differed, and tests did not show "
+                f"equivalence {within} (two one-sided tests, all {p}; all Bayes factors in "
                 f"favour of no difference {bayes}; see pairwise.csv)."
             )
         )

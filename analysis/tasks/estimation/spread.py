@@ -46,9 +46,9 @@ def unequal_spread(data: Prepared) -> list[str]:
     value = data.quantity.value
     return [
         (
-            f"Repeated estimates vary {ratio:.1f} times as much at {value(most)} as at "
-            f"{value(least)}. Rank tests then produce too many false positives: in 9 % of studies "
-            "instead of 5 % with a ratio of 2, 12 participants and 3 repetitions. Prefer the tests "
-            "on logarithms."
+            f"The SD of repeated log estimates is {ratio:.1f} times as large at {value(most)} as "
+            f"at {value(least)}. Rank tests then produce too many false positives: in 9 % of "
+            "studies instead of 5 % with a ratio of 2, 12 participants and 3 repetitions. Prefer "
+            "the tests on logarithms."
         )
     ]

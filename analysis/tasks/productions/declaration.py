@@ -113,10 +113,9 @@ def _biases(found: TaskProductions, confidence: float, quantity: Quantity) -> li
         )
     if found.catch_um_pp is not None:
         texts.append(
-            "When asked for the standard's number, participants produced "
-            f"{quantity.value(significant(found.catch_um_pp))} "
-            f"({counted(found.catch_trials, 'catch trial', 'catch trials')}; the standard: "
-            f"{quantity.value(found.standard_um_pp)})."
+            f"In {counted(found.catch_trials, 'catch trial', 'catch trials')} with the standard's "
+            f"number, participants produced {quantity.value(significant(found.catch_um_pp))} (the "
+            f"standard is {quantity.value(found.standard_um_pp)})."
         )
     return texts
 

@@ -74,7 +74,7 @@ def _tests(found: TaskRatings, confidence: float, quantity: Quantity) -> str:
             f"{unit_number(friedman.kendalls_w)})."
         )
     if trend:
-        texts.append(page_sentence("They", trend, confidence, quantity.level, quantity))
+        texts.append(page_sentence("Ratings", trend, confidence, quantity.level, quantity))
     return " ".join([*texts, *_biases(found, confidence)])
 
 

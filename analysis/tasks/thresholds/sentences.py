@@ -97,7 +97,7 @@ def _slopes(joint: PopulationThreshold) -> str:
     times = significant(float(np.exp(joint.sd_log_slope)))
     if times == significant(1.0):
         return "participants' slopes are estimated to be equal"
-    return f"participants' slopes differ by a factor of {times} (one SD)"
+    return f"one SD of participants' slopes is a factor of {times}"
 
 
 def _change(change: float, task: TaskThresholds, quantity: Quantity) -> str:
@@ -196,7 +196,7 @@ def remarks(task: TaskThresholds, confidence: float, quantity: Quantity) -> list
         )
         parts += [
             f"{capitalised(factor_name(factor.name))} {factor_level(factor.name, each.second)} "
-            f"compared with {factor_level(factor.name, each.first)}: threshold "
+            f"compared with {factor_level(factor.name, each.first)}: the threshold is "
             f"{_change(each.change.value, task, quantity)}, CI "
             f"{bracketed(each.change.interval, significant)}, {p_value(each.p_holm)} after Holm's "
             "correction."

@@ -108,7 +108,7 @@ def test_a_poor_fit_is_explained_if_each_curve_pools_conditions():
 
 
 @pytest.mark.parametrize(
-    "sd, words", [(0.0, "estimated to be equal"), (0.3, "differ by a factor of 1.35 (one SD)")]
+    "sd, words", [(0.0, "estimated to be equal"), (0.3, "is a factor of 1.35")]
 )
 def test_equal_slopes_are_called_equal(sd, words):
     (found,) = thresholds(trials({"sub-01": 0.1, "sub-02": 0.12, "sub-03": 0.09}))
