@@ -70,8 +70,8 @@ def split(content: bytes, path: Path, separator: str) -> Lines:
         raise UserError(f"{path}: the file is empty; expected a header line and rows")
     if header.count(QUOTE) % 2:
         raise UserError(
-            f"{path}: line {first}, the header, has an unmatched quotation mark; expected one at "
-            "each end of a name"
+            f"{path}: line {first}, the header, has an unmatched quotation mark; expected a pair "
+            "around each quoted name"
         )
     names = _names(header, separator)
     body = body.rstrip(NEWLINE)
@@ -199,7 +199,7 @@ def _rows(
         except csv.Error as error:
             raise UserError(
                 f"{path}: line {first + start} has an unmatched quotation mark, or text after one "
-                f"({error}); expected one at each end of a cell"
+                f"({error}); expected a pair around each quoted cell"
             ) from error
         end = reader.line_num
         yield first + start, first + end, row

@@ -63,7 +63,7 @@ class Journal:
     synced : bool
         Whether each record is flushed to disk. If False, the journal is flushed to disk only when
         it is closed. A power failure may then lose records, but a killed process loses none.
-        Journals of pilots are not synced, because pilots can be repeated.
+        Pilots are not synced, because they can be repeated.
 
     Raises
     ------

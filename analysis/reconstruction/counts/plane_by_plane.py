@@ -197,10 +197,7 @@ class _Meeting:
         return found + sum(end if self.modulus is None else int(end) for end in ends)
 
     def _enter(self, k: int) -> None:
-        """Update the planes above the centre from counts for k - 1 values to counts for k values.
-
-        The farthest plane is updated first, because each update uses the next farther plane.
-        """
+        """Update the planes above the centre from counts for k - 1 values to k values."""
         planes = self.above.planes
         for place in range(len(planes) - 1, 0, -1):
             if pair := self.above.between(place, k):
@@ -211,10 +208,7 @@ class _Meeting:
                 plane.values = plane.values[:0, :0]
 
     def _leave(self, k: int) -> None:
-        """Update the planes below the centre from weights for k values to weights for k - 1 values.
-
-        The nearest plane is updated first, because each update uses the next nearer plane.
-        """
+        """Update the planes below the centre from weights for k values to k - 1 values."""
         for place in range(1, len(self.below.planes)):
             pair = self.below.between(place, k)
             if pair is None:
