@@ -27,7 +27,7 @@ COEFFICIENT, NORMAL_FORCE = "friction_coefficient", "normal_force_n"
 OF_INTERVAL = re.compile(r"interval([0-9]+)_")
 #: The name does not end in ``_level``, because the value is in the second actuator's quantity.
 SECOND_READBACK = "second_readback"
-# Column -> name of the quantity in the reply to a presentation.
+# Name of each column's quantity in the reply to a presentation.
 OF_THE_PLATE = {
     "drive_voltage_v_peak": "voltage_v_peak",
     "plate_temperature_c": "temperature_c",

@@ -172,8 +172,8 @@ def _run_files(
         "plate": first["plate"],
         "contact": first.get("contact", MISSING),
         "software": first["software"],
-        # A pilot's date, its number of interruptions and the hash of its journal (which contains
-        # both) are omitted, because they are meaningless and would make equal data sets differ.
+        # A pilot's date, number of interruptions and journal hash (which depends on both) are
+        # omitted, so that a pilot repeated with the same seed gives the same sidecar.
         "started_utc": first["started_utc"] if person else MISSING,
         "resumes": _resumes(run) if person else MISSING,
         "voided": [

@@ -78,8 +78,8 @@ class RunSummary:
     consent: str = ""
 
 
-# Kind of record -> the entry that describes the event. For a fault, this is only the code, because
-# the message may contain an amplitude.
+# Entry that describes the event, keyed by the kind of record. For a fault, this is only the code,
+# because the message may contain an amplitude.
 EVENTS = {"fault": "code", "void": "reason", "note": "text", "pause": "", "stop": "reason"}
 
 

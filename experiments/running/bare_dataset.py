@@ -28,7 +28,7 @@ from slipscale.experiments.steps.steps import Adjust, Instruct
 from slipscale.experiments.study.run_plan import RunPlan
 from slipscale.hardware.clock import VirtualClock
 
-#: Feature that only full sessions can simulate -> whether a run has this feature.
+#: Features that only full sessions can simulate, with a test whether a run has the feature.
 NEED_SESSIONS: dict[str, Callable[[RunPlan], bool]] = {
     "textures depend on the finger position": lambda plan: bool(plan.study.textures),
     "the plate file specifies finger sensors": lambda plan: bool(plan.study.plate.file),

@@ -224,7 +224,7 @@ def check_plate(planned: PlannedSession) -> Finding:
         silent_on_signals(plate),
     ):
         check_supported(plan, plate, planned.contact)
-        # A texture settles at its mean.
+        # The plate settles at a texture's mean amplitude.
         largest = max((each.settled_level for each in surfaces(plan)), default=0.0)
         plate.second_level = max(study.second_levels, default=0.0)
         made = plate.present(VirtualSurface(level=largest))

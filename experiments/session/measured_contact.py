@@ -101,7 +101,7 @@ class _Trace:
         self.whole: list[Sample] = []
         self._samples: list[Sample] = []
         self._changes_s: list[float] | None = None
-        self._unreadable = source.unreadable  # before
+        self._unreadable = source.unreadable  # number before the step
 
     def take(self) -> list[Sample]:
         """Fetch and return the new samples from the source."""

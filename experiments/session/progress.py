@@ -66,7 +66,7 @@ class Progress:
         self._trial: Trial | None = None  # the last trial whose surface was presented
         self._over = False
         self._before: Trial | None = None  # the last finished trial, while another is in progress
-        self._closing = False  # whether the protocol can still repeat a finished trial
+        self._closing = False  # whether the last finished trial can still be repeated
 
     @property
     def voidable(self) -> Trial | None:

@@ -186,7 +186,7 @@ class TerminalOperator:
         self._retries = retries
         self._heading = heading
         self._status = SessionStatus(state="showing")
-        self._prompt: Prompt | None = None  # being typed
+        self._prompt: Prompt | None = None  # the open prompt
         self._answer: Prompt | None = None  # opens when the session waits for an answer
         self._live = Live(console=console, auto_refresh=False, transient=False)
 
@@ -302,7 +302,7 @@ class Keys:
     """Reads single key presses from a terminal, if there is one, without blocking."""
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        self._stream: TextIO | None = stream or sys.stdin  # may be None
+        self._stream: TextIO | None = stream or sys.stdin  # None if there is no standard input
         self._stack = ExitStack()
         self._read: Callable[[], str] = lambda: ""
 

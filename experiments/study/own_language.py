@@ -221,9 +221,9 @@ def template(study: Study, language: str) -> str:
     own = flatten(study.texts.get(language, {}))
     english = to_translate(brought_texts(study, language))
     lines = [
-        f"# The participant's texts in the language '{language}'. Write a text between the quotes",
-        "# of each key; keep the words in {braces}, which are filled in. Above each key:",
-        "# the English text, and its place on the screen.",
+        f"# The participant's texts in the language '{language}'. Write each translation between",
+        "# the quotes after its key; keep the words in {braces}, which are replaced by values.",
+        "# Above each key: the English text, and its place on the screen.",
         f"language = {json.dumps(language)}",
     ]
     section = ""

@@ -49,7 +49,7 @@ class Need:
         )
 
 
-#: Option with SPECs -> possible drivers, each with the module that it imports.
+#: Possible drivers for each option that takes a SPEC, with the module that each driver imports.
 DRIVERS = {
     "plate": {"serial": "serial", "scpi": "pyvisa", "sound": "sounddevice"},
     "markers": {"lsl": "pylsl", "serial": "serial"},
@@ -88,7 +88,7 @@ NEEDS = (
     ),
 )
 
-#: Command -> options for output folders or files.
+#: Options for output folders or files of each command.
 WRITES = {
     "analyse": ("out",),
     "export": ("out",),
@@ -108,7 +108,7 @@ WRITES = {
 }
 
 
-#: Command -> default output, without --out.
+#: Output folder or file of each command if --out is omitted.
 WITHOUT_OUT: dict[str, Callable[[Namespace], Path | None]] = {
     "analyse": lambda args: _folder_of(Path(args.dataset)),
     "pilot": lambda _: here().pilots,

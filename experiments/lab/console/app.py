@@ -224,8 +224,7 @@ class Console:
     def _notices(self) -> tuple[str, ...]:
         return self.state.now().notices + (self.presence.notices() if self.presence else ())
 
-    # Files: their names are fixed here, so that a page cannot choose a path
-    # -----------------------------
+    # Files, whose names are fixed here, so that a page cannot choose a path --------------------
 
     async def static(self, request: Request) -> Response:
         """Return one of the console's static files."""

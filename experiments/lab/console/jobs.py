@@ -86,7 +86,7 @@ class Job:
         self.held_s = time.monotonic()
 
     def type(self, line: str) -> None:
-        """Send input to a bench job; raise `UserError` if it has ended."""
+        """Send input to a job on the plate bench; raise `UserError` if the job has ended."""
         try:
             if self.process.stdin:
                 self.process.stdin.write(f"{line}\n".encode())
@@ -95,7 +95,7 @@ class Job:
             raise UserError(f"{self.about} has ended; begin again") from None
 
     def release(self) -> None:
-        """End a bench job by closing its standard input; the job then switches the plate off."""
+        """End a plate-bench job by closing its input; the job then switches the plate off."""
         self.released = True
         if self.process.stdin:
             self.process.stdin.close()

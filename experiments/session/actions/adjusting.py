@@ -30,7 +30,7 @@ class Adjusting:
     surface, participant, journal, clock, markers, progress
         Components of the session.
     watch : callable
-        Called on every frame to check the plate and the operator.
+        Called in every frame to check the plate and the operator.
     wait : callable
         Shows the operator that the session is waiting for the participant.
     """

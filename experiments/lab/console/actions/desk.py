@@ -20,7 +20,7 @@ class Warnings:
     def __init__(self, state: State, jobs: Jobs) -> None:
         self._state = state
         self._jobs = jobs
-        self._found: dict[tuple[str, str], None] = {}  # in order
+        self._found: dict[tuple[str, str], None] = {}  # in order of occurrence
         self._acknowledged: set[tuple[str, str]] = set()
 
     def pending(self) -> list[tuple[str, str]]:
@@ -81,5 +81,5 @@ class Desk:
                 raise UserError(f"{job.about}: still running; wait until it is finished")
 
 
-# Name of an action -> its form, and the function that carries out the action.
+# The form of each action and the function that carries out the action, keyed by the action's name.
 Actions = Mapping[str, tuple[type[Form], Callable[[Desk, Any], str]]]

@@ -26,5 +26,5 @@ PAGES: dict[str, Callable[[View], dict[str, object]]] = {
     "bench": bench,
     "settings": settings,
 }
-# Subpage -> its parent page, which the navigation highlights.
+# Parent page of each subpage, which the navigation highlights.
 WITHIN = {"screens": "study", "person": "today"}
