@@ -87,7 +87,7 @@ def replace_everywhere(module: str, name: str, label: str, spent_s: dict[str, fl
 
 def shares(data: Path, out: Path) -> dict[str, float]:
     """Time the parts of the command in seconds. Call this only once, in a fresh process."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # As in the command.
     spent_s = {"start Python": time.process_time()}
     for label, modules in IMPORTS.items():
         timed(label, lambda modules=modules: [*map(import_module, modules)], spent_s)()

@@ -1,4 +1,4 @@
-"""Measure how often honest simulated people are flagged for data quality, by design and noise.
+"""Measure how often honest simulated people are flagged for data quality, in several designs.
 
 A flag should be raised for at most 5 % of honest people. People of the shipped population are
 simulated, and their answers are read and flagged by the functions of the analysis. Response times
@@ -26,15 +26,15 @@ from slipscale.experiments.running.pilot import pilot_plans
 from slipscale.experiments.study.analysis_choices import Thresholds
 
 FOUR, TWO, EIGHT = "0.0, 0.5, 1.2, 2.3", "1.2, 2.3", "0.0, 0.3, 0.6, 0.9, 1.2, 1.6, 1.9, 2.3"
-#: Amplitudes (µm peak to peak), repetitions of magnitude estimation, catch steps, and noise between
-#: trials (standard deviation of the logarithm; 0.25 in the population), keyed by column.
+#: Amplitudes (µm peak to peak), repetitions of magnitude estimation, catch steps, and the standard
+#: deviation, between people, of their log trial-to-trial noise (default: 0.25), keyed by column.
 DESIGNS = {
     "4 × 1": (FOUR, 1, 1, 0.25),
     "4 × 3": (FOUR, 3, 2, 0.25),
     "4 × 6": (FOUR, 6, 4, 0.25),
     "4 × 12": (FOUR, 12, 8, 0.25),
-    "4 × 3, noise × 2": (FOUR, 3, 2, 0.5),
-    "4 × 3, no noise": (FOUR, 3, 2, 0.0),
+    "4 × 3, noise SD × 2": (FOUR, 3, 2, 0.5),
+    "4 × 3, equal noise": (FOUR, 3, 2, 0.0),
     "2 × 4": (TWO, 4, 2, 0.25),
     "8 × 3": (EIGHT, 3, 2, 0.25),
 }
@@ -89,7 +89,10 @@ def main() -> None:
     )
     people = f"{args.participants} simulated people in studies of {STUDY} people"
     lines = [
-        f"Each cell describes {people}; columns are designs (amplitudes × repetitions).",
+        (
+            f"Each cell describes {people}; columns are designs (amplitudes × repetitions; noise "
+            "SD: between people)."
+        ),
         "",
         f"| Flag | {' | '.join(found.columns)} |",
         f"| --- |{' --- |' * len(found.columns)}",

@@ -20,7 +20,7 @@ from slipscale.hardware.plate.geometry import Density, Layout
 from slipscale.hardware.plate.vibration import modes, support
 from slipscale.stimuli.film.periodic_film import periodic_state
 
-FILM = {"sigma": 15.9, "eps": 0.3, "delta": 0.6, "wave_number": 6 * np.pi}  # three ridges
+FILM = {"sigma": 15.9, "eps": 0.3, "delta": 0.6, "wave_number": 6 * np.pi}  # Three ridges.
 T = TypeVar("T")
 CELLS, PERIODS = 160, 40
 PLATE, MESH = Layout.prototype(), Density(along_ceramic=4, across_ceramic=3)

@@ -36,8 +36,8 @@ from slipscale.experiments.study.run_plan import RunPlan
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "build" / "recovery"
-#: 2 % lapses, as in the shipped realistic people; noise that puts thresholds well above the 0.01
-#: µm resolution of simulated fingers.
+#: People with 2 % lapses, as in the shipped population `realistic`, and with so much noise that
+#: their thresholds are well above the resolution of simulated fingers (0.01 µm).
 OBSERVERS = Population(name="recovery", noise=5.0, habits=Habits(lapses=0.02))
 #: The default noise, for which the shipped studies of paired comparison and matching are designed.
 SHARPER = OBSERVERS.model_copy(update={"noise": 2.2})

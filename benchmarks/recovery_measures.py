@@ -81,7 +81,7 @@ class Case:
     title: str
     study: str
     people: Population
-    each: int  # participants a study
+    each: int  # Number of participants per study.
     measure: Callable[[Dataset, Case, int], list[Row]]
     intervals: int = 2
     standard_um_pp: float = STANDARD_UM_PP

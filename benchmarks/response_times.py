@@ -68,7 +68,7 @@ def lags_ms(*, precise_times: bool) -> tuple[np.ndarray, set[str]]:
             def watch(hand: threading.Thread = hand) -> None:
                 nonlocal frames
                 frames += 1
-                if frames == 2:  # the question is on the screen
+                if frames == 2:  # The question is on the screen.
                     hand.start()
 
             window._await_release(lambda: None)  # noqa: SLF001  so that frame 2 is the question's

@@ -78,9 +78,9 @@ def fit_population(analysis: Analysis) -> FittedPopulation:
     mean, sd = cells.mean().to_numpy(float), cells.std(ddof=1).to_numpy(float)
     if (mean <= 0).any() or (mean >= 100).any() or (sd <= 0).any():  # noqa: PLR2004
         raise UserError(
-            f"--from {name}: under the normalisation '{analysis.rule}', mean estimates range from "
-            f"{mean.min():.3g} to {mean.max():.3g}, with standard deviations between people of at "
-            f"least {sd.min():.3g}; expected means between 0 and 100 and standard deviations "
+            f"--from {name}: with the normalisation '{analysis.rule}', mean estimates range from "
+            f"{mean.min():.3g} to {mean.max():.3g}, and the smallest standard deviation between "
+            f"people is {sd.min():.3g}; expected means between 0 and 100 and standard deviations "
             "above 0, as with --normalise scale_top or grand_maximum"
         )
     found: dict[str, Any] = {

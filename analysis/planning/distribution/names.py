@@ -10,11 +10,11 @@ import re
 from slipscale.analysis.tasks.table import STATISTICS
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
-#: Name of a conclusion -> description, in order of display.
+#: Descriptions of conclusions in order of display, keyed by a pattern for the name.
 CONCLUSIONS = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.conclusions.items()
 }
-#: Name of a result -> description, for the results that are plotted and listed first.
+#: Descriptions of the results that are plotted and listed first, keyed by a pattern for the name.
 HEADLINES = {
     rf"{each.key}\.{name}": words for each in STATISTICS for name, words in each.headlines.items()
 }

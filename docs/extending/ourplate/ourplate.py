@@ -9,7 +9,7 @@ from slipscale.hardware.records import PlateIdentity, Presentation, Readback
 RAMP_STEPS = 10
 RAMP_S = 0.03
 SETTLE_S = 0.01  # Seven time constants of a plate with Q = 130 at 31 kHz.
-READS = 100  # SerialLine.read waits at most 10 ms: one second in total
+READS = 100  # SerialLine.read waits at most 10 ms, so the limit is 1 s.
 
 
 class OurPlate(PlateDriver):
@@ -18,7 +18,7 @@ class OurPlate(PlateDriver):
     name = "ourplate"
 
     def __init__(self, port, *, clock, plate):
-        # From the SPEC: limits, calibration=FILE, plate=FILE.
+        # Limits and files are options of --plate SPEC.
         super().__init__(
             clock=clock,
             limits=plate.limits,
@@ -30,7 +30,7 @@ class OurPlate(PlateDriver):
         self._level = 0.0
 
     def _connect(self):
-        self._line = SerialLine(self._port)  # exclusive; raises PlateFaults itself
+        self._line = SerialLine(self._port)  # Opens the port exclusively; raises PlateFault.
         name = self._ask("?")
         if not name.startswith("ourplate"):
             raise WrongDevice(f"{self._port}: '{name}' answers")

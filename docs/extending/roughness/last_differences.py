@@ -20,7 +20,7 @@ def differences(own):
 @styled
 def drawn(tasks):
     """Plot the difference in each trial, with one line per participant and task."""
-    from matplotlib.figure import Figure  # imported only if a figure is drawn
+    from matplotlib.figure import Figure  # Imported only if a figure is drawn.
 
     figure = Figure(figsize=(6, 3.5), layout="constrained")
     axes = figure.subplots()
