@@ -114,7 +114,6 @@ def measure(body: str, folder: Path, rows: int) -> dict[str, float]:
 
 
 def main() -> None:
-    """Write the data set, and print the times of both programs."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--participants", type=int, default=4000)
     parser.add_argument("--rows", type=int, default=1_000_000)

@@ -61,7 +61,7 @@ PARTS = {
 
 
 def timed(label: str, work: Callable[..., Any], spent_s: dict[str, float]) -> Callable[..., Any]:
-    """Add a function's processor time, except that of timed calls inside it, to a label."""
+    """Wrap a function to add its processor time, except timed calls inside it, to a label."""
 
     @wraps(work)
     def measured(*args: Any, **kwargs: Any) -> Any:
@@ -103,7 +103,6 @@ def shares(data: Path, out: Path) -> dict[str, float]:
 
 
 def main() -> None:
-    """Simulate the study in another process, and print each part's time and share."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--participants", type=int, default=14)
     options = parser.parse_args()

@@ -90,7 +90,6 @@ def study(
 
 
 def holds(interval: Iterable[float] | None, truth: float) -> bool | None:
-    """Return whether an interval contains the true value."""
     if interval is None:
         return None
     low, high = interval
@@ -342,7 +341,7 @@ def measure(trial: Trial, n: int, studies: int, seed: int) -> str:
 
 
 def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list[str]:
-    """Measure and print the rows of a table, and return the lines of the table."""
+    """Measure and print the rows of a table; return its lines."""
     lines = [f"| {title} | n = {', '.join(map(str, SIZES))} |", "| --- | --- |"]
     for name, trial in trials.items():
         start = time.perf_counter()
@@ -355,7 +354,6 @@ def table(title: str, trials: dict[str, Trial], studies: int, seed: int) -> list
 
 
 def main() -> None:
-    """Print the tables; with --write, also insert them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument(
         "--studies",

@@ -98,7 +98,7 @@ def no_longer_than(limit_s: float) -> Iterator[None]:
 
 
 def orders(number: int, *, firmware: bool) -> list[str]:
-    """Return the faults of a session."""
+    """Draw the faults of a session, with the phase and command at which each occurs."""
     chance = random.Random(number)
     known = [each for each in FAULTS if not (firmware and each in EMULATED_ONLY)]
     drawn = []
@@ -109,7 +109,7 @@ def orders(number: int, *, firmware: bool) -> list[str]:
 
 
 def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path) -> str:
-    """Run a session; return how it ended."""
+    """Run a session, and return its outcome."""
     clock = VirtualClock()
     begun: list[bool] = []
 

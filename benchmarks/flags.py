@@ -78,7 +78,6 @@ def _of_people(names: set[str], rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def main() -> None:
-    """Print the table; with --write, also insert it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--participants", type=int, default=1000, help="per cell (default: 1000)")
     parser.add_argument("--seed", type=int, default=1, help="random seed (default: 1)")

@@ -100,7 +100,6 @@ def own_modes() -> object:
 
 
 def main() -> None:
-    """Print the comparisons."""
     ours, state = timed(lambda: periodic_state(**FILM))  # type: ignore[arg-type]
     theirs, overpressure = timed(marched, 1)
     apart = abs(overpressure / state.overpressure - 1)

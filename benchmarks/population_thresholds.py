@@ -59,12 +59,12 @@ class Observer(NamedTuple):
 
     @property
     def levels(self) -> Array:
-        """Levels presented."""
+        """Levels that are presented."""
         return LEVELS[self.method, self.logarithmic][0]
 
     @property
     def spread(self) -> float:
-        """SD of thresholds."""
+        """Standard deviation of thresholds."""
         return LEVELS[self.method, self.logarithmic][1]
 
 
@@ -192,7 +192,6 @@ def cell(name: str, people: int, lapse: float, studies: int, again: int = AGAIN)
 
 
 def main() -> None:
-    """Print the table; with --write, also insert it into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--studies", type=int, default=1000, help="per cell (default: 1000)")
     parser.add_argument("--observer", choices=OBSERVERS, help="default: all")

@@ -139,7 +139,6 @@ def worse(found: Mapping[str, float], recorded: Mapping[str, float]) -> list[str
 
 
 def main() -> int:
-    """Print each ratio next to the recorded one."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--rounds", type=int, default=5)
     parser.add_argument("--write", action="store_true", help="record the ratios found here")

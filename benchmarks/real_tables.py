@@ -26,7 +26,7 @@ STUCK = 20  # Limit of elapsed time, as a multiple of --seconds; other load may 
 
 
 def processor_s() -> float:
-    """Return the processor time of all processes that were waited for."""
+    """Return the processor time of all finished child processes."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     return used.ru_utime + used.ru_stime
 
@@ -55,7 +55,6 @@ def judge(path: Path, seconds: float) -> tuple[bool, str]:
 
 
 def main() -> int:
-    """Run the command."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("word", nargs="*")
     parser.add_argument("--seconds", type=float, default=10.0)

@@ -186,7 +186,6 @@ def _cells(rows: list[Row]) -> list[str]:
 
 
 def main() -> None:
-    """Print all tables; with --write, also insert them into the page."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--runs", type=int, default=400)
     parser.add_argument("--only", default="", help=("only cases whose title begins with this text"))

@@ -80,7 +80,6 @@ def lags_ms(*, precise_times: bool) -> tuple[np.ndarray, set[str]]:
 
 
 def main() -> None:
-    """Print the lags with and without precise times: medians, percentiles and SDs."""
     for precise_times in (True, False):
         lags, sources = lags_ms(precise_times=precise_times)
         low, middle, high = np.percentile(lags, [2.5, 50, 97.5])

@@ -78,7 +78,6 @@ def decisions(study: ProtocolStudy, population: Population, people: int, seed: i
 
 
 def main() -> None:
-    """Print the share of significant studies for each effect."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--people", type=int, default=6)
     parser.add_argument("--studies", type=int, default=100)
