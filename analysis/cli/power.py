@@ -197,7 +197,7 @@ def part_of(text: str | None, cache: Path | None) -> Part:
     if not found or not 1 <= int(found[1]) <= int(found[2]):
         raise UserError(f"--shard {text}: expected K/N with K from 1 to N, such as 3/20")
     if cache is None:
-        raise UserError(f"--shard {text}: expected --cache too, with the same folder for all shards")
+        raise UserError(f"--shard {text}: expected --cache too, with one folder for all shards")
     return Part(number=int(found[1]), of=int(found[2]))
 
 
