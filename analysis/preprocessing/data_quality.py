@@ -20,7 +20,7 @@ from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
     from slipscale.analysis.reading.dataset import Dataset
-    from slipscale.experiments.study.analysis_choices import Thresholds
+    from slipscale.experiments.study.analysis_choices import QualityFlag, Thresholds
 
 #: Largest probability of a flag by chance, for flags that are based on a test.
 RARE = 0.05
@@ -45,6 +45,19 @@ MEANINGS = {
     "drift": "estimates grow or shrink over the session",
     "false_alarms": '"yes" when nothing changed',
     "faults": "plate faults, or {q.stimuli} that were presented again before the answer",
+}
+#: Fields of `Thresholds` on which each flag depends.
+LIMITS: dict[QualityFlag, tuple[str, ...]] = {
+    "non_monotone": ("falling_steps",),
+    "constant": ("distinct_numbers",),
+    "zeros": ("zero_share",),
+    "timed_out": ("timed_out_share",),
+    "fast": ("fast_share", "fast_s"),
+    "outlying": ("outlier_sd",),
+    "unreliable": ("reliability",),
+    "drift": ("drift_factor",),
+    "false_alarms": ("false_alarm_share",),
+    "faults": ("fault_share",),
 }
 
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from markupsafe import Markup
 
 from slipscale.analysis.preprocessing import normalisation
-from slipscale.analysis.preprocessing.data_quality import MEANINGS
+from slipscale.analysis.preprocessing.data_quality import LIMITS, MEANINGS
 from slipscale.analysis.reporting import methods_text
 from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -74,14 +74,7 @@ def _exclusions(choices: AnalysisChoices, quantity: Quantity) -> str:
 
 def _limits(flag: QualityFlag, thresholds: Thresholds) -> str:
     """Format the thresholds that apply to a quality flag."""
-    own = [
-        f"{name} = {getattr(thresholds, name):g}"
-        for name, field in type(thresholds).model_fields.items()
-        if (field.description or "").startswith(f"Flag {flag}:")
-    ]
-    if flag == "fast":
-        own.append(f"fast_s = {thresholds.fast_s:g}")
-    return f" ({', '.join(own)})" if own else ""
+    return f" ({', '.join(f'{name} = {getattr(thresholds, name):g}' for name in LIMITS[flag])})"
 
 
 def _tests(analysis: Analysis) -> Markup:

@@ -34,6 +34,9 @@ def flags_of(dataset, label="02", **kwargs):
 
 def test_the_study_file_knows_exactly_the_flags_tests_and_zero_rules_there_are():
     assert set(get_args(QualityFlag)) == set(data_quality.DECISIONS) == set(data_quality.MEANINGS)
+    assert set(data_quality.LIMITS) == set(data_quality.MEANINGS)
+    limits = [name for names in data_quality.LIMITS.values() for name in names]
+    assert sorted(limits) == sorted(Thresholds.model_fields)
     assert set(get_args(Test)) == {each.key for each in STATISTICS if each.test}
     assert set(get_args(ZeroRule)) == set(ZERO_RULES)
 
