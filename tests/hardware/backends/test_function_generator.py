@@ -414,6 +414,7 @@ def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(make, for_go
     assert (said > 50) == for_good
 
 
+@pytest.mark.clock
 @pytest.mark.parametrize("for_good", [False, True], ids=["and comes back", "for good"])
 def test_a_socket_that_drops_while_the_plate_vibrates_is_opened_again_or_reported(
     bench, monkeypatch, for_good
@@ -430,6 +431,7 @@ def test_a_socket_that_drops_while_the_plate_vibrates_is_opened_again_or_reporte
     assert plate.output is (Output.UNREACHABLE if for_good else Output.OFF)
 
 
+@pytest.mark.clock
 @pytest.mark.parametrize("within", [False, True], ids=["between commands", "within a command"])
 def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(
     bench, monkeypatch, within
@@ -564,6 +566,7 @@ def test_volts_that_no_generator_makes_are_refused_without_an_amplifier():
             plate.present(surface(2.3))
 
 
+@pytest.mark.clock
 def test_a_generator_that_takes_long_for_each_command_presents(bench, monkeypatch):
     """As 80 ms for a command and a time-out of 1 s; ten commands queued would exceed it."""
     monkeypatch.setattr(generator_line, "TIMEOUT_MS", 120)
