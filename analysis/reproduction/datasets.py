@@ -102,9 +102,9 @@ def bound(name: str, end: str) -> Outcome:
         unit="",
         text=outward(values[extreme], down=end == "lowest"),
         reason=(
-            f"{attained.question}: the conclusion {holds}; {each}; rounded, not truncated; {p}; "
-            f"attained with the {extreme} SD by {ratings(attained.labels, table)}; to repeat the "
-            f"search: {COMMAND}"
+            f"{attained.question}: the conclusion {holds}; {each}, if means and SDs were "
+            f"rounded, not truncated; {p}; the extreme is attained with the {extreme} SD by "
+            f"{ratings(attained.labels, table)}. To repeat the search, run {COMMAND}"
         ),
     )
 

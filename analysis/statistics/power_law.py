@@ -82,6 +82,13 @@ def power_law(data: Prepared) -> PowerLaw | NotComputed:
     return power_law_of(data.logs, data.choices.confidence, data.quantity)
 
 
+def too_few_slopes(usable: int, quantity: Quantity) -> NotComputed:
+    """Return why no exponent was computed from too few participants with a slope."""
+    return NotComputed(
+        few(f"participants with estimates above zero at two {quantity.levels} above 0", usable)
+    )
+
+
 def power_law_of(
     logs: pd.DataFrame, confidence: float, quantity: Quantity = PLATE_AMPLITUDE
 ) -> PowerLaw | NotComputed:
@@ -92,9 +99,7 @@ def power_law_of(
         usable = int(table["exponent"].notna().sum())
         if usable >= FEWEST:
             return found
-        return NotComputed(
-            few(f"participants with estimates above zero at two {quantity.levels}", usable)
-        )
+        return too_few_slopes(usable, quantity)
     return PowerLaw(
         exponent=found.mean,
         interval=found.interval,

@@ -159,7 +159,7 @@ def _weights(
     fitted, left : ndarray
         Fitted values, and residuals (reading minus fitted value).
     before : ndarray
-        Weights used in the fit, which also weight its squared residuals.
+        Weights used in the fit; the squared residuals get the same weights.
 
     Returns
     -------

@@ -217,7 +217,7 @@ RULES: tuple[tuple[str, Callable[[Bench], None]], ...] = (
     ("a frame with trailing bytes gets no answer", _tail),
     ("carriage returns before the line feed are ignored", _line_ends),
     ("SEQ is 1 to 65535 without sign or leading zero", _sequence_numbers),
-    ("bodies are not empty, and contain only printable characters except <", _bodies),
+    ("a body contains at least one character, no < and no non-printable characters", _bodies),
     ("lines have at most 96 bytes", _longest_line),
     ("BOOT stays the same while the board runs", _boot),
     ("a repeated frame gets the same answer and is not executed again", _repetition),

@@ -37,9 +37,8 @@ class Resonator:
         Q of the assembled plate, which was not published. The default of 60 is the Q of the ceramic
         and should be replaced by a calibrated value.
     temperature_coefficient_hz_per_k : float
-        Change in resonance with temperature, which was not published. The default is 30.5
-        kHz times half the temperature coefficient of the elastic modulus of copper beryllium (about
-        -350 ppm/K).
+        Change in resonance per kelvin. No value was published; the default is 30.5 kHz times half
+        the temperature coefficient of the elastic modulus of copper beryllium (about -350 ppm/K).
     reference_temperature_c : float
         Temperature to which `resonance_hz` refers.
     """

@@ -57,7 +57,7 @@ class History:
         if output is Output.OFF and true_um_pp > RESTS_UM and wanted_um_pp != 0:
             self._break(f"confirmed off, but driven at {true_um_pp:.3f} µm p-p")
         if raised is not None and output is Output.MAY_BE_ON and not refused:
-            self._break(f"may be on after {type(raised).__name__}")
+            self._break(f"the plate may be on after {type(raised).__name__}")
 
     def end(self) -> None:
         """Close the plate."""
@@ -67,7 +67,7 @@ class History:
         if self.rig.plate.output is not Output.UNREACHABLE and self.rig.true_um_pp() > RESTS_UM:
             self._break(f"left on, and {self.rig.plate.output}")
         if self.rig.plate.output is Output.MAY_BE_ON:
-            self._break("may be on after close")
+            self._break("the plate may be on after it was closed")
 
     def _break(self, how: str) -> None:
         self.broken.append(f"{how} (after {', '.join(self.events)})")

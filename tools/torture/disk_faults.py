@@ -23,7 +23,7 @@ from slipscale.experiments.journal.journal import Journal
 SECTOR = 512
 # Faults that end the process at the write of a record.
 KILLS = ("kill before", "kill within", "kill after", "power cut")
-# A run that is killed and resumed LIVES times, in different ways and within LIFE records each.
+# Such a run is killed LIVES times, each time within LIFE records and in a different way.
 AGAIN, LIVES, LIFE = "repeated kills", 6, 12
 ERRORS = {
     "EIO": errno.EIO,

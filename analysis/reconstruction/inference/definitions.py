@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def paired_t(columns: Groups) -> Array:
-    """Return the paired t of the second minus the first column, or NaN if no difference varies."""
+    """Return paired t for the second column minus the first, or NaN if no difference varies."""
     differences = columns[1] - columns[0]
     return _ratio(
         differences.mean(axis=1), differences.std(axis=1, ddof=1) / np.sqrt(differences.shape[1])
@@ -27,7 +27,7 @@ def paired_t(columns: Groups) -> Array:
 
 
 def independent_t(columns: Groups) -> Array:
-    """Return Student's t of the second minus the first group, or NaN if neither group varies."""
+    """Return Student's t for the second group minus the first, or NaN if neither group varies."""
     a, b = columns
     n = a.shape[1], b.shape[1]
     pooled = ((n[0] - 1) * a.var(axis=1, ddof=1) + (n[1] - 1) * b.var(axis=1, ddof=1)) / (
@@ -37,7 +37,7 @@ def independent_t(columns: Groups) -> Array:
 
 
 def welch_t(columns: Groups) -> Array:
-    """Return Welch's t of the second minus the first group, or NaN if neither group varies."""
+    """Return Welch's t for the second group minus the first, or NaN if neither group varies."""
     a, b = columns
     squared = sum(x.var(axis=1, ddof=1) / x.shape[1] for x in (a, b))
     return _ratio(b.mean(axis=1) - a.mean(axis=1), np.sqrt(squared))

@@ -152,7 +152,7 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
     sizes: dict[str, list[str]] = {}
     for each in found.by_size:
         sizes.setdefault(_d_prime(each), []).append(f"{each.removed_um_pp:g}")
-    text = "; it was ".join(
+    text = ", and ".join(
         f"{d_prime} {quantity.yes_no.at} {quantity.value(joined(same))}"
         for d_prime, same in sizes.items()
     )

@@ -129,15 +129,20 @@ def _equivalence(
         )
         blocks.append(html.table(columns, rows, caption))
     if differ:
-        p = p_value(min(logs.equivalence_p_holm for logs in differ)).replace("=", "≥")
-        bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ)).replace("=", "≤")
+        p = p_value(min(logs.equivalence_p_holm for logs in differ))
+        bayes = apa.bayes_of_none(min(logs.bayes_factor for logs in differ))
         many = f"{len(differ)} of {len(tested)} pairs" if rows else f"all {len(tested)} pairs"
-        many = many if len(tested) > 1 else "the pair"
+        every, factors = "all ", "all Bayes factors"
+        if len(differ) > 1:
+            p, bayes = p.replace("=", "≥"), bayes.replace("=", "≤")
+        else:
+            every, factors = "", "Bayes factor"
+            many = many if rows else "the pair"
         blocks.append(
             html.paragraph(
                 f"For {many} of {quantity.levels}, estimates differed, and tests did not show "
-                f"equivalence {within} (two one-sided tests, all {p}; all Bayes factors in "
-                f"favour of no difference {bayes}; see pairwise.csv)."
+                f"equivalence {within} (two one-sided tests, {every}{p}; {factors} in favour of no "
+                f"difference {bayes}; see pairwise.csv)."
             )
         )
     return blocks

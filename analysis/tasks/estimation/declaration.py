@@ -39,7 +39,7 @@ from slipscale.analysis.tasks.estimation.statistics import (
     STATISTICS,
 )
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
-from slipscale.analysis.writing.numbers import counted, reliable
+from slipscale.analysis.writing.numbers import counted, joined, reliable
 
 
 def _questions(analysis: Analysis) -> list[str]:
@@ -52,7 +52,7 @@ def _questions(analysis: Analysis) -> list[str]:
 def _design(analysis: Analysis) -> list[str]:
     if analysis.prepared is None:
         return []
-    amplitudes = ", ".join(f"{a:g}" for a in analysis.cells.columns)
+    amplitudes = joined([f"{a:g}" for a in analysis.cells.columns])
     trials = counted(len(analysis.estimates), "estimate", "estimates")
     return [f"{trials} of {analysis.dataset.quantity.with_convention(amplitudes)}"]
 

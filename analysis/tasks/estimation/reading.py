@@ -100,8 +100,7 @@ TRIALS = TaskTrials(
         "practice": "practice trials",
         "voided": "voided trials",
         "textures": (
-            "trials of textures, which are reported separately with the normalisation of plain "
-            "surfaces"
+            "trials of textures, which are normalised like plain surfaces and reported separately"
         ),
         "unanswered": "trials without a usable answer",
     },

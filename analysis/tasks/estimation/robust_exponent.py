@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.json_form import renamed
-from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval, key_of
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import too_few_slopes
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -89,9 +90,7 @@ def robust_exponent(data: Prepared) -> RobustExponent | NotComputed:
     slopes = [median_slope(x[own], y[own]) for own in people if np.ptp(x[own]) > 0]
     n = len(slopes)
     if n < FEWEST:
-        return NotComputed(
-            few(f"participants with estimates above zero at two {data.quantity.levels}", n)
-        )
+        return too_few_slopes(n, data.quantity)
     if np.ptp(slopes) == 0:
         return NotComputed("all participants have the same value, so there is no spread")
     ordered, cut = np.sort(slopes), int(TRIMMED * n)

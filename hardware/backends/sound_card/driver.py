@@ -1,7 +1,7 @@
 """Drive a plate with a sound card and an amplifier, if there is no driver board.
 
-SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a number or a part of a name, as
-``python -m sounddevice`` lists them, with
+SPEC: ``sound:DEVICE,option=value,...`` where DEVICE is a device's number or part of its
+name, as listed by ``python -m sounddevice``, with
 
 ================  ===============================================================
 ``full_scale``    V peak **at the plate**, after the amplifier, of a full-scale

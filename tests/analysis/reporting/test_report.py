@@ -26,6 +26,20 @@ def test_one_is_never_a_plural(table_by_hand, page, people, amplitudes):
     assert not re.search(r"\b[Aa]ll 1\b|\b1 (participants|pairs|amplitudes|repetitions)\b", text)
 
 
+@pytest.mark.parametrize(
+    "amplitudes, words",
+    [
+        ((0, 1), ("For the pair of amplitudes", "(two one-sided tests, p ", "; Bayes factor in")),
+        ((0, 1, 2), ("For all 3 pairs", "(two one-sided tests, all p ", "; all Bayes factors in")),
+    ],
+)
+def test_the_evidence_that_a_pair_differs_is_one_number_and_of_several_pairs_a_limit(
+    table_by_hand, page, amplitudes, words
+):
+    text = page(analyse(few(table_by_hand, "abcdefgh", amplitudes)))
+    assert [each for each in words if each not in text] == []
+
+
 def test_no_interval_is_claimed_of_one_participant(table_by_hand, page):
     text = page(analyse(few(table_by_hand, "a", (0, 1, 2))))
     assert "Cousineau" not in text

@@ -33,6 +33,7 @@ from slipscale.analysis.json_form import record, renamed
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.statistics.power_law import too_few_slopes
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
 
 if TYPE_CHECKING:
@@ -303,9 +304,7 @@ def compare(
     if len(stimuli) < 3:  # noqa: PLR2004 - models have up to two shape parameters
         return NotComputed(few(f"{quantity.levels} above 0", len(stimuli), 3))
     if len(usable) < FEWEST:
-        return NotComputed(
-            few(f"participants with estimates above zero at two {quantity.levels}", len(usable))
-        )
+        return too_few_slopes(len(usable), quantity)
     if (np.nanmax(usable, axis=1) - np.nanmin(usable, axis=1) <= TINY).all():
         return NotComputed("the estimates of each participant are all the same")
     fits = {name: fit(name, stimuli, usable.to_numpy(float)) for name in MODELS}
