@@ -303,7 +303,8 @@ class IntegratedModel:
             fallen = best.log_likelihood - found.log_likelihood
             value = (2 * max(fallen, 0.0)) ** 0.5
             if value < root and at == edge:
-                return float(np.copysign(inf, edge - best.theta[place])), likeliest, fallen < FLAT
+                end = -inf if edge == self.bounds[place][0] else inf
+                return end, likeliest, fallen < FLAT
             inside, outside = (at, outside) if value < root else (inside, at)
             reached, start = reached or value >= root, found
             slope = -float(found.gradient[place]) / value if value > 0 else 0.0

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import inf
+from math import inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +75,7 @@ class DPrimeOfSize:
     @property
     def at_ceiling(self) -> bool:
         """Whether the counts determine only a lower bound of d'."""
-        return self.d_prime is None or self.interval.high == inf
+        return isfinite(self.interval.low) and self.interval.high == inf
 
     def json_form(self) -> Mapping[str, object]:
         """Return a dictionary with the keys used in the JSON output."""

@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import norm, ttest_1samp
 
 from slipscale.analysis.json_form import record
+from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     Counted,
@@ -15,9 +16,15 @@ from slipscale.analysis.statistics.psychometrics.integrated_over_people import (
     even,
     students_fall,
 )
-from slipscale.analysis.tasks.difference.probit import _Probit, d_primes
+from slipscale.analysis.tasks.difference.probit import DPrimeOfSize, _Probit, d_primes
 from slipscale.analysis.tasks.difference.proportions import clustered_interval, exact_interval
-from slipscale.analysis.tasks.difference.yes_no import Sensitivity, _mean_of_own
+from slipscale.analysis.tasks.difference.sentences import sensitivity
+from slipscale.analysis.tasks.difference.yes_no import (
+    Sensitivity,
+    SignalDetection,
+    _mean_of_own,
+)
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 
 def answers(rng, people, steps, catches, d):
@@ -121,6 +128,15 @@ def test_where_every_step_was_felt_there_is_a_lower_bound_only():
     assert record(found)["ci95"] == [found.interval.low, None]
 
 
+def test_where_no_step_was_felt_there_is_an_upper_bound_only_and_no_ceiling():
+    who = np.repeat(np.arange(8), 4)
+    sizes = np.tile([1.0, 1.0, 1.0, 0.0], 8)
+    found = d_primes(sizes, (sizes == 0).astype(float), who, 0.95)[0]
+    assert found.interval.low == -inf
+    assert isfinite(found.interval.high)
+    assert not found.at_ceiling
+
+
 def test_two_people_or_no_catch_steps_give_no_d_prime():
     sizes, felt, who = answers(np.random.default_rng(1), 2, 3, 1, 1.0)
     assert "too few participants (2;" in d_primes(sizes, felt, who, 0.95).reason
@@ -166,3 +182,23 @@ def test_answers_all_alike_count_as_one_a_participant():
     assert (low, high) == pytest.approx((0.025 ** (1 / 5), 1.0))
     assert list(clustered_interval(np.array([3.0]), np.array([4.0]))) == [0, 1]
     assert isfinite(low)
+
+
+def test_sizes_with_the_same_bound_share_one_clause():
+    def size(um, d_prime, low, high):
+        limits = ConfidenceInterval(low=low, high=high)
+        return DPrimeOfSize(removed_um_pp=um, steps=9, yes=9, d_prime=d_prime, interval=limits)
+
+    found = SignalDetection(
+        pooled=Sensitivity(
+            hits=9, changes=9, false_alarms=1, catches=9, d_prime=1.0, criterion=0.0
+        ),
+        by_size=(size(0.5, 1.2, 0.4, 2.0), size(0.7, None, 1.76, inf), size(1.1, None, 1.76, inf)),
+        all_sizes=NotComputed("not of interest here"),
+        mean_d_prime=NotComputed("not of interest here"),
+        participants={},
+    )
+    assert sensitivity(found, 0.95, PLATE_AMPLITUDE) == (
+        "Sensitivity was d′ = 1.20 [0.40, 2.00] for steps of 0.5 µm, and at ceiling (d′ ≥ 1.76) "
+        "for steps of 0.7 and 1.1 µm (95% intervals)."
+    )
