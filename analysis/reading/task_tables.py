@@ -4,13 +4,14 @@ The same rules apply to all kinds of task:
 
 - a table belongs to the kind if it has every column in ``marks``;
 - practice trials, voided trials and trials without an answer are counted and excluded;
+- trials with an unknown code, such as an unknown direction, are reported and excluded;
 - columns that are not declared are not read;
 - in a study with factors, each condition is a separate task, with the factor levels in its label.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -18,8 +19,9 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.answer_codes import TRUE
+from slipscale.analysis.reading.cells import cell, places
 from slipscale.analysis.reading.cleaning import labels, numbers, told_apart
-from slipscale.analysis.reading.delimited import Problems, Source, quantity_of
+from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, Problems, Source, quantity_of
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
     TaskTrials,
@@ -54,6 +56,7 @@ def task_trials(
     marks: tuple[str, ...],
     numeric: tuple[str, ...],
     words: tuple[str, ...] = (),
+    codes: Mapping[str, tuple[str, ...]] | None = None,
     columns: tuple[str, ...],
     needed: tuple[str, ...],
     required: tuple[str, ...] = (),
@@ -74,6 +77,8 @@ def task_trials(
         absent, in which case their values are NaN.
     words : tuple of str
         Columns of labels. Absent columns are filled with empty labels.
+    codes : Mapping, optional
+        Columns with a fixed set of labels, as column -> labels.
     columns : tuple of str
         Columns of the returned table, in addition to `COMMON`.
     needed : tuple of str
@@ -87,6 +92,7 @@ def task_trials(
         Function that adds derived columns and sets unusable answers to NaN.
     """
     kept_columns = (*COMMON, *columns)
+    fixed = codes or {}
 
     def read(
         entries: Entries, folder: Path, problems: Problems, counts: dict[str, int]
@@ -99,7 +105,9 @@ def task_trials(
             folder,
             kind=title,
             required=(*marks, *required),
-            columns=tuple(dict.fromkeys(("trial", "catch", *marks, *numeric, *words, *factors))),
+            columns=tuple(
+                dict.fromkeys(("trial", "catch", *marks, *numeric, *words, *fixed, *factors))
+            ),
             problems=problems,
             counts=counts,
         )
@@ -112,6 +120,8 @@ def task_trials(
         frame["catch"] = labels(frame, "catch", "false").astype(str).str.lower().isin(TRUE)
         for word in words:
             frame[word] = labels(frame, word, "").astype(str)
+        for column, known in fixed.items():
+            frame[column] = _known(frame, column, known, sources, problems)
         for number in ("trial", *numeric):
             frame[number] = (
                 numbers(frame, number, sources, problems, minimum=0.0)
@@ -122,7 +132,7 @@ def task_trials(
         for level in levels:
             frame[level] = told_apart(frame[level], quantity)
         frame = derive(frame, problems)
-        answered = frame[list(needed)].notna().all(axis=1)
+        answered = frame[[*needed, *fixed]].notna().all(axis=1)
         kept = frame[answered]
         add_counts(counts, title, unanswered=(~answered).sum(), analysed=len(kept))
         of_conditions = [f"{FACTOR}{factor}" for factor in crossed]
@@ -137,6 +147,29 @@ def task_trials(
         read=read,
         empty=partial(empty, kept_columns),
     )
+
+
+def _known(
+    frame: pd.DataFrame,
+    column: str,
+    known: Sequence[str],
+    sources: Sequence[Source],
+    problems: Problems,
+) -> pd.Series[str]:
+    """Return a column's labels, with NaN for labels other than the known ones, and report these."""
+    found = labels(frame, column, "").astype(str)
+    wrong = ~found.isin(known)
+    shown = frame[wrong].head(LISTED_PROBLEMS)
+    problems.add_many(
+        [
+            f"{place}, column {column}: '{cell(label)}' instead of {' or '.join(known)}; "
+            "the trial is left out"
+            for place, label in zip(places(shown, sources), found[shown.index], strict=True)
+        ],
+        f"column {column}",
+        int(wrong.sum()),
+    )
+    return found.mask(wrong)
 
 
 def above_zero(values: pd.Series[float], what: str, problems: Problems) -> pd.Series[float]:

@@ -28,6 +28,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
+ASCENDING, DESCENDING = "ascending", "descending"
+
 
 def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
     return frame.assign(felt=own_answers(frame["different"]))
@@ -35,18 +37,16 @@ def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
 
 TRIALS = task_trials(
     "limits",
-    "trial of the method of limits",
+    "the method of limits",
     marks=("series", "direction", "comparison_um_pp", "different"),
     numeric=("series", "comparison_um_pp", "standard_um_pp"),
-    words=("direction", "different"),
+    words=("different",),
+    codes={"direction": (ASCENDING, DESCENDING)},
     columns=("series", "direction", "comparison_um_pp", "standard_um_pp", "felt"),
     needed=("felt", "comparison_um_pp", "series"),
     levels=("comparison_um_pp", "standard_um_pp"),
     derive=_coded,
 )
-
-
-ASCENDING, DESCENDING = "ascending", "descending"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -22,6 +22,7 @@ from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.experiments.dataset.schema import INTERVAL, PARTICIPANT
 
 REFERENCE = f"{INTERVAL}1_amplitude_um_pp"
+ASCENDING, DESCENDING, EQUAL = "ascending", "descending", "equal"
 
 
 def _matches(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
@@ -34,14 +35,11 @@ TRIALS = task_trials(
     marks=("matched_um_pp", "direction"),
     required=(REFERENCE,),
     numeric=(REFERENCE, "matched_um_pp", "felt_again"),
-    words=("direction",),
+    codes={"direction": (ASCENDING, DESCENDING, EQUAL)},
     columns=("direction", "reference_um_pp", "matched_um_pp", "felt_again"),
     needed=("reference_um_pp", "matched_um_pp"),
     derive=_matches,
 )
-
-
-ASCENDING, DESCENDING = "ascending", "descending"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,6 +31,7 @@ from slipscale.analysis.tasks.ratios.statistics import TRIALS as RATIO_TRIALS
 from slipscale.analysis.tasks.ratios.statistics import catch_mean, geometric, log_cells
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
+LOW, HIGH = "low", "high"
 PRODUCED = ("produced_um_pp", "number", "modulus", "standard_um_pp")
 POSITIVE = {"produced_um_pp": "productions", "number": "numbers to be produced"}
 
@@ -46,14 +47,12 @@ TRIALS = task_trials(
     "production",
     marks=PRODUCED,
     numeric=PRODUCED,
-    words=("began", "bound"),
+    words=("bound",),
+    codes={"began": (LOW, HIGH)},
     columns=("began", "bound", *PRODUCED),
     needed=PRODUCED,
     derive=_above_zero,
 )
-
-
-LOW, HIGH = "low", "high"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

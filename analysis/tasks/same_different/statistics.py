@@ -39,7 +39,7 @@ def _coded(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
 
 TRIALS = task_trials(
     "same_different",
-    "same–different trial",
+    "same–different judgement",
     marks=(*SURFACES, "response"),
     numeric=(),
     words=(*SURFACES, "response"),

@@ -1,5 +1,7 @@
 """Same–different, limits, identification, sorting: known answers give their known numbers."""
 
+import shutil
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,6 +9,7 @@ import pandas as pd
 import pytest
 from scipy.stats import friedmanchisquare, norm
 
+from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.statistics.not_computed import NotComputed
@@ -66,6 +69,22 @@ def test_each_condition_of_a_factor_is_reported_as_a_task_and_effects_are_found(
     means = {task.task: task.surfaces[-1].mean for task in categories}
     assert means["categoryscale_hand-left"] < means["categoryscale_hand-right"] - 0.5
     assert [task.categories for task in categories] == [4, 4]
+
+
+def test_directions_of_another_spelling_are_reported_and_left_out(piloted, tmp_path):
+    folder = shutil.copytree(Path(piloted.dataset.folder), tmp_path / "copy")
+    shutil.rmtree(folder / "sourcedata")
+    path = next(folder.glob("sub-02/beh/*task-limits_*_beh.tsv"))
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("\tascending\t", "\tup\t"), encoding="utf-8")
+    data = load(folder)
+    changed = text.count("\tascending\t")
+    assert data.counts["the method of limits_unanswered"] == changed
+    (first, *_) = [each for each in data.problems if "column direction" in each]
+    assert first.endswith("'up' instead of ascending or descending; the trial is left out")
+    found = analyse(folder).inference[LIMITS]
+    assert [len(each.people) for each in found] == [3, 3]
+    assert [each.ascending_um_pp.n for each in found if each.ascending_um_pp] == []
 
 
 def test_ratings_are_compared_between_the_levels_of_a_factor(piloted, page):
