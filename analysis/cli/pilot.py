@@ -8,7 +8,7 @@ from pathlib import Path
 
 from slipscale.analysis.cli.pilot_times import add_times, refuse_without_times, run_times
 from slipscale.analysis.cli.population_options import add_population, chosen_population
-from slipscale.experiments.cli.sessions import add_contact, add_study, simulated_contact
+from slipscale.experiments.cli.session_options import add_contact, add_study, simulated_contact
 from slipscale.experiments.lab.defaults import here, say
 from slipscale.faults import DONE
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from slipscale.commands import COMMANDS, load_command, main
-from slipscale.experiments.cli import sessions
+from slipscale.experiments.cli import session_options
 from slipscale.experiments.lab.folder import FILE
 from slipscale.experiments.running import lab_session, preflight
 from slipscale.faults import DONE
@@ -168,10 +168,10 @@ def test_a_pilot_simulates_what_the_laboratory_measures(folder, monkeypatch):
     """Its plate and its finger exist nowhere: a laser on a port could tell it nothing."""
     (folder / FILE).write_text(WHOLE)
     parser, _ = load_command("pilot")
-    contact = sessions.simulated_contact(parser.parse_args([]))
+    contact = session_options.simulated_contact(parser.parse_args([]))
     assert astuple(contact) == ("simulated", "simulated")
     named = parser.parse_args(["--position", "none"])
-    assert astuple(sessions.simulated_contact(named)) == ("none", "simulated")
+    assert astuple(session_options.simulated_contact(named)) == ("none", "simulated")
 
 
 def test_without_a_folder_a_plate_that_vibrates_must_be_named(tmp_path, capsys, monkeypatch):
