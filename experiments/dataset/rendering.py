@@ -144,7 +144,7 @@ def _run_files(
     plan, records, gathered = run.plan, run.records, run.gathered
     described = _columns(protocol, gathered.measured(protocol.task), plan.study)
     rows = [
-        [cell(column.value(trial)) for column in described.values()]
+        [cell(column.value(trial), column.units) for column in described.values()]
         for trial in gathered.trials[protocol.task]
     ]
     path = stem_of(run, protocol.task)

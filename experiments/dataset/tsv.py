@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import math
 from collections.abc import Mapping
 
 from slipscale.experiments.dataset.schema import MISSING
@@ -12,18 +13,30 @@ from slipscale.experiments.steps.trial import Value
 
 # Times are stored to the microsecond, because the clocks of key events are not more precise.
 DIGITS = 6
+SECONDS = "s"
+# Smaller numbers than this would lose too much with 6 decimals, such as levels in m.
+SMALL = 0.01
+SIGNIFICANT_DIGITS = 9
 
 
-def cell(value: Value) -> str:
+def cell(value: Value, units: str = "") -> str:
     r"""Format a value for a table.
+
+    A number has up to 6 decimals. A number below 0.01 has up to 9 significant digits instead, so
+    that no number is changed by more than 0.005 %, unless it is a time in s.
 
     >>> cell(None), cell(2.0), cell(12.345678901), cell("a\tb")
     ('n/a', '2', '12.345679', 'a b')
+    >>> cell(5.051750000000001e-07), cell(0.00051234567, "s")
+    ('0.000000505175', '0.000512')
     """
     if value is None:
         return MISSING
     if isinstance(value, float):
-        return f"{round(value, DIGITS):.{DIGITS}f}".rstrip("0").rstrip(".")
+        digits = DIGITS
+        if 0 < abs(value) < SMALL and units != SECONDS:
+            digits = SIGNIFICANT_DIGITS - 1 - math.floor(math.log10(abs(value)))
+        return f"{round(value, digits):.{digits}f}".rstrip("0").rstrip(".")
     return " ".join(str(value).split()) or MISSING
 
 

@@ -136,7 +136,48 @@ def test_pilots_and_participants_are_never_mixed(laboratory, plan):
 def test_missing_is_n_a_and_empty_text_is_missing():
     assert cell(None) == "n/a"
     assert cell("  ") == "n/a"
-    assert cell(1e-9) == "0"
+    assert cell(1e-9, "s") == "0"
+
+
+SMALL_LEVELS = """
+name = "small"
+title = "Displacements in m"
+displacements_m_pp = [0.0, 5e-7, 1.2e-6, 2.3e-6]
+
+[quantity]
+name = "displacement"
+unit = "m"
+convention = "peak to peak"
+
+[plate]
+displacement_m_pp = 2.5e-6
+
+[[tasks]]
+protocol = "magnitude_estimation"
+repetitions = 1
+practice = 0
+"""
+
+
+def test_levels_in_a_small_unit_reach_the_table_unchanged(laboratory, plan):
+    trials = plan(SMALL_LEVELS)
+    laboratory.run(trials)
+    build_dataset(laboratory.folder)
+    table = laboratory.folder / "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
+    frame = pd.read_csv(table, sep="\t")
+    assert sorted(frame["displacement_m_pp"]) == [0, 5e-7, 1.2e-6, 2.3e-6]
+    presented = [
+        record.data["answer"]["readback_level"]
+        for record in laboratory.records(trials, "done")
+        if record.data["answer"] and record.data["answer"]["type"] == "Presented"
+    ]
+    assert list(frame["displacement_readback_m_pp"]) == pytest.approx(presented, rel=1e-8)
+
+
+@pytest.mark.parametrize("value", [1e-7, 0.009999999999, 0.01234567891, 0.1234567891, 1234.5678915])
+def test_no_number_is_changed_by_more_than_a_ten_thousandth(value):
+    assert float(cell(value)) == pytest.approx(value, rel=5e-5)
+    assert "e" not in cell(value)
 
 
 def test_a_damaged_journal_does_not_keep_the_next_participant_waiting(laboratory, plan):
