@@ -74,8 +74,8 @@ class Prepared:
     ----------
     trials : DataFrame
         Analysed trials. Columns: ``normalised``; ``log``, the natural logarithm (NaN if excluded);
-        ``position``, counted from 1 within the participant; ``repetition``, counted from 1 within
-        the amplitude.
+        ``position`` and ``before_um_pp``, see `order_of`; ``repetition``, counted from 1 within the
+        amplitude.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     logs : DataFrame, shape (participants, amplitudes)
@@ -127,6 +127,25 @@ class Prepared:
         return frozenset(self.trials.loc[left_out, "amplitude_um_pp"].astype(float))
 
 
+def order_of(trials: pd.DataFrame, shown: pd.Series[float]) -> pd.DataFrame:
+    """Return the columns on the order of presentation.
+
+    ``position`` is counted from 1 within the participant. ``before_um_pp`` is the amplitude of the
+    run's previous trial, or NaN if there is none.
+
+    Parameters
+    ----------
+    trials : DataFrame
+        All main trials, with and without an answer, in order of presentation.
+    shown : Series
+        Presented amplitude, NaN for textures.
+    """
+    runs = [trials[name] for name in (PARTICIPANT, "session", "run")]
+    position = trials.groupby(PARTICIPANT, observed=True, sort=False).cumcount() + 1
+    before = shown.groupby(runs, observed=True).shift()
+    return pd.DataFrame({"position": position, "before_um_pp": before})
+
+
 def prepare(
     estimates: pd.DataFrame, choices: AnalysisChoices, quantity: Quantity = PLATE_AMPLITUDE
 ) -> Prepared:
@@ -135,7 +154,8 @@ def prepare(
     Parameters
     ----------
     estimates : DataFrame
-        Trials with their ``normalised`` estimate, in order of presentation.
+        Trials with their ``normalised`` estimate, in order of presentation. Without the columns
+        of `order_of`, every trial was answered.
     choices : AnalysisChoices
         Analysis choices. Only the zero rule is applied here; all choices are copied to the result.
     quantity : Quantity
@@ -148,11 +168,11 @@ def prepare(
         if zeros
         else PositiveEstimates(values=values, sentence="")
     )
-    by_participant = estimates.groupby(PARTICIPANT, observed=True, sort=False)
     by_cell = estimates.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=False)
+    if "position" not in estimates:
+        estimates = estimates.join(order_of(estimates, estimates["amplitude_um_pp"]))
     trials = estimates.assign(
         log=np.log(positive.values),
-        position=by_participant.cumcount() + 1,
         repetition=by_cell.cumcount() + 1,
     )
     return Prepared(

@@ -53,8 +53,7 @@ def robustness(everyone: Prepared, flagged: set[str]) -> tuple[SubsetSummary, ..
     kept = ~everyone.trials[PARTICIPANT].isin(flagged)
     sets = {"all analysed participants": everyone}
     if flagged and kept.any():
-        trials = everyone.trials.loc[kept, [PARTICIPANT, "amplitude_um_pp", "normalised"]]
-        trials = trials.reset_index(drop=True)
+        trials = everyone.trials[kept].reset_index(drop=True)
         sets["without flagged participants"] = prepare(trials, everyone.choices, everyone.quantity)
     return tuple(
         SubsetSummary(

@@ -294,10 +294,8 @@ mixed_model <- function(trials, confidence) {
 }
 
 order_effects <- function(trials, confidence) {
-  keys <- intersect(c("who", "session", "run"), names(trials)[colSums(is.na(trials)) == 0])
-  run <- do.call(paste, c(trials[keys], sep = "\r"))
-  trials$position <- ave(seq_len(nrow(trials)), trials$who, FUN = seq_along)
-  trials$before <- ave(trials$level, run, FUN = function(x) c(NA, head(x, -1)))
+  if (!any(before <- startsWith(names(trials), "before_"))) return(NULL)
+  trials$before <- trials[, before]
   d <- trials[!is.na(trials$before) & !is.na(trials$log), ]
   people <- unique(d$who)
   if (length(people) < 3) return(NULL)

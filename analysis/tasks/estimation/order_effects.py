@@ -67,11 +67,7 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     if why := not_identifiable(data.trials, data.quantity):
         return NotComputed(why)
     trials = data.trials
-    before = trials.groupby([PARTICIPANT, "session", "run"], observed=True)[
-        "amplitude_um_pp"
-    ].shift()
-    if "after_texture" in trials:
-        before = before.mask(trials["after_texture"])
+    before = trials["before_um_pp"]
     here = (before.notna() & trials["log"].notna()).to_numpy()
     who, _ = pd.factorize(trials.loc[here, PARTICIPANT])
     people = int(who.max()) + 1 if len(who) else 0

@@ -11,11 +11,12 @@ from pathlib import Path
 
 import pandas as pd
 
+from slipscale.analysis.preprocessing.log_transform import order_of
 from slipscale.analysis.reading.cleaning import clean_estimates, empty_estimates
 from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.labelled_tasks import Entries, TaskTrials, factors_of
 from slipscale.analysis.reading.protocol_tables import read_protocol
-from slipscale.analysis.reading.trial_tables import ESTIMATION, IDENTITY, has_flag, set_aside
+from slipscale.analysis.reading.trial_tables import ESTIMATION, has_flag, set_aside
 from slipscale.experiments.dataset.schema import FAULT, PARTICIPANT, REPRESENTED, TIMED_OUT
 
 
@@ -63,10 +64,8 @@ def _part_textures(
     """Return the trials of plain surfaces, and the answered trials of textures."""
     modulated = main["texture"].astype(str) != ""
     textures = main[modulated & main["estimate"].notna()].reset_index(drop=True)
-    runs = [main[name] for name in IDENTITY]
-    # Marks trials that follow a texture: the table without textures shows a different previous
-    # surface.
-    main["after_texture"] = modulated.groupby(runs, observed=True).shift(fill_value=False)
+    # The order is recorded before textures and unanswered trials are removed.
+    main = main.join(order_of(main, main["amplitude_um_pp"].mask(modulated)))
     counts["textures"] = int(modulated.sum())
     if counts["textures"]:
         names = ", ".join(sorted(main.loc[modulated, "texture"].astype(str).unique()))

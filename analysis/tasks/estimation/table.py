@@ -18,7 +18,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
     trials = analysis.estimates
     factors = (name for name in trials.columns if str(name).startswith(FACTOR))
-    columns += ["normalised", "response_time", *factors]
+    columns += ["normalised", "response_time", "position", "before_um_pp", *factors]
     if (trials["trial"].dropna() % 1 == 0).all():
         trials = trials.astype({"trial": "Int64"})
     kept = [name for name in columns if not trials[name].isna().all()]

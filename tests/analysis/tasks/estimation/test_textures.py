@@ -83,13 +83,31 @@ def test_the_surface_before_is_the_one_that_was_felt_before(dataset):
                 for number, row in enumerate([*own[:place], trial, *own[place:]], start=1)
             ]
         found = analyse(dataset(rows=rows))
-        return found.estimates["after_texture"], found.inference.order.log_slope_per_um_pp_before
+        first = found.estimates[found.estimates["participant_id"] == "sub-01"]
+        effects = found.inference.order
+        return first, effects.log_slope_per_um_pp_before, effects.log_slope_per_trial
 
-    after, between = carried_over(3, "ridges")
-    assert list(after[:8]) == [False] * 3 + [True] + [False] * 4
-    after, last = carried_over(8, "ridges")
-    assert not after.any()
+    table, *between = carried_over(3, "ridges")
+    before = table["amplitude_um_pp"].shift()
+    assert list(table["before_um_pp"].isna()) == [True, False, False, True] + [False] * 4
+    assert (table["before_um_pp"] == before)[table["before_um_pp"].notna()].all()
+    assert list(table["position"]) == [1, 2, 3, 5, 6, 7, 8, 9]
+    table, *last = carried_over(8, "ridges")
+    assert list(table["before_um_pp"].isna()) == [True] + [False] * 7
     assert between != last
+
+
+def test_an_unanswered_trial_was_felt_before_the_next(dataset):
+    rows = {}
+    for n in range(1, 7):
+        own = dataset.default_estimates(n)[:: 1 if n % 2 else -1]
+        rows[f"{n:02d}"] = [row | {"trial": at} for at, row in enumerate(own, start=1)]
+    rows["01"][2] |= {"estimate": "n/a"}
+    found = analyse(dataset(rows=rows))
+    table = found.estimates[found.estimates["participant_id"] == "sub-01"]
+    shown = [row["amplitude_um_pp"] for row in rows["01"]]
+    assert list(table["position"]) == [1, 2, 4, 5, 6, 7, 8]
+    assert list(table["before_um_pp"])[1:] == [shown[0], *shown[2:7]]
 
 
 def test_a_study_without_textures_says_nothing_of_them(dataset):
