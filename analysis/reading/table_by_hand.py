@@ -29,6 +29,7 @@ from slipscale.analysis.reading.dialect import (
     in_points,
     separator_of,
 )
+from slipscale.analysis.reading.programs.records import as_text
 from slipscale.analysis.reading.programs.table import Wanted, program_of
 from slipscale.analysis.reading.suspicions import check_labels
 from slipscale.analysis.reading.table_lines import Lines, complain, listed_lines, plain, split
@@ -123,7 +124,8 @@ def _only(
     kept = frame[[*(name for name in (*words, *numbers) if name in names), "line"]].copy()
     for name in kept.columns.drop("line"):
         signs = MISSING if name in words else NOT_AVAILABLE
-        kept[name] = kept[name].where(~kept[name].str.strip().isin(signs))
+        cells = kept[name].map(as_text).astype("str") if name in words else kept[name]
+        kept[name] = cells.mask(cells.astype("str").str.strip().isin(signs))
     return kept
 
 
@@ -153,25 +155,35 @@ def _read_text(
 def _with_points(
     frame: pd.DataFrame, numbers: Sequence[str], decimal: Decimal | None, name: str
 ) -> None:
-    """Rewrite all numbers in a file with decimal points."""
+    """Rewrite all numbers in a file with decimal points.
+
+    Cells that the program stored as numbers have no decimal mark. Only whole ones contribute to its
+    detection: next to 540, the text 1.080 is ambiguous.
+    """
     # Columns with only TRUE and FALSE are skipped, because `cleaning.numbers` rejects their cells.
-    written = {
-        column: frame[column]
+    counts = {
+        column: frame[column].value_counts()
         for column in numbers
-        if column in frame and pd.api.types.is_string_dtype(frame[column])
+        if column in frame and frame[column].dtype in (object, "str")
     }
     if decimal is None:
         decimal = decimal_of(
             {
-                column: {str(cell): int(count) for cell, count in cells.value_counts().items()}
-                for column, cells in written.items()
+                column: {
+                    str(as_text(cell)): int(count)
+                    for cell, count in cells.items()
+                    if isinstance(cell, str) or str(as_text(cell)).isdigit()
+                }
+                for column, cells in counts.items()
             },
             name=name,
         )
-    for column, cells in written.items():
-        frame[column] = cells.map(
-            {cell: in_points(str(cell), decimal) for cell in cells.dropna().unique()}
-        )
+    for column, cells in counts.items():
+        written = {
+            cell: in_points(cell, decimal) if isinstance(cell, str) else as_text(cell)
+            for cell in cells.index
+        }
+        frame[column] = frame[column].map(written).astype("str")
 
 
 def only_named(

@@ -2,7 +2,8 @@
 
 A file is recognised as jsPsych if every trial has ``trial_type``, ``trial_index`` and
 ``time_elapsed``. A JSON file contains a single list of trials, or one list per line (one line per
-participant), as in files exported from JATOS.
+participant), as in files exported from JATOS. Files named ``.json`` are read in the same way
+without these fields.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ from pathlib import Path
 import pandas as pd
 
 from slipscale.analysis.reading.dialect import decoded
-from slipscale.analysis.reading.programs.records import as_text, framed, head_of, records
+from slipscale.analysis.reading.programs.records import framed, head_of, records
 from slipscale.faults import UserError
 
 #: Fields that every trial has.
@@ -25,13 +26,13 @@ def recognises(content: bytes, path: Path) -> bool:
     """Return whether a file was written by jsPsych."""
     head = head_of(content, path)
     if head[:1] in "[{" and head:
-        return all(f'"{name}"' in head for name in ALWAYS)
+        return path.suffix.lower() == ".json" or all(f'"{name}"' in head for name in ALWAYS)
     names = head.partition("\n")[0].replace('"', "").strip("\r").split(",")
     return set(ALWAYS) <= set(names)
 
 
 def read(content: bytes, path: Path) -> pd.DataFrame:
-    """Read one row per trial, with all cells as text; for JSON, ``line`` is the trial number.
+    """Read one row per trial, as text or numbers; for JSON, ``line`` is the trial number.
 
     Raises
     ------
@@ -76,21 +77,22 @@ def _trials(text: str, path: Path) -> list[object]:
             at += len(text[at:]) - len(text[at:].lstrip(" \r\n\t,"))
     except (json.JSONDecodeError, RecursionError) as error:
         raise UserError(
-            f"{path}: not readable JSON ({error}); expected jsPsych.data.get().json()"
+            f"{path}: not readable JSON ({error}); expected a list with one object per trial, such "
+            "as jsPsych.data.get().json()"
         ) from None
     # The list may contain one list of trials per participant.
     return [trial for part in found for trial in (part if isinstance(part, list) else [part])]
 
 
-def _flat(value: object, name: str = "") -> Iterator[tuple[str, str | None]]:
+def _flat(value: object, name: str = "") -> Iterator[tuple[str, object]]:
     if isinstance(value, dict) and value:
         for key, inner in value.items():
             yield from _flat(inner, f"{name}.{key}" if name else str(key))
     else:
-        yield name, json.dumps(value) if isinstance(value, dict | list) else as_text(value)
+        yield name, json.dumps(value) if isinstance(value, dict | list) else value
 
 
-def _expanded(row: dict[str, str]) -> Iterator[tuple[str, str | None]]:
+def _expanded(row: dict[str, str]) -> Iterator[tuple[str, object]]:
     for name, cell in row.items():
         if cell[:1] == "{":
             try:

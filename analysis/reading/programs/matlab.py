@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from slipscale.analysis.reading.programs.records import as_text, framed
+from slipscale.analysis.reading.programs.records import framed
 from slipscale.faults import UserError
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def recognises(_content: bytes, path: Path) -> bool:
 
 
 def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Read one row per element, with all cells as text; ``line`` is the row number, from 1.
+    """Read one row per element, as text or numbers; ``line`` is the row number, from 1.
 
     Parameters
     ----------
@@ -59,9 +59,7 @@ def read(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
         )
     (table,) = chosen
     length = len(next(iter(table.values())))
-    rows = [
-        {name: as_text(_plain(cells[i])) for name, cells in table.items()} for i in range(length)
-    ]
+    rows = [{name: cells[i] for name, cells in table.items()} for i in range(length)]
     return framed(rows, range(1, length + 1))
 
 
@@ -104,7 +102,3 @@ def _cells(value: object) -> Sequence[object] | None:
     if isinstance(value, np.ndarray) and value.ndim == 1 and value.dtype.names is None:
         return list(value)
     return value if isinstance(value, list) and len(value) else None
-
-
-def _plain(cell: object) -> object:
-    return cell.item() if isinstance(cell, np.generic) else cell

@@ -41,19 +41,30 @@ def records(text: str, path: Path) -> list[tuple[int, list[str]]]:
         raise UserError(f"{path}: line {reader.line_num} cannot be read ({error})") from None
 
 
-def framed(rows: Sequence[Mapping[str, str | None]], lines: Sequence[int]) -> pd.DataFrame:
-    """Convert rows to a table of text with the column ``line``."""
+def framed(rows: Sequence[Mapping[str, object]], lines: Sequence[int]) -> pd.DataFrame:
+    """Convert rows to a table of cells (see `as_cell`) with the column ``line``."""
     names = list(dict.fromkeys(name for row in rows for name in row))
     frame = pd.DataFrame(
-        {name: pd.Series([row.get(name) for row in rows], dtype="str") for name in names}
+        {name: pd.Series([as_cell(row.get(name)) for row in rows], dtype=object) for name in names}
     )
     return frame.assign(line=np.array(lines, np.int64))
 
 
 def table_of(names: Sequence[str], rows: Sequence[tuple[int, list[str]]]) -> pd.DataFrame:
-    """Convert records to a table of text; omit cells without a column name."""
+    """Convert records to a table; omit cells without a column name."""
     cells = [dict(zip(names, row, strict=False)) for _, row in rows]
     return framed(cells, [line for line, _ in rows])
+
+
+def as_cell(value: object) -> object:
+    """Return a number as it is, None for a missing value, and any other value as text.
+
+    Only text is parsed as numbers later, because a number has no decimal mark to detect.
+    """
+    plain = value.item() if isinstance(value, np.generic) else value
+    text = as_text(plain)
+    stored = isinstance(plain, int | float) and not isinstance(plain, bool)
+    return plain if stored and text is not None else text
 
 
 def as_text(cell: object) -> str | None:

@@ -1,18 +1,17 @@
-"""Read Excel workbooks and SPSS files as tables of text."""
+"""Read Excel workbooks and SPSS files."""
 
 from __future__ import annotations
 
 import io
 import zipfile
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import ParseError
 
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.programs.records import as_text
+from slipscale.analysis.reading.programs.records import as_cell
 from slipscale.faults import UserError
 
 #: Maximum unpacked size of a workbook.
@@ -20,7 +19,7 @@ LARGEST_WORKBOOK_MB = 300
 
 
 def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
-    """Read a sheet with all cells as text; ``line`` is the row number in Excel.
+    """Read a sheet with cells as text or numbers; ``line`` is the row number in Excel.
 
     Parameters
     ----------
@@ -78,13 +77,13 @@ def read_excel(content: bytes, path: Path, sheet: str | None) -> pd.DataFrame:
     if not rows:
         raise UserError(f"{path}: the file is empty; expected a header line and rows")
     names = ["" if name is None else str(name).strip() for name in rows[0][1]]
-    cells = [[as_text(value) for value in row] for _, row in rows[1:]]
-    frame = pd.DataFrame(cells, columns=pd.Index(names), dtype="str")
+    cells = [[as_cell(value) for value in row] for _, row in rows[1:]]
+    frame = pd.DataFrame(cells, columns=pd.Index(names), dtype=object)
     return _with_lines(frame, [number for number, _ in rows[1:]])
 
 
 def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFrame:
-    """Read the cases in an SPSS file, with all cells as text; ``line`` is the row number.
+    """Read the cases in an SPSS file, as text or numbers; ``line`` is the row number.
 
     Parameters
     ----------
@@ -106,12 +105,9 @@ def read_spss(content: bytes, path: Path, labelled: Sequence[str]) -> pd.DataFra
     frame = pd.DataFrame(index=found.index)
     for name in found.columns:
         labels = meta.variable_value_labels.get(name, {}) if name in labelled else {}
-        frame[name] = found[name].map(_labelled(labels)).astype("str")
+        cells = [as_cell(labels.get(value, value)) for value in found[name].tolist()]
+        frame[name] = pd.Series(cells, dtype=object)
     return _with_lines(frame, list(range(1, len(frame) + 1)))
-
-
-def _labelled(labels: dict[Any, str]) -> Callable[[Any], str | None]:
-    return lambda value: labels.get(value, as_text(value))
 
 
 def _with_lines(frame: pd.DataFrame, lines: Sequence[int]) -> pd.DataFrame:

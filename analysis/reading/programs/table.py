@@ -46,7 +46,8 @@ class Program:
     recognises : callable
         Function that returns whether the program wrote the file.
     read : callable
-        Function that returns all cells as text, with line numbers in the column ``line``.
+        Function that returns the cells as text or, if the program stores numbers, as numbers, with
+        line numbers in the column ``line``.
     """
 
     name: str

@@ -7,6 +7,7 @@ import pyreadstat
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.io import savemat
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
@@ -46,6 +47,10 @@ def written(tmp_path, kind, frame):
         frame.to_csv(path, index=False, sep="\t", decimal=",")
     elif kind == "xlsx":
         frame.to_excel(path, index=False)
+    elif kind == "mat":
+        savemat(path, {"T": {name: frame[name].to_numpy() for name in frame}})
+    elif kind == "json":
+        path.write_text(frame.to_json(orient="records"))
     else:
         pyreadstat.write_sav(frame, str(path))
     return path
@@ -72,6 +77,32 @@ def test_a_wide_table_reads_as_the_long_one(tmp_path, kind):
     data = load(written(tmp_path, kind, wide), found)
     assert list(data.estimates["estimate"]) == pytest.approx([row["loudness"] for row in rows()])
     assert data.quantity.name == "pressure"
+
+
+@pytest.mark.parametrize("decimal", [None, ","])
+@pytest.mark.parametrize("kind", ["xlsx", "sav", "mat", "json"])
+def test_numbers_that_a_program_stored_have_one_reading(tmp_path, kind, decimal):
+    """As text, 1.125 next to 3 could be 1125, and with decimal commas it was."""
+    values = [3.0, 1.125, 4.375, 9.0]
+    frame = pd.DataFrame(rows("abc", (1, 2, 4, 8))).assign(loudness=values * 3)
+    table = {"decimal": decimal} if decimal else {}
+    data = load(written(tmp_path, kind, frame), mapping(table=table))
+    assert list(data.estimates["estimate"]) == values * 3
+    assert sorted(set(data.estimates["amplitude_um_pp"])) == [1, 2, 4, 8]
+
+
+def test_text_in_a_workbook_says_nothing_of_its_numbers(tmp_path):
+    frame = pd.DataFrame(rows(levels=(1.125, 2.25, 4, 8)))
+    frame["loudness"] = [f"{value:.1f}".replace(".", ",") for value in frame["loudness"]]
+    data = load(written(tmp_path, "xlsx", frame), mapping())
+    assert sorted(set(data.estimates["amplitude_um_pp"])) == [1.125, 2.25, 4, 8]
+    assert data.estimates["estimate"].iloc[0] == 1.1
+
+
+def test_a_point_in_text_next_to_whole_numbers_stays_ambiguous(tmp_path):
+    frame = pd.DataFrame(rows()).assign(loudness=[540, 540, "1.080", 540] * 3)
+    with pytest.raises(UserError, match=r"'1\.080' could be 1080 or 1\.080"):
+        load(written(tmp_path, "xlsx", frame), mapping())
 
 
 @pytest.mark.parametrize("factor", [1e-9, 1e-6, 1.0, 1e6])

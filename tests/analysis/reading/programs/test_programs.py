@@ -178,7 +178,7 @@ def test_of_several_tables_of_matlab_the_variable_is_named(tmp_path):
     with pytest.raises(UserError, match=r"these tables: first, second; expected .*--sheet"):
         program.read(content, path, Wanted(words=(), sheet=None))
     found = program.read(content, path, Wanted(words=(), sheet="second"))
-    assert found["b"].tolist()[0] == "5.5"
+    assert found["b"].tolist()[0] == 5.5
     assert found["b"].isna().tolist() == [False, True]
 
 
@@ -196,7 +196,7 @@ def test_any_trials_of_jspsych_are_read_as_written(rows):
         for name, value in row.items():
             if name != "line":
                 cell = found[name].iloc[place]
-                assert pd.isna(cell) if value is None else cell == str(value)
+                assert pd.isna(cell) if value is None else cell == value
 
 
 @given(st.lists(st.tuples(WORDS, WORDS), min_size=1, max_size=4))
