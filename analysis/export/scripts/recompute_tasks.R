@@ -539,6 +539,38 @@ productions_of <- function(rows, confidence, exponents) {
                           told("ratio", ratio), told("combined", combined))))
 }
 
+# Same-different: d' of the differencing model, after the log-linear correction ---------------------
+
+differencing <- function(yes, n, false, m) {
+  hits <- (yes + n / (n + m)) / (n + 2 * n / (n + m))
+  alarms <- (false + m / (n + m)) / (m + 2 * m / (n + m))
+  # A d' is negative if there are fewer hits than false alarms.
+  criterion <- function(alarms) -sqrt(2) * qnorm(alarms / 2)
+  k <- criterion(min(hits, alarms))
+  excess <- function(d) pnorm((d - k) / sqrt(2)) + pnorm((-d - k) / sqrt(2)) - max(hits, alarms)
+  size <- if (abs(hits - alarms) < 1e-15) 0 else uniroot(excess, c(0, 20), tol = 1e-12)$root
+  c(sign(hits - alarms) * size, criterion(alarms))
+}
+same_different_of <- function(rows, confidence) {
+  main <- rows[!rows$catch, ]
+  main$same <- main$first == main$second
+  names_there <- numbers_first(c(main$first, main$second))
+  pairs <- lapply(asplit(combn(names_there, 2), 2), function(pair) {
+    own <- main[main$first %in% pair & main$second %in% pair, ]
+    count <- function(of) tapply(own$different, list(own$participant_id, factor(own$same, c(FALSE, TRUE))), of)
+    counts <- cbind(count(sum), count(length))[, c(1, 3, 2, 4), drop = FALSE]
+    counts <- counts[complete.cases(counts), , drop = FALSE]
+    if (!nrow(counts)) return(NULL)
+    d_of <- function(count) differencing(count[1], count[2], count[3], count[4])
+    total <- colSums(counts)
+    c(participants = nrow(counts), setNames(total, c("different", "different_n", "same", "same_n")),
+      setNames(d_of(total), c("d_prime", "criterion")),
+      under("mean_d_prime.", mean_test(apply(counts, 1, d_of)[1, ], confidence)))
+  })
+  c(participants = length(unique(main$participant_id)), answers = nrow(main),
+    numbered("pairs.", Filter(Negate(is.null), pairs)))
+}
+
 # Groups and sessions ------------------------------------------------------------------------------
 
 shifted_f <- function(f, df1, df2, p) {
@@ -798,7 +830,8 @@ tasks <- function(settings, wanted, trials, logs) {
     matching = list("trials_matches.csv", c("task", "reference_um_pp"), function(rows) matching_of(rows, confidence)),
     ratings = list("trials_ratings.csv", "task", function(rows) ratings_of(rows, confidence)),
     ratios = list("trials_ratios.csv", c("task", "standard_um_pp"), function(rows) ratios_of(rows, confidence)),
-    productions = list("trials_productions.csv", "task", function(rows) productions_of(rows, confidence, exponents)))
+    productions = list("trials_productions.csv", "task", function(rows) productions_of(rows, confidence, exponents)),
+    same_different = list("trials_same_different.csv", "task", function(rows) same_different_of(rows, confidence)))
   for (name in names(parts)) {
     rows <- read(parts[[name]][[1]])
     if (!is.null(rows)) out <- c(out, numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]])))

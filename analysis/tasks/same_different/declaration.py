@@ -23,7 +23,7 @@ from slipscale.analysis.writing import html
 from slipscale.analysis.writing.numbers import bracketed, cell, counted, joined, number
 from slipscale.analysis.writing.points import SIZE, draw_means
 from slipscale.analysis.writing.task_names import task_name
-from slipscale.figure_style import ORANGE, canvas, styled
+from slipscale.figure_style import GREY, ORANGE, canvas, styled
 from slipscale.stimuli.quantity import Quantity
 
 HEADS = (
@@ -70,7 +70,8 @@ def _blocks(
             svgs,
             f"same_different_{task.task}",
             f"Mean d' across participants with a t-based {level:g} % interval; crosses: d' of all "
-            "answers pooled. At d' = 0, participants cannot tell the pair apart.",
+            "answers pooled. At d' = 0 (dotted), participants cannot tell the pair apart; d' is "
+            "negative if “different” was less frequent for the pair than for same surfaces.",
             "d' of " + ", ".join(_pair(each, quantity) for each in task.pairs),
         ),
         html.table(
@@ -92,7 +93,7 @@ def sensitivities(task: TaskPairs) -> Figure:
         axes.plot([place], [each.d_prime], "x", color=ORANGE, markersize=6, zorder=5)
     names = [f"{each.first}\n{each.second}" for each in task.pairs]
     axes.set_xticks(range(len(names)), names)
-    axes.set_ylim(bottom=0)
+    axes.axhline(0, color=GREY, linewidth=0.8, linestyle=":", zorder=0)
     axes.set_xlabel("Pair")
     axes.set_ylabel("d' (differencing model)")
     return figure

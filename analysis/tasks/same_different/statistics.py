@@ -5,8 +5,14 @@ In this model (Macmillan and Creelman 2005, Detection Theory, chapter 9), a part
 deviation of 1, and the mean sensations of two surfaces differ by d'.
 
 False alarms for a pair are "different" answers in trials that present one of its surfaces twice.
-The log-linear correction adds 0.5 to each count of answers and 1 to each count of trials (Hautus
-1995, Behavior Research Methods 27, 46-51), so that proportions of 0 and 1 give finite values.
+If they are more frequent than "different" answers to the pair, d' is negative: a d' that ended at 0
+would have a positive mean across participants who cannot tell the pair apart.
+
+The log-linear correction (Hautus 1995, Behavior Research Methods 27, 46-51) gives finite values for
+proportions of 0 and 1. It adds answers in proportion to the trials: with n trials of different and
+m of same surfaces, n/(n + m) and m/(n + m) to the counts of "different", and twice as much to the
+counts of trials. Equal additions would shift unequal numbers of trials by different amounts, and
+give a positive d' to equal proportions.
 """
 
 from __future__ import annotations
@@ -96,7 +102,8 @@ class TaskPairs:
 def differencing(different: float, same: float) -> tuple[float, float]:
     """Return d' and criterion k, given the proportions of "different" for different and same pairs.
 
-    d' is 0 if "different" is not more frequent for different pairs than for same pairs.
+    d' is negative if "different" is less frequent for different pairs than for same pairs: its
+    size is then the d' of the exchanged proportions.
 
     >>> d_prime, criterion = differencing(0.7, 0.3)
     >>> round(d_prime, 2), round(criterion, 2)
@@ -107,18 +114,21 @@ def differencing(different: float, same: float) -> tuple[float, float]:
 
     # The difference between two sensations has a standard deviation of √2.
     criterion = float(-np.sqrt(2) * norm.ppf(same / 2))
+    if different < same:
+        return -differencing(same, different)[0], criterion
 
     def excess(d_prime: float) -> float:
         ends = (d_prime - criterion) / np.sqrt(2), (-d_prime - criterion) / np.sqrt(2)
         return float(norm.cdf(ends).sum()) - different
 
-    if different <= same:
+    if different == same:  # rounding could give both ends of the search the same sign
         return 0.0, criterion
     return float(brentq(excess, 0.0, LARGEST)), criterion
 
 
 def _of_counts(yes: int, n: int, false: int, m: int) -> tuple[float, float]:
-    return differencing((yes + 0.5) / (n + 1), (false + 0.5) / (m + 1))
+    one, other = n / (n + m), m / (n + m)
+    return differencing((yes + one) / (n + 2 * one), (false + other) / (m + 2 * other))
 
 
 def pairs(inputs: Inputs) -> tuple[TaskPairs, ...] | NotComputed:
@@ -172,6 +182,8 @@ SAME_DIFFERENT: Statistic[tuple[TaskPairs, ...]] = Statistic(
     meaning="same–different: d' and criterion of each pair, by the differencing model",
     compute=pairs,
     methods="Same–different sensitivity d' was computed with the differencing model (Macmillan & "
-    "Creelman, 2005), after the log-linear correction [[hautus1995]].",
+    "Creelman, 2005), after the log-linear correction [[hautus1995]] in proportion to the numbers "
+    "of trials. d' is negative if “different” was less frequent for different than for same "
+    "surfaces.",
     headlines={r"(.+)\.pairs\.(.+) - (.+)\.d_prime": "{0}: d' of {1} and {2}"},
 )

@@ -67,6 +67,9 @@ standard_um_pp = 1.2
 protocol = "magnitude_production"
 numbers = [5, 10, 20]
 standard_um_pp = 1.1
+[[tasks]]
+protocol = "same_different"
+repetitions = 2
 """
 #: Drawn at random, searched along a profile, or of a curve that jumps: named, never passed over.
 NAMED = re.compile(
@@ -85,6 +88,8 @@ WRONG = [
     "productions.0.both.ratio",
     "groups.anova.interaction.eta2_partial_ci.1",
     "similarity.0.people.0.r2",
+    "same_different.0.pairs.0.d_prime",
+    "same_different.0.pairs.9.mean_d_prime.ci.0",
     "sessions.measures.1.agreement.ci.1",
     "sessions.anova.interaction.df1",
 ]

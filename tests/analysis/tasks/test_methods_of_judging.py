@@ -1,6 +1,7 @@
 """Same–different, limits, identification, sorting: known answers give their known numbers."""
 
 import shutil
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -12,12 +13,17 @@ from scipy.stats import friedmanchisquare, norm
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.identification.statistics import identifications, information_bits
 from slipscale.analysis.tasks.limits.statistics import LIMITS, limits
 from slipscale.analysis.tasks.ratings.conditions import CONDITIONS, rating_conditions
 from slipscale.analysis.tasks.ratings.statistics import RATINGS
-from slipscale.analysis.tasks.same_different.statistics import differencing, pairs
+from slipscale.analysis.tasks.same_different.statistics import (
+    _of_counts,
+    differencing,
+    pairs,
+)
 from slipscale.analysis.tasks.similarity.reading import _separated
 from slipscale.analysis.tasks.similarity.statistics import map_of
 from slipscale.analysis.tasks.table import KINDS
@@ -161,8 +167,33 @@ def test_the_differencing_model_is_inverted(d_prime, criterion):
     assert differencing(different, same) == pytest.approx((d_prime, criterion), abs=1e-6)
 
 
-def test_answers_below_chance_have_no_sensitivity_but_a_criterion():
-    assert differencing(0.2, 0.3)[0] == 0.0
+def test_answers_below_chance_have_a_negative_sensitivity_of_the_same_size():
+    below, criterion = differencing(0.2, 0.3)
+    assert below == -differencing(0.3, 0.2)[0] < 0
+    assert criterion == differencing(0.3, 0.3)[1]
+    assert differencing(0.3, 0.3)[0] == 0.0
+
+
+def test_equal_proportions_of_unequal_numbers_of_trials_have_no_sensitivity():
+    assert _of_counts(0, 8, 0, 16)[0] == pytest.approx(0, abs=1e-6)
+    assert _of_counts(4, 8, 8, 16)[0] == pytest.approx(0, abs=1e-6)
+
+
+@pytest.mark.parametrize("people,trials", [(6, 8), (10, 20)])
+@pytest.mark.parametrize("different", [0.05, 0.3])
+def test_people_who_cannot_tell_a_pair_apart_seldom_have_a_reliable_d_prime(
+    people, trials, different
+):
+    """Equal additions and a d' that ends at 0 gave up to 90 % of intervals above 0."""
+    rng = np.random.default_rng(0)
+    of_counts = cache(_of_counts)
+    above = 0
+    for _ in range(200):
+        yes = rng.binomial([trials, 2 * trials], different, (people, 2)).tolist()
+        own = [of_counts(hit, trials, false, 2 * trials)[0] for hit, false in yes]
+        found = mean_over_participants(np.array(own), 0.95)
+        above += bool(found) and found.interval.low > 0
+    assert above <= 0.07 * 200
 
 
 def test_a_pairs_sensitivity_is_that_of_its_own_and_its_same_trials():
@@ -182,7 +213,8 @@ def test_a_pairs_sensitivity_is_that_of_its_own_and_its_same_trials():
     frame = pd.concat(people, ignore_index=True).assign(task="t", catch=False)
     ((ab, ac, bc),) = (task.pairs for task in pairs(of(frame)))
     assert (ab.different, ab.different_n, ab.same, ab.same_n) == (90, 120, 30, 240)
-    assert ab.d_prime == pytest.approx(differencing(90.5 / 121, 30.5 / 241)[0])
+    shared = differencing((90 + 1 / 3) / (120 + 2 / 3), (30 + 2 / 3) / (240 + 4 / 3))
+    assert ab.d_prime == pytest.approx(shared[0])
     assert (ac.same, bc.same) == (15, 21)
     assert ac.d_prime > bc.d_prime > ab.d_prime
     assert isinstance(ab.mean_d_prime, NotComputed)  # all three are equal
