@@ -22,7 +22,7 @@ from slipscale.analysis.reading.cleaning import (
 )
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.delimited import Problems
-from slipscale.analysis.reading.foreign import ForeignTable, read_foreign
+from slipscale.analysis.reading.foreign.table import ForeignTable, read_foreign
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
     Entry,

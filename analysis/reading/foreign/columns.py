@@ -1,0 +1,30 @@
+"""Name the columns of tables from other laboratories as in Slipscale's tables."""
+
+from __future__ import annotations
+
+from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION
+from slipscale.experiments.dataset.schema import PARTICIPANT
+
+STIMULUS, RESPONSE = ESTIMATION.required
+REFERENCE, ANSWER = "amplitude_before_um_pp", "difference_felt"
+GROUP = "group"
+#: Columns in Slipscale's tables, keyed by field name of `mapping.Columns`.
+OURS = {
+    "participant": PARTICIPANT,
+    "stimulus": STIMULUS,
+    "response": RESPONSE,
+    "answer": ANSWER,
+    "yes_count": "yes_count",
+    "n": "n",
+    "reference": REFERENCE,
+    "first": "first",
+    "second": "second",
+    "dissimilarity": "dissimilarity",
+    "group": GROUP,
+    "factor": "factor",
+    "session": "session",
+    "run": "run",
+    "block": BLOCK,
+    "trial": "trial",
+}
+NUMBERS = ("stimulus", "response", "reference", "dissimilarity", "trial", "yes_count", "n")
