@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Design, Scale
-from slipscale.analysis.reconstruction.table.rounding import RULES
+from slipscale.analysis.reconstruction.table.rounding import RULES, Interval
 from slipscale.analysis.reconstruction.table.words import assumptions, in_words
 
 if TYPE_CHECKING:
@@ -249,16 +249,19 @@ def order_statistics(found: Marginals, scale: Scale) -> tuple[OrderStatistic, ..
 def all_variants(solutions: Solutions) -> tuple[Variant, ...]:
     """Count the data sets under every combination of SD convention and rounding rule."""
     rows = []
-    known: dict[tuple[Wanted, ...], tuple[int | None, str]] = {}
+    known: dict[tuple[tuple[Wanted, ...], tuple[Interval, ...]], tuple[int | None, str]] = {}
     for convention in CONVENTIONS:
         for rule in RULES:
             other = solutions.under(convention, rule)
-            # Rounding rules that admit the same sums admit the same data sets.
-            if other.targets.wanted not in known or not other.targets.wanted:
-                known[other.targets.wanted] = (
+            # Rounding rules that admit the same sums, extremes, medians, frequencies and quartiles
+            # admit the same data sets.
+            quartiles = (other.column.lower_quartile, other.column.upper_quartile)
+            key = other.targets.wanted, tuple(q.values(rule) for q in quartiles if q)
+            if key not in known or not other.targets.wanted:
+                known[key] = (
                     (None, other.refused) if other.refused else (other.multisets, other.reason)
                 )
-            count, reason = known[other.targets.wanted]
+            count, reason = known[key]
             rows.append(
                 Variant(sd_convention=convention, rounding=rule, multisets=count, reason=reason)
             )
