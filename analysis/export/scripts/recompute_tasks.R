@@ -363,8 +363,8 @@ transitivity <- function(chosen) {
   if (triads) c(triads = triads, setNames(broken, paste0(c("weak", "moderate", "strong"), "_violations")))
 }
 
-# Circular triads of one participant, Kendall's coefficient, and p for choices without ties (up to 6
-# surfaces). A score is the number of wins plus a binomial number of ties.
+# Circular triads of one participant, Kendall's coefficient, and p (up to 6 surfaces) if every pair was
+# compared an odd number of times. A score is the number of wins plus a binomial number of ties.
 consistency <- function(chosen) {
   k <- nrow(chosen)
   up <- upper.tri(chosen)
@@ -374,7 +374,7 @@ consistency <- function(chosen) {
   circular <- circular_of(rowSums(chosen > t(chosen)) + ties / 2, ties)
   most <- (k^3 - (if (k %% 2) k else 4 * k)) / 24
   out <- c(circular_triads = circular, triads = choose(k, 3), zeta = 1 - circular / most, ties = sum(ties) / 2)
-  if (k > 6 || any(ties > 0)) return(out)
+  if (k > 6 || any((chosen + t(chosen))[up] %% 2 == 0)) return(out)
   pairs <- which(up, arr.ind = TRUE)
   ways <- as.matrix(expand.grid(rep(list(1:2), nrow(pairs))))
   fewer <- apply(ways, 1, function(way) circular_of(tabulate(pairs[cbind(seq_along(way), way)], k), 0) <= circular)

@@ -39,10 +39,11 @@ class Consistency:
     zeta : float
         Coefficient of consistence: 1 without circular triads, 0 for the largest possible number.
     p : float
-        Probability of this number of circular triads or fewer if all choices were random. Without
-        ties, the p-value is exact for up to 6 surfaces and uses Kendall's chi-square for more. With
-        ties, the p-value is estimated from `SIMULATIONS` simulated participants who make the same
-        number of choices at random.
+        Probability of this number of circular triads or fewer if all choices were random. If every
+        pair was compared an odd number of times, so that random choices cannot be tied, the p-value
+        is exact for up to 6 surfaces and uses Kendall's chi-square for more. Otherwise, it is
+        estimated from `SIMULATIONS` simulated participants who make the same number of choices at
+        random.
     """
 
     circular_triads: float
@@ -73,7 +74,7 @@ def consistency(chosen: npt.ArrayLike) -> Consistency | NotComputed:
         return NotComputed("at least one pair was never compared")
     circular = float(_circular_triads((counts - counts.T)[None])[0])
     ties = int((counts == counts.T)[one, other].sum())
-    if ties:
+    if (trials % 2 == 0).any():  # random choices can be tied, even if these are not
         tossed = np.zeros((SIMULATIONS, k, k))
         first = np.random.default_rng(SEED).binomial(
             trials.astype(int), 0.5, (SIMULATIONS, len(one))

@@ -231,6 +231,20 @@ def test_the_chance_of_tied_choices_is_that_of_coins_tossed_as_often():
     assert found.p == pytest.approx(50 / 64, abs=0.015)
 
 
+def test_the_chance_of_an_order_is_smaller_if_random_choices_could_be_tied():
+    """Three pairs, twice each, all clear: no circle at all in 18 of 64 ways to toss, not 6 of 8."""
+    found = consistency([[0, 2, 2], [0, 0, 2], [0, 0, 0]])
+    assert (found.circular_triads, found.ties) == (0, 0)
+    shares = {0: 1, 1: 2, 2: 1}
+    ways = sum(
+        shares[x] * shares[y] * shares[z]
+        for x, y, z in product(shares, repeat=3)
+        if consistency([[0, x, y], [2 - x, 0, z], [2 - y, 2 - z, 0]]).circular_triads == 0
+    )
+    assert ways == 18
+    assert found.p == pytest.approx(18 / 64, abs=0.015)
+
+
 def test_two_surfaces_and_pairs_never_compared_have_no_circles():
     assert consistency([[0, 1], [2, 0]]) == NotComputed(
         "too few surfaces (2; at least 3 are needed)"
