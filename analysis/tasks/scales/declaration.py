@@ -75,13 +75,12 @@ def _answer(found: TaskScale, quantity: Quantity) -> str:
         )
         listing = f"; chosen: {shares}" if shares else ""
         return f"{what}: no scale was computed ({scale.reason}){listing}."
-    order = sorted(range(len(found.surfaces)), key=lambda place: scale.values[place])
-    names = joined(
-        [
-            f"{number(scale.values[place])} ({with_unit(found.surfaces[place], quantity)})"
-            for place in order
-        ]
-    )
+    order = sorted(zip(scale.values, found.surfaces, strict=True), key=lambda each: each[0])
+    values = [number(value) for value, _ in order]
+    surfaces = [with_unit(name, quantity) for _, name in order]
+    if len(set(values)) == 1:
+        return f"{what}: all scale values were {values[0]} ({joined(surfaces)})."
+    names = joined([f"{value} ({name})" for value, name in zip(values, surfaces, strict=True)])
     return f"{what}: from the least to the most {quantity.adjective}, scale values were {names}."
 
 

@@ -1,13 +1,15 @@
 """Scales from tables of pairs and triads: the known order and distances come back."""
 
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from slipscale.analysis.statistics.not_computed import NotComputed
+from slipscale.analysis.tasks.scales.declaration import _answer
 from slipscale.analysis.tasks.scales.statistics import scales
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 VALUES = {"0.5": -1.0, "1.2": 0.0, "2.3": 0.8, "fine": 0.2}
 
@@ -101,6 +103,19 @@ def test_answers_without_errors_have_a_scale_in_their_order():
     (found,) = scales(frame)
     assert np.argsort(found.bradley_terry.values).tolist() == [0, 1, 3, 2]
     assert found.chosen[0] == 0
+
+
+def test_scale_values_that_are_all_equal_are_in_no_order():
+    names = ["0.5", "1.2", "2.3"]
+    both = [
+        (who, one, other, "", response)
+        for who in ("sub-01", "sub-02", "sub-03")
+        for one, other in combinations(names, 2)
+        for response in (1.0, 2.0)
+    ]
+    (found,) = scales(table(both, "pairs"))
+    said = _answer(found, PLATE_AMPLITUDE)
+    assert said.endswith(": all scale values were 0.00 (0.5 µm, 1.2 µm and 2.3 µm).")
 
 
 def test_without_trials_it_is_said():
