@@ -18,7 +18,7 @@ firmware is too old to support lists.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import replace
 from statistics import fmean
 from threading import Event, Thread
@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from slipscale.hardware.calibration.record import Calibration
     from slipscale.hardware.limits import PlateLimits
     from slipscale.hardware.plate_file import PlateFile
+    from slipscale.stimuli.surface import Sensor, Surface
 
 T = TypeVar("T")
 
@@ -63,6 +64,8 @@ FOLLOW_LAG_S = 0.017
 # board would open its output stage. At levels below its sensor's noise, the board would adjust the
 # voltage to noise.
 FOLLOWED_SHARE = 0.02
+# Largest rounding error of a reported level, as a fraction of the level.
+ROUNDED_SHARE = 0.01
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], object]] = {
@@ -115,6 +118,21 @@ class SerialBoard(PlateDriver):
         self._active: watch.ActivePresentation | None = None
         self._fault: PlateFault | None = None
 
+    def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
+        """Return a surface's loop, as `PlateDriver` does; also refuse levels in too large a unit.
+
+        The rule has no exceptions for larger levels, so a study whose smallest level passes before
+        the session also passes during the session.
+        """
+        level, q = surface.settled_level, self.limits.quantity
+        if 0 < level < wire.RESOLUTION / 2 / ROUNDED_SHARE:
+            raise UserError(
+                f"{self.port}: the board reports levels only to {wire.RESOLUTION:.4f} "
+                f"{q.unit_in_short}, which is too coarse for {q.short(level)}; use a smaller unit "
+                "in the plate file and the study"
+            )
+        return super().check_supported(surface, sensors=sensors)
+
     def _connect(self) -> PlateIdentity:
         self._close()
         self._fault = self._active = None
@@ -144,7 +162,7 @@ class SerialBoard(PlateDriver):
         link = self._attend()
         begun_s = self._machine.now()
         self._active = None
-        link.ask(f"AMPL {level:.4f}")
+        link.ask(wire.amplitude_command(level))
         status = self._status(link)
         while status.state == "RAMP" or self._rings(level, status):
             if self._machine.now() - begun_s > LONGEST_SETTLING_S:
@@ -191,7 +209,7 @@ class SerialBoard(PlateDriver):
         link = self._attend()
         if self._active is None or self._active.state != watch.FOLLOWS:
             self._active = watch.ActivePresentation(level, watch.FOLLOWS)
-        link.ask(f"AMPL {max(level, FOLLOWED_SHARE * self.limits.level):.4f}")
+        link.ask(wire.amplitude_command(max(level, FOLLOWED_SHARE * self.limits.level)))
 
     def _excite(self, *, frequency_hz: float, voltage_v: float) -> Readback:
         link = self._attend()

@@ -19,6 +19,7 @@ STOP: Final = b"!"  # byte that silences the plate immediately, valid anywhere
 LONGEST_LINE: Final = 96  # maximum line length in bytes, without the line feed
 LAST_SEQUENCE: Final = 65_535
 WATCHDOG_MS: Final = (400, 2_000)  # allowed range; the shortest time covers three lost commands
+RESOLUTION: Final = 1e-4  # of the amplitudes that a board reports, in its unit
 POINTS_A_LINE: Final = 8  # amplitudes that fit in one LIST:AMPL line even with the most digits
 
 VIBRATING: Final = ("RAMP", "HOLD", "SAT", "LIST", "OPEN")  # states in which the output is on
@@ -250,6 +251,15 @@ def _finite(text: str) -> float:
 def _require(condition: bool, otherwise: str) -> None:
     if not condition:
         raise ImpossibleValue(otherwise)
+
+
+def amplitude_command(level: float) -> str:
+    """Return the command that ramps to a level, with all six decimals of the protocol.
+
+    >>> amplitude_command(0.0346787)
+    'AMPL 0.034679'
+    """
+    return f"AMPL {level:.6f}"
 
 
 def list_commands(loop: Loop) -> list[str]:

@@ -43,6 +43,7 @@ from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.twin import Drive, Twin
 from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
+from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
@@ -635,6 +636,7 @@ from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.signals import silent_on_signals
+from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
 
 plate = open_plate("serial:" + sys.argv[1], clock=SystemClock())
@@ -709,3 +711,22 @@ def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(emulate,
     wait_for(lambda: board.state()["state"] == "OFF")
     with pytest.raises(WrongDevice, match=r"in v_peak, but um_pp \(µm peak to peak\) was expected"):
         serial_plate(board).connect()
+
+
+def test_levels_in_a_unit_that_a_board_reports_too_coarsely_are_refused_before_the_session():
+    mm = made_by_plate("displacement", "mm", "peak to peak")
+    limits = PlateLimits(level=0.0025, deviation_level=0.00005, quantity=mm)
+    plate = SerialBoard("COM3", clock=SystemClock(), limits=limits)
+    assert plate.check_supported(VirtualSurface(level=0.0)) is None
+    for level in (0.00004, 0.00115, 0.0023):
+        with pytest.raises(UserError, match=f"COM3: .* for {level:g} mm p-p; use a smaller unit"):
+            plate.check_supported(VirtualSurface(level=level))
+    in_um = SerialBoard("COM3", clock=SystemClock())
+    for level in (0.02, 0.0346787, 2.3):
+        assert in_um.check_supported(VirtualSurface(level=level)) is None
+
+
+@pytest.mark.parametrize("level", [0.00115, 0.0346787, 1.2, 2.3])
+def test_a_commanded_level_is_changed_by_less_than_a_thousandth(level):
+    sent = float(wire.amplitude_command(level).removeprefix("AMPL "))
+    assert sent == pytest.approx(level, rel=1e-3)
