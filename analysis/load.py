@@ -63,7 +63,7 @@ def load(
     task : str, optional
         Task label, for data sets with several labels for magnitude estimation or descending
         difference. The default is the protocol's own label or, if it is absent, the
-        alphabetically first label.
+        alphabetically first label. A folder that is read with ``mapping`` has no default.
 
     Raises
     ------
@@ -79,8 +79,13 @@ def load(
         ) from None
     if where.exists():
         mapping = mapping or beside(where)
+    if task is not None and where.is_file():
+        raise UserError(
+            f"--task {task}: {where} is a single table; expected a folder (to select rows of a "
+            "table, use --only)"
+        )
     if mapping is not None and where.exists():
-        return _load_foreign(where, mapping)
+        return _load_foreign(where, mapping, task)
     if where.is_dir():
         return _load_folder(where, task)
     if where.is_file():
@@ -234,9 +239,10 @@ def _load_table(path: Path) -> Dataset:
     return replace(data, participants=pd.DataFrame({PARTICIPANT: people}))
 
 
-def _load_foreign(path: Path, mapping: TableMapping) -> Dataset:
+def _load_foreign(path: Path, mapping: TableMapping, task: str | None) -> Dataset:
     problems = Problems()
-    data = _by_hand(path, read_foreign(path, mapping, problems), problems, mapping.quantity)
+    table = read_foreign(path, mapping, problems, task)
+    data = _by_hand(path, table, problems, mapping.quantity)
     choices = mapping.analysis
     return replace(data, choices=choices, frozen=tuple(sorted(choices.model_fields_set)))
 

@@ -113,7 +113,8 @@ def add_data(parser: ArgumentParser) -> None:
         "--task",
         metavar="LABEL",
         help="label of the task to analyse, if a study has several tasks with magnitude "
-        "estimation or descending difference (default: the first)",
+        "estimation or descending difference (default: the first), or if a BIDS folder has several "
+        "tasks",
     )
     parser.add_argument(
         "--normalise",
@@ -161,7 +162,8 @@ def add_mapping(parser: ArgumentParser) -> None:
         "--only",
         metavar="COLUMN=VALUE",
         action="append",
-        help="analyse only the rows in which this column has this value; may be repeated",
+        help="analyse only the rows in which this column has this value; if repeated for the same "
+        "column, rows with any of the values; for several columns, rows that match all of them",
     )
     group.add_argument(
         "--yes",

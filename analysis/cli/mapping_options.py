@@ -44,8 +44,11 @@ def mapping_from(args: Namespace) -> TableMapping | None:
         stimulus |= {"name": name} if name else {}
     elif name:
         columns["stimulus"] = name
+    only: dict[str, list[str]] = {}
+    for column, value in _pairs(args.only or (), "--only"):
+        only.setdefault(column, []).append(value)
     table = {
-        "only": dict(_pairs(args.only or (), "--only")),
+        "only": only,
         "decimal": args.decimal,
         "sheet": args.sheet,
     }

@@ -8,7 +8,14 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import tomlkit
-from pydantic import AfterValidator, Field, StringConstraints, ValidationError, model_validator
+from pydantic import (
+    AfterValidator,
+    BeforeValidator,
+    Field,
+    StringConstraints,
+    ValidationError,
+    model_validator,
+)
 
 from slipscale.analysis.reading.units import factor
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
@@ -91,12 +98,20 @@ class StimulusWords(FrozenTable):
         return factor(self.unit, self.in_unit) if self.in_unit else 1.0
 
 
+#: One value or several alternatives.
+Alternatives = Annotated[
+    tuple[str, ...],
+    BeforeValidator(lambda given: (given,) if isinstance(given, str) else given),
+    Field(min_length=1),
+]
+
+
 class Cells(FrozenTable):
     """Format of the table, and selection of rows."""
 
     decimal: Literal[".", ","] | None = None
     sheet: ColumnName | None = None
-    only: dict[str, str] = Field(default_factory=dict)
+    only: dict[str, Alternatives] = Field(default_factory=dict)
 
 
 class TableMapping(FrozenTable):
@@ -120,7 +135,7 @@ class TableMapping(FrozenTable):
         Stimulus level for each response column of a wide table (one row per participant).
     table : Cells
         Decimal mark and sheet, which are needed only if they cannot be detected. ``only`` selects
-        the rows with given values (column -> value).
+        the rows with given values (column -> value or list of alternative values).
     analysis : AnalysisChoices
         Analysis choices, as in a study file.
     """

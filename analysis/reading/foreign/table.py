@@ -71,16 +71,19 @@ class ForeignTable:
     pairs: pd.DataFrame = field(default_factory=pd.DataFrame)
 
 
-def read_foreign(path: Path, mapping: TableMapping, problems: Problems) -> ForeignTable:
-    """Read a table, or the tables in a BIDS folder, using a mapping.
+def read_foreign(
+    path: Path, mapping: TableMapping, problems: Problems, task: str | None = None
+) -> ForeignTable:
+    """Read a table, or the tables of a task in a BIDS folder, using a mapping.
 
     Raises
     ------
     UserError
         If the table cannot be read (see `slipscale.analysis.reading.table_by_hand.read_table`), a
-        level is below 0, a participant is in two groups, or ``only`` matches no rows.
+        level is below 0, a participant is in two groups, ``only`` matches no rows, or the task must
+        be selected.
     """
-    frame, sources = read_rows(path, mapping, problems)
+    frame, sources = read_rows(path, mapping, problems, task)
     if mapping.levels:
         frame = _long(frame, mapping)
     named = {name: column for name, column in mapping.columns.model_dump().items() if column}
