@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,9 +17,12 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
-    from statsmodels.regression.mixed_linear_model import MixedLMResults
+    from statsmodels.regression.mixed_linear_model import MixedLM, MixedLMResults
 
     from slipscale.analysis.preprocessing.log_transform import Prepared
+
+    #: A fit, its optimiser and its warnings.
+    Attempt = tuple[MixedLMResults, str, list[str]]
 
 #: Largest number of participants. With more participants, the fit takes minutes, and the t interval
 #: of the slopes gives the same result.
@@ -30,6 +33,8 @@ AT_MOST = 200
 OPTIMISERS = ("bfgs", "lbfgs", "powell")
 #: Log likelihoods closer than this value are treated as the same maximum.
 SAME_MAXIMUM = 1e-3
+#: Gain in log likelihood below which a search that continues another one has ended.
+NO_GAIN = 1e-4
 #: Diagonal elements of the random effects' Cholesky factor below this value, in residual standard
 #: deviations, are treated as being at their bound. lme4's `isSingular` uses 1e-4 by default.
 AT_ITS_BOUND = 1e-2
@@ -180,30 +185,46 @@ def likeliest(
         Formulas for the fixed effects and for participants' random effects.
     """
     # statsmodels.formula.api is not used, because it loads all of statsmodels, which is slow.
-    from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415
+    from statsmodels.regression.mixed_linear_model import MixedLM  # noqa: PLC0415 - slow
 
     # Without centring, intercept and slope can be so strongly correlated (as with logarithms of
     # nanometres) that an optimiser stops early. Centring does not change the likelihood.
     centred = frame.assign(lx=frame["lx"] - _centre(frame))
     model = MixedLM.from_formula(fixed, centred, groups="who", re_formula=random)
-    attempts = []
+    attempts: list[Attempt] = []
     for optimiser in OPTIMISERS:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            try:
-                fit = model.fit(reml=True, method=[optimiser])
-                fit.bse_fe  # noqa: B018 - computed on first use, and it warns
-            except np.linalg.LinAlgError:
-                continue  # without a standard error; another optimiser may give one
-        # If an optimiser diverges, it returns no likelihood.
-        if np.isfinite(fit.llf):
-            messages = sorted({str(w.message).splitlines()[0] for w in caught})
-            attempts.append((fit, optimiser, messages))
+        attempts += _attempt(model, optimiser)
         reached = [float(fit.llf) for fit, _, _ in attempts if fit.converged]
         if len(reached) == 2 and abs(reached[0] - reached[1]) < SAME_MAXIMUM:  # noqa: PLR2004
             break
     if not attempts:
         raise ValueError("no optimiser found a likelihood")
-    highest = max(float(fit.llf) for fit, _, _ in attempts)
-    best = [attempt for attempt in attempts if attempt[0].llf > highest - SAME_MAXIMUM]
+    # If the best search ended without convergence, others continue from its end. One that converges
+    # can still be short of the maximum, so the next must gain nothing.
+    highest, gain = _highest(attempts), 0.0
+    for optimiser in OPTIMISERS * 2:
+        if highest.converged and gain < NO_GAIN:
+            break
+        attempts += _attempt(model, optimiser, start=highest.params_object)
+        before, highest = highest, _highest(attempts)
+        gain = float(highest.llf - before.llf)
+    best = [attempt for attempt in attempts if attempt[0].llf > highest.llf - SAME_MAXIMUM]
     return next((attempt for attempt in best if attempt[0].converged), best[0])
+
+
+def _attempt(model: MixedLM, optimiser: str, start: object = None) -> list[Attempt]:
+    """Return the result of one search, or nothing if it failed or diverged."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        try:
+            fit = model.fit(reml=True, method=[optimiser], start_params=start)
+            fit.bse_fe  # noqa: B018 - computed on first use, and it warns
+        except np.linalg.LinAlgError:
+            return []  # without a standard error; another optimiser may give one
+    messages = sorted({str(w.message).splitlines()[0] for w in caught})
+    # If an optimiser diverges, it returns no likelihood.
+    return [(fit, optimiser, messages)] if np.isfinite(fit.llf) else []
+
+
+def _highest(attempts: Sequence[Attempt]) -> MixedLMResults:
+    return max((fit for fit, _, _ in attempts), key=lambda fit: float(fit.llf))

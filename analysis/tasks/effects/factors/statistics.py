@@ -57,10 +57,11 @@ class MixedFit:
     """Properties of the fitted mixed model.
 
     ``at_bound`` is True if a variance or correlation is at its bound, which means that the fit is
-    singular.
+    singular. ``converged`` is False if no optimiser reported convergence.
     """
 
     log_likelihood_reml: float
+    converged: bool
     at_bound: bool
 
 
@@ -264,7 +265,10 @@ def _mixed(
             ends = ConfidenceInterval(value - quantile * se, value + quantile * se, confidence)
             p = float(2 * stats.t.sf(abs(value / se), n - 1))
             found[label, what] = FixedEffect(value=value, se=se, interval=ends, p=p)
-    return MixedFit(log_likelihood_reml=float(fit.llf), at_bound=singular(fit)), found
+    properties = MixedFit(
+        log_likelihood_reml=float(fit.llf), converged=bool(fit.converged), at_bound=singular(fit)
+    )
+    return properties, found
 
 
 def _anova_ps(found: tuple[FactorEffects, ...]) -> list[float]:
