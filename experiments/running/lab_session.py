@@ -56,7 +56,7 @@ from slipscale.experiments.session.question_sounds import NoSounds, SoundOutput,
 from slipscale.experiments.session.resonance_tracking import ResonanceTracking
 from slipscale.experiments.session.terminal import Keys, TerminalOperator
 from slipscale.experiments.study.file import read_study
-from slipscale.experiments.study.run_plan import RunPlan
+from slipscale.experiments.study.run_plan import RunPlan, check_labels
 from slipscale.faults import UserError, harmless
 from slipscale.hardware.address import is_mock, with_plate_file
 from slipscale.hardware.backends.pair import PlatePair
@@ -120,8 +120,9 @@ def make_plan(
     Raises
     ------
     UserError
-        If a label cannot be part of a file name, or the session is not part of the study.
+        If a label is invalid, or the session is not part of the study.
     """
+    check_labels(participant=participant, session=session, run=run)
     study, text = read_study(study_name)
     plan = RunPlan(
         study_name=study_name,
@@ -157,7 +158,7 @@ def begin(dataset: Path, plan: RunPlan, setting: Setting, *, add_study: bool = F
         If the rig failed; the journal can be resumed.
     """
     check_mode(dataset, plan.mode)
-    check_alike(dataset, plan.participant)
+    check_alike(dataset, plan.participant, session=plan.session, run=plan.run)
     if not add_study:
         check_same_study(dataset, plan.study.name)
     path = plan.journal_path(dataset)

@@ -194,7 +194,7 @@ def check_participant(planned: PlannedSession) -> Finding:
             passed=True, detail=f"{len(taken)} so far; the next free label is {number:02d}"
         )
     check_labels(participant=planned.participant, session=planned.session, run=planned.run)
-    check_alike(planned.out, planned.participant)
+    check_alike(planned.out, planned.participant, session=planned.session, run=planned.run)
     path = journal_path(
         planned.out,
         participant=planned.participant,

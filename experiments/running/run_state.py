@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Literal
@@ -13,7 +14,7 @@ from slipscale.experiments.journal.locks import is_being_written
 from slipscale.experiments.journal.plan_and_progress import is_complete, read_usable
 from slipscale.experiments.journal.reading import has_begun
 from slipscale.experiments.journal.record import Record
-from slipscale.experiments.study.run_plan import Mode
+from slipscale.experiments.study.run_plan import JOURNAL_NAME, Mode
 from slipscale.faults import UserError
 
 RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
@@ -40,28 +41,47 @@ def participants(dataset: Path) -> list[str]:
     return sorted(present.union(withdrawn(dataset)))
 
 
-def check_alike(dataset: Path, participant: str) -> None:
-    """Raise `UserError` if a participant exists under an equivalent label, such as 1 and 01.
+def check_alike(dataset: Path, participant: str, *, session: str = "", run: str = "01") -> None:
+    """Raise `UserError` if a label of a new run exists in an equivalent form, such as 1 for 01.
 
-    Participants with equivalent labels would be analysed as different people. Upper and lower case
-    are not distinguished, because some file systems treat A and a as equal.
+    Participants or runs with equivalent labels would be analysed as different ones. Upper and lower
+    case are not distinguished, because some file systems treat A and a as equal.
     """
-
-    def plain(label: str) -> str:
-        return label.casefold().lstrip("0")
-
     for label in withdrawn(dataset):
-        if plain(label) == plain(participant):
+        if _plain(label) == _plain(participant):
             raise UserError(
                 f"--participant {participant}: this participant withdrew from {dataset}, and the "
                 f"label is not used again; the replacement is participant {replacement(label)}"
             )
     for label in participants(dataset):
-        if label != participant and plain(label) == plain(participant):
+        if label != participant and _plain(label) == _plain(participant):
             raise UserError(
                 f"--participant {participant}: {dataset} already has a participant {label}; "
                 "expected that label for the same person, or another number for another person"
             )
+    for had_session, had_run in _visits(dataset, participant):
+        if had_session != session and _plain(had_session) == _plain(session):
+            raise UserError(
+                f"--session {session}: participant {participant} already has a session "
+                f"{had_session}; expected that label for the same session, or another one"
+            )
+        if (had_session, _plain(had_run)) == (session, _plain(run)) and had_run != run:
+            raise UserError(
+                f"--run {run}: participant {participant} already has a run {had_run}; expected "
+                "that label for the same run, or another number for another run"
+            )
+
+
+def _plain(label: str) -> str:
+    return label.casefold().lstrip("0")
+
+
+def _visits(dataset: Path, participant: str) -> Iterator[tuple[str, str]]:
+    """Yield the session and run labels of a participant's journals."""
+    for path in journals(dataset):
+        found = JOURNAL_NAME.fullmatch(path.name)
+        if found and found["participant"] == participant:
+            yield found["session"] or "", found["run"]
 
 
 # Default folder for each mode; pilots and participants must not share a folder.

@@ -37,7 +37,24 @@ from slipscale.stimuli.headphone_sounds import NoiseInEar
 Mode = Literal["participant", "pilot"]
 
 
+JOURNAL_NAME = re.compile(
+    r"sub-(?P<participant>[A-Za-z0-9]+)(_ses-(?P<session>[A-Za-z0-9]+))?_run-(?P<run>[A-Za-z0-9]+)"
+    r"_journal\.jsonl"
+)
+
+
 def check_labels(*, participant: str, session: str, run: str) -> None:
+    """Raise `UserError` unless the labels are valid for a new run; ``session`` may be empty.
+
+    In BIDS, runs are numbers. Journals of earlier versions may have other labels, which
+    `check_file_labels` accepts.
+    """
+    check_file_labels(participant=participant, session=session, run=run)
+    if not re.fullmatch(r"[0-9]+", run):
+        raise UserError(f"--run '{run}': expected a number, such as 01")
+
+
+def check_file_labels(*, participant: str, session: str, run: str) -> None:
     """Raise `UserError` unless the labels can be used in file names; ``session`` may be empty."""
     for name, value in (("participant", participant), ("run", run), ("session", session)):
         if not re.fullmatch(r"[A-Za-z0-9]+", value) and (value or name != "session"):
@@ -108,7 +125,7 @@ class RunPlan:
             )
         if self.seed < 0:
             raise UserError(f"--seed {self.seed}: expected 0 or more")
-        check_labels(participant=self.participant, session=self.session, run=self.run)
+        check_file_labels(participant=self.participant, session=self.session, run=self.run)
 
     @property
     def study(self) -> Study:

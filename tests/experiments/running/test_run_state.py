@@ -2,8 +2,10 @@
 
 import pytest
 
+from slipscale.experiments.running.lab_session import make_plan
 from slipscale.experiments.running.pilot import run_simulated
-from slipscale.experiments.running.run_state import remedy, run_state
+from slipscale.experiments.running.run_state import check_alike, remedy, run_state
+from slipscale.faults import UserError
 
 
 @pytest.fixture
@@ -36,3 +38,32 @@ def test_a_damaged_journal_is_called_so_and_another_run_is_the_remedy(path, plac
 def test_a_run_cut_between_records_is_interrupted(path):
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:20]))
     assert run_state(path) == "interrupted"
+
+
+@pytest.mark.parametrize("run", ["A", "1b", "", "1.5", "٣"])
+def test_a_new_run_has_a_number_because_the_analysis_reads_no_other_runs(run):
+    with pytest.raises(UserError, match=r"--run '.*': expected"):
+        make_plan("biet2007", participant="01", run=run)
+
+
+def test_a_run_with_letters_that_an_earlier_version_recorded_is_still_read(tmp_path, plan):
+    run_simulated(tmp_path, plan(run="A"), "mock")
+    assert run_state(plan(run="A").journal_path(tmp_path)) == "complete"
+
+
+@pytest.mark.parametrize(
+    "labels, said",
+    [
+        ({"session": "a", "run": "1"}, "--run 1: participant 01 already has a run 01"),
+        ({"session": "A"}, "--session A: participant 01 already has a session a"),
+    ],
+)
+def test_the_same_session_or_run_under_an_equivalent_label_is_refused(
+    tmp_path, record_runs, labels, said
+):
+    record_runs(tmp_path, "01", session="a")
+    check_alike(tmp_path, "01", session="a", run="02")
+    check_alike(tmp_path, "01", session="b", run="1")
+    check_alike(tmp_path, "02", session="A", run="1")
+    with pytest.raises(UserError, match=said):
+        check_alike(tmp_path, "01", **labels)
