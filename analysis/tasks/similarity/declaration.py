@@ -59,8 +59,8 @@ def _blocks(
             f"similarity_{task.task}",
             "Left: the group's map on its principal axes; its unit is arbitrary. Right: stress-1 "
             "against the number of dimensions (0 if distances and dissimilarities are in the same "
-            "order). Stress falls with every added dimension; a dimension that barely lowers "
-            "stress is not needed.",
+            "order). An added dimension never raises stress; a dimension that barely lowers stress "
+            "is not needed.",
             "Map of " + ", ".join(with_unit(item, quantity) for item in task.items),
         ),
         html.table(

@@ -7,8 +7,10 @@ weights are computed for free sorting, because a single participant's dissimilar
 1.
 
 The group map is non-metric (Kruskal 1964, Psychometrika 29, 1-27 and 115-129). The SMACOF function
-of scikit-learn starts from the classical solution and from random maps; the solution with the
-lowest stress-1 is rotated to its principal axes. A participant's weights multiply the squared
+of scikit-learn starts from the classical solution, from random maps and from the map with one
+dimension less; the solution with the lowest stress-1 is rotated to its principal axes. Kruskal's
+stress-1 is computed from the map, because the function normalises its stress by the fitted instead
+of the actual distances. A participant's weights multiply the squared
 distances along the axes. They are the non-negative weights that best fit the participant's squared
 dissimilarities (the subject step of Carroll and Chang 1970, Psychometrika 35, 283-319).
 """
@@ -36,7 +38,9 @@ FEWEST_ITEMS = 4
 #: random starts, and random seed.
 MOST_DIMENSIONS, SHOWN, STARTS, SEED = 4, 2, 12, 1
 #: Number of iterations from each start, and of further iterations for the two best solutions.
-SOME, MANY = 25, 300
+SOME, MANY = 25, 1000
+#: Standard deviation of a start's last dimension, relative to the map with one dimension less.
+SPREAD = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -115,8 +119,14 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
     missing = np.isnan(group[np.triu_indices(len(items), 1)]).sum()
     if missing:
         return NotComputed(f"no participant rated {missing} of the item pairs")
+    if not group.any():
+        return NotComputed("all dissimilarities are 0")
     most = min(MOST_DIMENSIONS, len(items) - 2)
-    found = {dimensions: scaled(group, dimensions) for dimensions in range(1, most + 1)}
+    found: dict[int, tuple[Array, float]] = {}
+    lower = None
+    for dimensions in range(1, most + 1):
+        found[dimensions] = scaled(group, dimensions, lower)
+        lower = found[dimensions][0]
     coordinates = _principal(found[min(SHOWN, most)][0])
     return TaskMap(
         task=task,
@@ -157,19 +167,38 @@ def _scaled(table: Array) -> Array:
     return table / size if size > TINY else np.full_like(table, np.nan)
 
 
-def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
+def stress_1(dissimilarities: Array, places: Array) -> float:
+    """Return Kruskal's stress-1 of a map: equal dissimilarities have equal fitted distances.
+
+    >>> line = np.array([[0.0], [1.0], [3.0]])
+    >>> stress_1(np.abs(line - line.T) ** 2, line)
+    0.0
+    """
+    from scipy.spatial.distance import pdist, squareform  # noqa: PLC0415 - loads SciPy
+    from sklearn.isotonic import IsotonicRegression  # noqa: PLC0415 - takes a second to import
+
+    distances = pdist(places)
+    fitted = IsotonicRegression().fit_transform(squareform(dissimilarities), distances)
+    return float(np.sqrt(((distances - fitted) ** 2).sum() / (distances**2).sum()))
+
+
+def scaled(
+    dissimilarities: Array, dimensions: int, lower: Array | None = None
+) -> tuple[Array, float]:
     """Return the non-metric map with the lowest stress-1, and its stress-1.
 
     Parameters
     ----------
     dissimilarities : array, shape (items, items)
         Symmetric matrix without missing values.
+    lower : array, shape (items, dimensions - 1), optional
+        The map with one dimension less. The stress is never above the stress of this map.
     """
     from sklearn.manifold import smacof  # noqa: PLC0415 - takes a second to import
 
     def improved(start: Array, iterations: int) -> tuple[Array, float]:
-        places, stress = smacof(
-            dissimilarities,
+        places, _ = smacof(
+            ranked,
             metric=False,
             n_components=dimensions,
             init=start,
@@ -178,14 +207,30 @@ def scaled(dissimilarities: Array, dimensions: int) -> tuple[Array, float]:
             eps=1e-9,
             normalized_stress=True,
         )
-        return np.asarray(places), float(stress)
+        return np.asarray(places), stress_1(dissimilarities, places)
 
+    # The function would take 0 for a missing value. Only the order of dissimilarities matters.
+    apart = ~np.eye(len(dissimilarities), dtype=bool)
+    ranked = np.where(apart & (dissimilarities == 0), _smallest(dissimilarities), dissimilarities)
     random = np.random.default_rng(SEED)
     starts = [_classical(dissimilarities, dimensions)]
     starts += [random.normal(size=starts[0].shape) for _ in range(STARTS)]
+    found = []
+    if lower is not None:
+        spread = SPREAD * lower.std()
+        column = random.normal(size=(len(lower), 1))
+        starts.append(np.hstack([lower, spread * column]))
+        flat = np.hstack([lower, 0 * column])
+        found.append((flat, stress_1(dissimilarities, flat)))
     # A few iterations from each start show which starts lead to a low stress.
     begun = sorted((improved(start, SOME) for start in starts), key=lambda each: each[1])
-    return min((improved(places, MANY) for places, _ in begun[:2]), key=lambda each: each[1])
+    found += [improved(places, MANY) for places, _ in begun[:2]]
+    return min(found, key=lambda each: each[1])
+
+
+def _smallest(dissimilarities: Array) -> float:
+    """Return half the smallest dissimilarity above 0."""
+    return float(dissimilarities[dissimilarities > 0].min()) / 2
 
 
 def _classical(dissimilarities: Array, dimensions: int) -> Array:

@@ -3,6 +3,8 @@
 import numpy as np
 import pandas as pd
 import pytest
+from scipy.optimize import isotonic_regression
+from scipy.spatial.distance import pdist, squareform
 
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
@@ -25,6 +27,8 @@ LOWER = """
 """
 #: Lowest stress of R 4.2.2's MASS::isoMDS from the classical solution and 60 random starts.
 R = {1: 0.19341405, 2: 0.11582, 3: 0.05620898}
+#: How many of six people put two of seven items into different groups; the upper triangle by rows.
+SORTED = [3, 5, 6, 6, 6, 6, 5, 6, 6, 6, 6, 2, 5, 6, 6, 5, 6, 6, 5, 6, 4]
 PLACES = {"a": (-2.0, 0.0), "b": (-1.0, 0.9), "c": (0.2, -1.0), "d": (0.5, 0.8), "e": (1.1, -0.6)}
 PLACES |= {"f": (2.0, 0.2), "g": (0.0, 0.1)}
 WEIGHTS = {"p1": (1.0, 1.0), "p2": (1.6, 0.3), "p3": (0.6, 1.8)}
@@ -54,6 +58,31 @@ def test_the_stress_is_that_of_r(dimensions):
     _, stress = scaled(table + table.T, dimensions)
     # Both programs stop in the best of several minima: in one dimension there are many.
     assert stress == pytest.approx(R[dimensions], rel=0.03 if dimensions == 1 else 0.01)
+
+
+def test_the_stress_is_that_of_the_map_itself():
+    table = np.zeros((10, 10))
+    table[np.tril_indices(10, -1)] = [float(text) for text in LOWER.split()]
+    places, stress = scaled(table + table.T, 1)
+    told, distances = squareform(table + table.T), pdist(places)
+    # Equal dissimilarities have the mean of their distances.
+    tied = pd.Series(distances).groupby(told).transform("mean").to_numpy()
+    order = np.argsort(told, kind="stable")
+    left = distances[order] - isotonic_regression(tied[order]).x
+    assert stress == pytest.approx(np.sqrt((left**2).sum() / (distances**2).sum()))
+
+
+def test_the_stress_never_rises_with_an_added_dimension():
+    """The search with four dimensions alone ends at a stress of .002 here."""
+    sorted_apart = np.zeros((7, 7))
+    sorted_apart[np.triu_indices(7, 1)] = SORTED
+    table, places = (sorted_apart + sorted_apart.T) / 6, None
+    found = [1.0]
+    for dimensions in (1, 2, 3, 4):
+        places, stress = scaled(table, dimensions, places)
+        assert places.shape == (7, dimensions)
+        found.append(stress)
+    assert found == sorted(found, reverse=True)
 
 
 @pytest.fixture(scope="module")
@@ -101,6 +130,11 @@ def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
     assert "non-metric multidimensional scaling (Kruskal, 1964)" in text
     with pytest.raises(UserError, match="expected columns for the first item, the second item"):
         parse_mapping({"columns": {"participant": "who", "first": "left"}}, "here")
+
+
+def test_items_that_nobody_tells_apart_have_no_map(trials):
+    alike = map_of("t", trials.assign(dissimilarity=0.0, sorted=True))
+    assert alike == NotComputed("all dissimilarities are 0")
 
 
 def test_a_table_is_scaled_to_a_root_mean_square_of_one_over_the_pairs_that_are_known():
