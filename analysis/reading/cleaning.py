@@ -66,10 +66,12 @@ def clean_estimates(
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = labels(frame, "flag", "")
     clean["texture"] = labels(frame, "texture", "")
-    for name in factors:
-        if name in frame:
-            clean[FACTOR + name] = labels(frame, name, "")
+    clean = clean.assign(**_conditions(frame, factors))
     return _without_doubles(clean, clean[BLOCK], sources, problems)
+
+
+def _conditions(frame: pd.DataFrame, factors: Sequence[str]) -> dict[str, pd.Series[Any]]:
+    return {FACTOR + name: labels(frame, name, "") for name in factors if name in frame}
 
 
 def clean_differences(
@@ -79,10 +81,12 @@ def clean_differences(
     quantity: Quantity = PLATE_AMPLITUDE,
     *,
     yes: str | None = None,
+    factors: Sequence[str] = (),
 ) -> pd.DataFrame:
     """Return the steps of a descending difference task; ``difference_felt`` is 1, 0 or missing.
 
-    ``yes`` is the code that means yes, or None if it was not declared.
+    ``yes`` is the code that means yes, or None if it was not declared. For ``factors``, see
+    `clean_estimates`.
     """
     clean = pd.DataFrame({name: frame[name] for name in (*IDENTITY, "file", "line")})
     for column in STEP_AMPLITUDES:
@@ -95,6 +99,7 @@ def clean_differences(
     clean["verbal_report"] = labels(frame, "verbal_report", "")
     clean["phase"] = _phases(frame, problems)
     clean["flag"] = labels(frame, "flag", "")
+    clean = clean.assign(**_conditions(frame, factors))
     return _without_doubles(clean, labels(frame, SERIES, ""), sources, problems)
 
 

@@ -28,7 +28,7 @@ def task_name(title: str, task: str) -> str:
     ('Triads (triads)', 'Matching (my_table)')
     """
     label, _, conditions = task.partition("_") if "-" in task else (task, "", "")
-    usual = label == ANSWERS or any(name.startswith(label) for name in _protocols())
+    usual = label.startswith(ANSWERS) or any(name.startswith(label) for name in _protocols())
     named = title if usual else f"{title} ({label})"
     levels = CONDITION.findall(f"_{conditions}")
     in_words = (f"{factor_name(factor)} {factor_level(factor, level)}" for factor, level in levels)

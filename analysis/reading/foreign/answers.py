@@ -19,6 +19,7 @@ from slipscale.analysis.reading.cleaning import (
 )
 from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.foreign.columns import ANSWER, REFERENCE, STIMULUS
+from slipscale.analysis.reading.mapping import column_name
 from slipscale.analysis.reading.trial_tables import BLOCK, SERIES
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 #: Label of the task in a table of answers.
 ANSWERS = "answers"
+#: Maximum number of standards, because one function is fitted per standard.
+MOST_STANDARDS = 12
 #: Number of answers at the smallest level, and proportion of "yes" that suggests guessing.
 FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
 
@@ -36,16 +39,51 @@ FEWEST_TO_WARN, LIKE_GUESSING = 10, 1 / 3
 def read_answers(
     frame: pd.DataFrame, mapping: TableMapping, sources: Sequence[Source], problems: Problems
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Return the answers as yes-no differences and as forced choices; one of them is empty."""
+    """Return the answers as yes-no differences and as forced choices; one of them is empty.
+
+    Raises
+    ------
+    UserError
+        If there are too many standards, or yes-no answers in different conditions.
+    """
     steps = _steps(_one_row_per_answer(frame, mapping, sources, problems))
     quantity = mapping.quantity
     read = _above_reference(
-        clean_differences(steps, sources, problems, quantity, yes=mapping.answers.yes)
+        clean_differences(
+            steps, sources, problems, quantity, yes=mapping.answers.yes, factors=["factor"]
+        )
     )
     if method := _method(read, mapping):
-        return empty_differences(), _choices(read, method, quantity)
+        choices = _choices(read, method, quantity, problems)
+        return empty_differences(), choices.assign(task=_tasks(choices, mapping, problems))
+    if mapping.columns.factor:
+        raise UserError(
+            f"{sources[0].name}, column {mapping.columns.factor}: a factor cannot be combined with "
+            "yes-no answers; expected magnitude estimates, a forced choice (--alternatives), or "
+            f"one condition at a time (--only {mapping.columns.factor}=...)"
+        )
     _warn_of_forced_choice(read, problems, quantity)
     return read, pd.DataFrame()
+
+
+def _tasks(choices: pd.DataFrame, mapping: TableMapping, problems: Problems) -> pd.Series[str]:
+    """Return the task label of each trial: one task per standard, because functions differ."""
+    standards = choices["standard_um_pp"] * mapping.stimulus.factor
+    apart = told_apart(standards, mapping.quantity).unique()
+    if len(apart) < 2:  # noqa: PLR2004 - several
+        return pd.Series(ANSWERS, choices.index)
+    if len(apart) > MOST_STANDARDS:
+        column = problems.title(REFERENCE)
+        raise UserError(
+            f"column {column}: {len(apart)} different standards; expected at most "
+            f"{MOST_STANDARDS}, because one function is fitted per standard; select standards with "
+            f"--only {column}=..."
+        )
+    unit = column_name("", mapping.quantity.unit)
+    names = {
+        each: f"{ANSWERS}_{np.format_float_positional(each, trim='-')}{unit}" for each in apart
+    }
+    return told_apart(standards, mapping.quantity).map(names)
 
 
 def _one_row_per_answer(
@@ -107,15 +145,20 @@ def _method(steps: pd.DataFrame, mapping: TableMapping) -> str:
     return "comparison" if both_sides else ""
 
 
-def _choices(steps: pd.DataFrame, method: str, quantity: Quantity) -> pd.DataFrame:
+def _choices(
+    steps: pd.DataFrame, method: str, quantity: Quantity, problems: Problems
+) -> pd.DataFrame:
     """Convert answers to forced-choice trials or comparisons with a standard."""
     # The columns are swapped here, because `_above_reference` has exchanged them.
     level, standard = steps[REFERENCE], steps[STIMULUS]
     if method != "comparison":
         level = told_apart((level - standard).abs(), quantity)
-    answered = steps["difference_felt"].notna() & level.notna()
+    answered = steps["difference_felt"].notna() & level.notna() & standard.notna()
+    if not answered.all():
+        problems.add(
+            f"{int((~answered).sum())} trials without an answer, a level or a standard are omitted"
+        )
     return steps.assign(
-        task=ANSWERS,
         method=method,
         catch=False,
         track=np.nan,

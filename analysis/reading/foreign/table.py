@@ -108,9 +108,8 @@ def read_foreign(
         differences, choices = read_answers(frame, mapping, sources, problems)
     else:
         estimates = clean_estimates(frame, sources, problems, quantity, factors=["factor"])
-        if mapping.columns.factor:
-            ours = FACTOR + "factor"
-            estimates = estimates.rename(columns={ours: FACTOR + mapping.columns.factor})
+    named = {FACTOR + "factor": f"{FACTOR}{mapping.columns.factor}"}
+    estimates, choices = estimates.rename(columns=named), choices.rename(columns=named)
     if mapping.stimulus.in_unit:
         for part, columns in (
             (estimates, (STIMULUS,)),

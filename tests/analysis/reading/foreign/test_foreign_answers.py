@@ -1,0 +1,108 @@
+"""Answers in tables of other laboratories: forced choices, comparisons, counts, conditions."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from slipscale.analysis.load import load
+from slipscale.analysis.pipeline import analyse
+from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.writing.task_names import task_name
+from slipscale.faults import UserError
+
+pytestmark = pytest.mark.usefixtures("without_models")
+
+
+def mapping(*, stimulus=None, answers=None, **columns):
+    columns = {"participant": "who", "stimulus": "level", **columns}
+    table = {"columns": columns, "stimulus": stimulus or {"unit": "mPa"}}
+    return parse_mapping(table | {"answers": answers or {}}, "here")
+
+
+def compared(standards=(20, 100)):
+    """Four people's comparisons, whose just noticeable difference is a share of the standard."""
+    rng = np.random.default_rng(4)
+    rows = [
+        {"who": who, "level": standard * part, "std": standard, "more": "yes" if more else "no"}
+        for who in "abcd"
+        for standard in standards
+        for part in np.repeat([0.7, 0.8, 0.9, 1.1, 1.2, 1.3], 6)
+        for more in [rng.normal(part, 0.15) > 1]
+    ]
+    return pd.DataFrame(rows).sample(frac=1, random_state=1)
+
+
+def written(tmp_path, frame):
+    frame.to_csv(tmp_path / "data.csv", index=False)
+    return tmp_path / "data.csv"
+
+
+@pytest.mark.parametrize(
+    "unit, labels",
+    [("mPa", ["answers_20mPa", "answers_100mPa"]), ("Pa", ["answers_0.02Pa", "answers_0.1Pa"])],
+)
+def test_every_standard_has_its_own_point_of_subjective_equality(tmp_path, unit, labels):
+    """All together, their point was 56.8 mPa, near neither."""
+    found = mapping(answer="more", reference="std", stimulus={"unit": "mPa", "in_unit": unit})
+    analysis = analyse(load(written(tmp_path, compared()), found))
+    results = analysis.inference.thresholds
+    assert [each.task for each in results] == labels
+    factor = 1 if unit == "mPa" else 1e-3
+    for each, standard in zip(results, (20, 100), strict=True):
+        assert each.standard_um_pp == pytest.approx(standard * factor)
+        assert each.population.threshold_um_pp.value == pytest.approx(standard * factor, rel=0.1)
+        assert task_name("Constant stimuli", each.task) == "Constant stimuli"
+
+
+def test_differences_from_several_standards_are_not_pooled(tmp_path):
+    frame = compared().query("level > std").assign(more="yes")
+    found = mapping(answer="more", reference="std", answers={"alternatives": 2})
+    choices = load(written(tmp_path, frame), found).trials["forced_choices"]
+    levels = choices.groupby("task")["level_um_pp"].unique().map(sorted)
+    assert levels["answers_20mPa"] == pytest.approx([2, 4, 6])
+    assert levels["answers_100mPa"] == pytest.approx([10, 20, 30])
+    alone = load(written(tmp_path, frame.query("std == 20")), found).trials["forced_choices"]
+    assert set(alone["task"]) == {"answers"}
+
+
+def test_a_standard_in_every_trial_is_refused(tmp_path):
+    found = mapping(answer="more", reference="std")
+    path = written(tmp_path, compared(range(10, 100)))
+    with pytest.raises(UserError, match=r"column std: 90 different standards; .*--only std="):
+        load(path, found)
+
+
+def test_trials_of_choices_without_an_answer_are_counted(tmp_path):
+    frame = compared(standards=(20,)).reset_index(drop=True)
+    frame.loc[:2, "more"] = ""
+    frame.loc[3:4, "std"] = None
+    data = load(written(tmp_path, frame), mapping(answer="more", reference="std"))
+    assert len(data.trials["forced_choices"]) == len(frame) - 5
+    assert data.problems == ("5 trials without an answer, a level or a standard are omitted",)
+
+
+def of_conditions():
+    rng = np.random.default_rng(4)
+    return pd.DataFrame(
+        {"who": who, "level": level, "cond": cond, "hit": int(rng.random() < right)}
+        for who in "abcde"
+        for cond, half in (("low", 2), ("high", 6))
+        for level in np.repeat([1, 2, 4, 8], 10)
+        for right in [1 - 0.5 * np.exp(-((level / half) ** 1.5))]
+    )
+
+
+def test_thresholds_of_a_forced_choice_are_compared_between_conditions(tmp_path):
+    found = mapping(answer="hit", factor="cond", answers={"alternatives": 2})
+    analysis = analyse(load(written(tmp_path, of_conditions()), found))
+    (factor,) = analysis.inference.thresholds[0].population.factors
+    assert factor.name == "cond"
+    high, low = (each.threshold_um_pp.value for each in factor.levels)
+    assert high > 2 * low
+    assert factor.contrasts[0].p < 0.01
+
+
+def test_conditions_of_yes_no_answers_are_refused(tmp_path):
+    path = written(tmp_path, of_conditions())
+    with pytest.raises(UserError, match=r"column cond: a factor cannot.*--only cond="):
+        load(path, mapping(answer="hit", factor="cond"))
