@@ -7,7 +7,8 @@ Both the criterion and the sensitivity differ between people. If sensitivities h
 deviation of 0.4, intervals from a model without the term τ v_i contain the true value in only 80 to
 90 % of simulations. The likelihood is integrated over u and v; confidence intervals use the profile
 likelihood. Proportions of 0 or 1 need no correction. If participants felt every step, or no catch
-step, the interval has only a lower bound.
+step, the interval has only a lower bound. If all answers to steps and catch steps are alike, d' is
+not determined, and the interval is unbounded.
 """
 
 from __future__ import annotations
@@ -138,7 +139,9 @@ def d_primes(
     fall = students_fall(people, people - 1, confidence)
     found = []
     for place, column in enumerate(columns[1:]):
-        estimate, low, high = model.profile(best, place, fall)
+        same = _all_alike(yes[:, [catch, column]].sum(), total[:, [catch, column]].sum())
+        # The bounds of the search, not the counts, would limit the interval.
+        estimate, low, high = (None, -inf, inf) if same else model.profile(best, place, fall)
         found.append(
             DPrimeOfSize(
                 removed_um_pp=float(kinds[column]),
@@ -149,6 +152,10 @@ def d_primes(
             )
         )
     return tuple(found)
+
+
+def _all_alike(yes: float, n: float) -> bool:
+    return yes in (0, n)
 
 
 class _Probit:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from slipscale.analysis.tasks.difference.yes_no import (
         DescendingDifference,
         Finding,
+        Sensitivity,
         SignalDetection,
     )
 
@@ -151,12 +152,15 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
         return f"d′ was not computed: {found.by_size.reason}."
     sizes: dict[str, list[str]] = {}
     for each in found.by_size:
-        sizes.setdefault(_d_prime(each), []).append(f"{each.removed_um_pp:g}")
+        sizes.setdefault(_d_prime(each, found.pooled, quantity), []).append(
+            f"{each.removed_um_pp:g}"
+        )
     text = ", and ".join(
         f"{d_prime} {quantity.yes_no.at} {quantity.value(joined(same))}"
         for d_prime, same in sizes.items()
     )
     limits = "" if "[" in text else "limits of "
+    level = f" ({limits}{level_of(confidence)} intervals)" if "d′" in text else ""
     mean = found.mean_d_prime
     own = (
         ""
@@ -164,15 +168,24 @@ def sensitivity(found: SignalDetection, confidence: float, quantity: Quantity) -
         else f" The mean of individual d′ values was {number(mean.mean)}, "
         f"{level_of(confidence)} CI {bracketed(mean.interval)}."
     )
-    return f"Sensitivity was {text} ({limits}{level_of(confidence)} intervals).{own}"
+    return f"Sensitivity was {text}{level}.{own}"
 
 
-def _d_prime(found: DPrimeOfSize) -> str:
+def _d_prime(found: DPrimeOfSize, pooled: Sensitivity, quantity: Quantity) -> str:
     low, high = found.interval
     if not isfinite(low) and not isfinite(high):
-        return "undetermined (too few answers)"
+        return f"undetermined ({_why_undetermined(found, pooled, quantity)})"
     if not isfinite(high):
         return f"at ceiling (d′ ≥ {number(low)})"
     if not isfinite(low):
         return f"at floor (d′ ≤ {number(high)})"
     return f"d′ = {number(found.d_prime)} {bracketed(found.interval)}"
+
+
+def _why_undetermined(found: DPrimeOfSize, pooled: Sensitivity, quantity: Quantity) -> str:
+    both = f"these answers and the answers to {quantity.yes_no.catch[1]}"
+    if (found.yes, pooled.false_alarms) == (found.steps, pooled.catches):
+        return f"all of {both} were “{quantity.yes}”"
+    if not found.yes and not pooled.false_alarms:
+        return f"none of {both} was “{quantity.yes}”"
+    return "too few answers"

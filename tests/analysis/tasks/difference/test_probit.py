@@ -137,6 +137,31 @@ def test_where_no_step_was_felt_there_is_an_upper_bound_only_and_no_ceiling():
     assert not found.at_ceiling
 
 
+@pytest.mark.parametrize("felt,told", [(1.0, "all of"), (0.0, "none of")])
+def test_answers_that_are_always_the_same_determine_no_sensitivity(felt, told):
+    who = np.repeat(np.arange(6), 4)
+    sizes = np.tile([1.0, 1.0, 1.0, 0.0], 6)
+    by_size = d_primes(sizes, np.full(24, felt), who, 0.95)
+    assert (*by_size[0].interval, by_size[0].d_prime) == (-inf, inf, None)
+    assert not by_size[0].at_ceiling
+    pooled = Sensitivity(
+        hits=int(18 * felt), changes=18, false_alarms=int(6 * felt), catches=6,
+        d_prime=0.0, criterion=0.0,
+    )  # fmt: skip
+    found = SignalDetection(
+        pooled=pooled,
+        by_size=by_size,
+        all_sizes=by_size[0],
+        mean_d_prime=NotComputed("not of interest here"),
+        participants={},
+    )
+    said = sensitivity(found, 0.95, PLATE_AMPLITUDE)
+    assert said.startswith(
+        f"Sensitivity was undetermined ({told} these answers and the answers to catch steps w"
+    )
+    assert said.endswith("“yes”) for steps of 1 µm.")
+
+
 def test_two_people_or_no_catch_steps_give_no_d_prime():
     sizes, felt, who = answers(np.random.default_rng(1), 2, 3, 1, 1.0)
     assert "too few participants (2;" in d_primes(sizes, felt, who, 0.95).reason
