@@ -15,7 +15,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from slipscale.analysis.json_form import OurName, renamed
-from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
+from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY, few
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -169,12 +169,15 @@ def separated(
             f"there is only one {'step size' if quantity.stepped else 'level'}, but a "
             "curve requires two"
         )
-    if no.max() <= yes.min() or yes.max() <= no.min():
-        return (
-            f"{quantity.yes_no.size} separates all “yes” from all “no” answers (complete "
-            "separation), so the slope would be infinite"
-        )
-    return None
+    gap = max(yes.min() - no.max(), no.min() - yes.max()) / np.ptp(removed)
+    if gap < -TINY:
+        return None
+    one = "step size" if quantity.stepped else "level"
+    kind = " (complete" if gap > TINY else f", except at one {one} (quasi-complete"
+    return (
+        f"{quantity.yes_no.size} separates all “yes” from all “no” answers{kind} separation), so "
+        "the slope would be infinite"
+    )
 
 
 def _fit(

@@ -142,8 +142,11 @@ def test_people_who_differ_show_in_the_correlation_of_their_answers():
 @pytest.mark.parametrize(
     "removed,felt,words",
     [
-        ([0, 0, 0.5, 1.1], [0, 0, 1, 1], "complete separation"),
-        ([0, 0.5, 0.5, 1.1], [0, 0, 1, 1], "complete separation"),
+        ([0, 0, 0.5, 1.1], [0, 0, 1, 1], "answers (complete separation)"),
+        (
+            *([0, 0.5, 0.5, 1.1], [0, 0, 1, 1]),
+            "answers, except at one step size (quasi-complete separation)",
+        ),
         ([0, 0.5, 0.5, 1.1], [1, 1, 1, 1], "every answer is yes"),
         ([0.5, 0.5, 0.5, 0.5], [0, 1, 0, 1], "one step size"),
     ],
