@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
@@ -135,7 +136,9 @@ def _tell(args: Namespace, problems: Sequence[Problem], journals: int) -> int:
     if problems:
         if not args.json:
             many = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
-            print(f"{many} in {args.dataset}", file=sys.stderr)
+            build = f"slipscale data build {shlex.quote(str(args.dataset))}"
+            rebuild = f"; to write the tables again from the journals: {build}"
+            print(f"{many} in {args.dataset}{rebuild * (args.what == 'verify')}", file=sys.stderr)
         return ANSWER_IS_NO
     if not args.json:
         done = {"build": "built from", "verify": "agrees with"}[args.what]

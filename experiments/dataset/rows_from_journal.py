@@ -39,6 +39,8 @@ EVENT_FLAGS: dict[str, str] = {
     "represented": REPRESENTED,
     "take_up": RESUMED,
 }
+# The last step of each type and interval.
+Steps = dict[tuple[str, int | None], dict[str, Any]]
 
 
 @dataclass(slots=True)
@@ -71,12 +73,14 @@ def gather(records: list[Record]) -> Gathered:
     """Return a run's trials and answers, collected from its journal's records in order.
 
     A trial that did not end is omitted, because the run was interrupted during the trial. If a
+    surface was presented again, its row describes the last presentation, which was rated. If a
     record is damaged, the current trial and the next trial are flagged, because the record may
     belong to either trial.
     """
     gathered = Gathered()
     current: TrialRecord | None = None
     step: dict[str, Any] = {}
+    last: Steps = {}
     explorations = Explorations()
     virtual = damage = False
     for record in records:
@@ -86,6 +90,7 @@ def gather(records: list[Record]) -> Gathered:
             before, current = current, _trial(step, current, record.time_s)
             _flag_damaged(gathered, before, current, damage=damage, time_s=record.time_s)
             damage = damage and current is None
+            last[step["type"], step.get("interval")] = step
         elif record.kind == "done":
             _answer(gathered, current, step, record)
             _measure(current, step, explorations)
@@ -102,6 +107,7 @@ def gather(records: list[Record]) -> Gathered:
             virtual = record.data.get("virtual", virtual and record.kind == "represented")
             if current and not virtual:
                 _flag(current, EVENT_FLAGS[record.kind])
+                _take_again(current, last, record)
     voids = [record.data for record in records if record.kind == "void"]
     gathered.voided += [(void["task"], void["trial"], void["reason"]) for void in voids]
     _flag_voided(gathered)
@@ -166,6 +172,16 @@ def _answer(
         gathered.person[step["name"]] = answer["value"]
 
 
+def _take_again(row: TrialRecord, last: Steps, record: Record) -> None:
+    """Let a row describe a repeated presentation, unless damage hides the first presentation."""
+    if record.kind != "represented":
+        return
+    step = last.get(("Present", record.data.get("interval")))
+    answer = answer_record(answer_from(record.data.get("answer")))
+    if step and answer and step["trial"] and trial_from(step["trial"]) == row.trial:
+        _take_presented(row, step, answer)
+
+
 def _measure(row: TrialRecord | None, step: dict[str, Any], explorations: Explorations) -> None:
     """Add the measures of a finished exploration to the row of its trial."""
     if row and step["type"] == "Explore":
@@ -189,10 +205,9 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
     surface = surface_from(step["surface"])
     row.measured = {**row.measured, **of_interval(plate_measures(answer), step.get("interval"))}
     if number := step.get("interval"):
-        row.intervals[number] = IntervalRecord(
-            surface=surface, readback_level=answer["readback_level"], onset_s=answer["onset_s"]
-        )
-        if len(row.intervals) > 1:
+        shown = row.intervals.setdefault(number, IntervalRecord(surface=surface))
+        shown.readback_level, shown.onset_s = answer["readback_level"], answer["onset_s"]
+        if number != next(iter(row.intervals)):
             return  # the trial's surface and onset are those of its first interval
     row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None

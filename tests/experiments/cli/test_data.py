@@ -22,7 +22,9 @@ def test_verify_exits_1_and_names_each_difference_until_build_has_made_it_anew(d
     table = next(dataset.glob("sub-01/beh/*magnitude*.tsv"))
     table.write_text(table.read_text().replace("\tmain\t", "\tpractice\t", 1))
     assert commands.main(["data", "verify", str(dataset)]) == 1
-    assert "phase is 'practice'; the journal has 'main'" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert "phase is 'practice'; the journal has 'main'" in said
+    assert f"to write the tables again from the journals: slipscale data build {dataset}" in said
     assert commands.main(["data", "verify", "--json", str(dataset)]) == 1
     (problem,) = json.loads(capsys.readouterr().out)
     assert problem["place"].startswith("row ")

@@ -1,5 +1,6 @@
 """A data set and its journals: what was changed in either is found; damage costs its place."""
 
+import csv
 import json
 import shutil
 
@@ -9,8 +10,10 @@ import pytest
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import read_runs
 from slipscale.experiments.dataset.rendering import render
+from slipscale.experiments.dataset.tsv import cell
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.record import Record, decode, encode, sealed
+from slipscale.experiments.study.file import study_text
 from tools.fuzzing.recorded import record
 
 TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
@@ -331,3 +334,27 @@ def test_a_table_that_is_not_text_is_a_problem_of_its_file(dataset):
     (dataset / TABLE).write_bytes(b"\xff\xfe\x00")
     (problem,) = [each for each in verify(dataset) if each.file == TABLE]
     assert problem.what.startswith("cannot be read ('utf-8' codec")
+
+
+@pytest.mark.parametrize("intervals", [False, True])
+def test_the_row_of_a_surface_that_was_presented_again_describes_what_was_rated(
+    laboratory, plan, intervals
+):
+    plan = plan(study_text("detection_threshold"), study_name="two") if intervals else plan()
+    laboratory.run(plan, spec="mock:fault=lost@read_back/40")
+    build_dataset(laboratory.folder)
+    (again, *_) = laboratory.records(plan, "represented")
+    answer = again.data["answer"]
+    prefix = f"interval{again.data['interval']}_" if intervals else ""
+    readback = f"{prefix}readback_um_pp" if intervals else "amplitude_readback_um_pp"
+    (row,) = [
+        row
+        for path in laboratory.folder.glob("sub-01/beh/*.tsv")
+        for row in csv.DictReader(path.read_text(encoding="utf-8").splitlines(), delimiter="\t")
+        if "represented" in row["flag"]
+    ]
+    assert (row[readback], row[f"{prefix}onset"]) == (
+        cell(answer["readback_um_pp"]),
+        cell(answer["onset_s"], "s"),
+    )
+    assert row[f"{prefix}exploration_time"] != "n/a"
