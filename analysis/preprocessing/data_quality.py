@@ -13,7 +13,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.normalisation import cell_means, log_cell_means
+from slipscale.analysis.preprocessing.normalisation import (
+    cell_means,
+    factors,
+    items,
+    log_cell_means,
+)
 from slipscale.analysis.preprocessing.residuals import residuals, slopes_per_participant
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY
 from slipscale.experiments.dataset.schema import PARTICIPANT
@@ -126,8 +131,14 @@ def _share(rows: pd.DataFrame, which: pd.Series[bool]) -> pd.Series[float]:
 
 
 def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
-    """Compute outliers, drift and split-half correlation from logarithms."""
+    """Compute outliers, drift and split-half correlation from logarithms.
+
+    Conditions of factors are not unusual patterns, so items replace amplitudes, and drift is
+    computed within a participant's conditions.
+    """
     positive = trials[trials["estimate"] > 0]
+    condition = positive.groupby(factors(positive) or PARTICIPANT, observed=True).ngroup()
+    positive = positive.assign(amplitude_um_pp=items(positive).astype(float))
     logs = log_cell_means(positive)
     columns: dict[str, pd.Series[float]] = {}
     if not len(positive):
@@ -144,7 +155,9 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     )
     counts = np.bincount(who, minlength=people)
     position = work.groupby(PARTICIPANT, observed=True).cumcount().to_numpy(dtype=np.float64)
-    slopes, p = slopes_per_participant(who, np.asarray(position, float), left, people)
+    slopes, p = slopes_per_participant(
+        who, np.asarray(position, float), left, people, np.asarray(condition, np.intp)
+    )
     drift = np.where(
         (counts >= TRIALS_FOR_DRIFT) & (p < RARE), np.exp(np.abs(slopes) * (counts - 1)), np.nan
     )

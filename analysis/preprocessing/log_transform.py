@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.normalisation import cell_means, complete
+from slipscale.analysis.preprocessing.normalisation import cell_means, complete, items
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
@@ -74,8 +74,8 @@ class Prepared:
     ----------
     trials : DataFrame
         Analysed trials. Columns: ``normalised``; ``log``, the natural logarithm (NaN if excluded);
-        ``position`` and ``before_um_pp``, see `order_of`; ``repetition``, counted from 1 within the
-        amplitude.
+        ``position`` and ``before_um_pp``, see `order_of`; ``item``, see `items`; ``repetition``,
+        counted from 1 within the amplitude.
     cells : DataFrame, shape (participants, amplitudes)
         Participants' mean normalised estimates.
     logs : DataFrame, shape (participants, amplitudes)
@@ -174,6 +174,7 @@ def prepare(
     trials = estimates.assign(
         log=np.log(positive.values),
         repetition=by_cell.cumcount() + 1,
+        item=items(estimates),
     )
     return Prepared(
         trials=trials,

@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cells import listed
+from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -56,6 +57,19 @@ def cell_means(trials: pd.DataFrame, column: str | list[str] = "estimate") -> pd
     cells = trials.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True, sort=True)
     means = cells[column].mean()
     return pd.DataFrame(means.unstack("amplitude_um_pp"))  # noqa: PD010 - the index already exists
+
+
+def items(trials: pd.DataFrame) -> pd.Series[int]:
+    """Return the number of each trial's item: its combination of amplitude and condition.
+
+    Trials of the same item are repetitions. Without factors, items are amplitudes.
+    """
+    return trials.groupby(["amplitude_um_pp", *factors(trials)], observed=True).ngroup()
+
+
+def factors(trials: pd.DataFrame) -> list[str]:
+    """Return the columns with the levels of factors."""
+    return [name for name in map(str, trials.columns) if name.startswith(FACTOR)]
 
 
 def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:

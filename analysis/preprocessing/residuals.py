@@ -36,7 +36,11 @@ def residuals(trials: pd.DataFrame, logs: pd.DataFrame) -> NDArray[np.float64]:
 
 
 def slopes_per_participant(
-    who: NDArray[np.intp], x: NDArray[np.float64], y: NDArray[np.float64], people: int
+    who: NDArray[np.intp],
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    people: int,
+    part: NDArray[np.intp] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return each participant's slope of y on x and its p-value; NaN if x is constant.
 
@@ -44,18 +48,32 @@ def slopes_per_participant(
     ----------
     who : int array, shape (trials,)
         Participant indices, 0 to ``people`` - 1.
+    part : int array, shape (trials,), optional
+        Indices of parts within participants, such as conditions, between which x and y may differ.
     """
     here = np.isfinite(x) & np.isfinite(y)
     who, x, y = who[here], x[here], y[here]
+    parts, within = (people, who) if part is None else _numbered(who, part[here])
 
     def total(values: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.asarray(np.bincount(who, values, people), float)
 
-    count = np.maximum(total(np.ones_like(x)), 1)
-    dx, dy = x - (total(x) / count)[who], y - (total(y) / count)[who]
+    def centred(values: NDArray[np.float64]) -> NDArray[np.float64]:
+        sizes = np.maximum(np.bincount(within, minlength=parts), 1)
+        return np.asarray(values - (np.bincount(within, values, parts) / sizes)[within])
+
+    dx, dy = centred(x), centred(y)
+    means = np.bincount(who[np.unique(within, return_index=True)[1]], minlength=people)
+    df = total(np.ones_like(x)) - means - 1
     squares = total(dx * dx)
     with np.errstate(invalid="ignore", divide="ignore"):
         slope = np.where(squares > TINY, total(dx * dy) / squares, np.nan)
         left = np.maximum(total(dy * dy) - slope**2 * squares, 0)
-        t = np.abs(slope) * np.sqrt((count - 2) * squares / left)
-    return slope, 2 * special.stdtr(np.maximum(count - 2, 1), -t)
+        t = np.abs(slope) * np.sqrt(np.maximum(df, 0) * squares / left)
+    return slope, 2 * special.stdtr(np.maximum(df, 1), -t)
+
+
+def _numbered(who: NDArray[np.intp], part: NDArray[np.intp]) -> tuple[int, NDArray[np.intp]]:
+    """Return the number of different pairs, and the index of each trial's pair."""
+    pairs, index = np.unique(np.column_stack([who, part]), axis=0, return_inverse=True)
+    return len(pairs), index.reshape(-1)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 #: Correlations this close to 1 are treated as 1, for which Fisher's z is infinite.
 CLOSE_TO_ONE = 1 - 1e-9
-CELL = [PARTICIPANT, "amplitude_um_pp"]
+CELL = [PARTICIPANT, "item"]
 #: Largest number of REML fits in the jackknife; each omits one group of participants.
 GROUPS = 100
 
@@ -50,7 +50,8 @@ class Reliability:
     The model of log estimates is: amplitude mean + participant + participant x amplitude +
     repetition. Reliability is the proportion of variance that is due to participants and to their
     interaction with amplitude. The variance between amplitude means is excluded, because the study
-    chose the amplitudes.
+    chose the amplitudes. If a study has factors, each combination of amplitude and condition takes
+    the place of an amplitude.
 
     Parameters
     ----------

@@ -299,7 +299,7 @@ order_effects <- function(trials, confidence) {
   d <- trials[!is.na(trials$before) & !is.na(trials$log), ]
   people <- unique(d$who)
   if (length(people) < 3) return(NULL)
-  fit <- function(part) tail(coef(lm(log ~ factor(who) + factor(level) + position + before, part)), 2)
+  fit <- function(part) tail(coef(lm(log ~ factor(who) + factor(item) + position + before, part)), 2)
   whole <- fit(d)
   each <- sapply(people, function(person) fit(d[d$who != person, ]))
   n <- length(people)
@@ -309,6 +309,7 @@ order_effects <- function(trials, confidence) {
 }
 
 reliability <- function(trials, confidence) {
+  trials$level <- trials$item
   d <- trials[!is.na(trials$log), ]
   counts <- table(d$who, d$level)
   counts <- counts[, colSums(counts) > 0, drop = FALSE]
@@ -611,6 +612,8 @@ prepared <- function(settings) {
   if (is.null(trials) || !nrow(trials)) return(NULL)
   names(trials)[names(trials) == settings[["level"]]] <- "level"
   names(trials)[names(trials) == "participant_id"] <- "who"
+  # Trials of the same amplitude in the same condition are repetitions.
+  trials$item <- as.integer(interaction(c(list(trials$level), trials[startsWith(names(trials), "factor: ")]), drop = TRUE))
   values <- trials$normalised
   if (settings[["zero_rule"]] == "half_minimum") values[values <= 0] <- min(values[values > 0]) / 2
   trials$log <- ifelse(values > 0, log(pmax(values, 1e-300)), NA)

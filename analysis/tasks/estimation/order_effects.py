@@ -56,11 +56,11 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
     """Test whether estimates depend on the trial's position or on the previous surface.
 
     All log estimates are fitted by least squares, with a mean for each participant, a mean for each
-    amplitude, a slope for position and a slope for the previous amplitude. Trials without a
-    previous amplitude (first trials and trials after a texture) are omitted. Separate fits would
-    confuse carry-over with drift, because position and previous surface are correlated within a
-    participant. Standard errors come from a jackknife across participants; tests and intervals use
-    the t distribution with n - 1 degrees of freedom.
+    amplitude (in each condition), a slope for position and a slope for the previous amplitude.
+    Trials without a previous amplitude (first trials and trials after a texture) are omitted.
+    Separate fits would confuse carry-over with drift, because position and previous surface are
+    correlated within a participant. Standard errors come from a jackknife across participants;
+    tests and intervals use the t distribution with n - 1 degrees of freedom.
     """
     if data.refused:
         return NotComputed(data.zero_sentence)
@@ -76,9 +76,9 @@ def order_effects(data: Prepared) -> OrderEffects | NotComputed:
         return OrderEffects(
             log_slope_per_trial=NotComputed(why), log_slope_per_um_pp_before=NotComputed(why)
         )
-    shown = trials.loc[here, "amplitude_um_pp"].to_numpy(float)
+    shown = trials.loc[here, "item"].to_numpy()
     columns = [
-        *(shown == amplitude for amplitude in np.unique(shown)[1:]),
+        *(shown == item for item in np.unique(shown)[1:]),
         trials.loc[here, "position"].to_numpy(float),
         before[here].to_numpy(float),
         trials.loc[here, "log"].to_numpy(float),

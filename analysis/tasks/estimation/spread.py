@@ -28,7 +28,7 @@ def unequal_spread(data: Prepared) -> list[str]:
     studies.
     """
     usable = data.trials[data.trials["log"].notna()]
-    cells = usable.groupby([PARTICIPANT, "amplitude_um_pp"], observed=True)["log"]
+    cells = usable.groupby([PARTICIPANT, "item"], observed=True)["log"]
     around = usable.assign(
         square=(usable["log"] - cells.transform("mean")) ** 2,
         freedom=1 - 1 / cells.transform("size"),

@@ -7,7 +7,9 @@ import pandas as pd
 import pytest
 import statsmodels.formula.api as smf
 
+from slipscale.analysis.preprocessing.data_quality import DECISIONS, _patterns
 from slipscale.analysis.preprocessing.log_transform import prepare
+from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.reliability import reliability
 from slipscale.analysis.statistics.variance_components import reml_components
@@ -17,9 +19,11 @@ from slipscale.experiments.study.analysis_choices import AnalysisChoices
 AMPLITUDES = np.array([0.0, 0.5, 1.2, 2.3])
 
 
-def ready(rows, **choices):
+def ready(rows, conditions=None, **choices):
     """Rows of (participant, amplitude, log estimate), in order of presentation."""
     frame = pd.DataFrame(rows, columns=["participant_id", "amplitude_um_pp", "log"])
+    if conditions:
+        frame[f"{FACTOR}speed"] = conditions
     frame = frame.assign(
         participant_id=frame["participant_id"].astype(str).astype("category"),
         normalised=np.exp(frame.pop("log")),
@@ -106,6 +110,28 @@ def test_an_amplitude_that_nobody_repeated_counts_with_its_single_estimates():
     found = reliability(ready(once))
     assert (found.n, found.amplitudes, found.repetitions) == (6, 4, pytest.approx(1.6))
     assert (found.method, found.trials) == ("REML", 42)
+
+
+def test_conditions_of_a_factor_are_no_repetitions_and_no_drift():
+    """Everybody judges all surfaces in one condition, and then in another, which is stronger."""
+    rng = np.random.default_rng(6)
+    halves = [session(rng, 12, repetitions=2) for _ in range(2)]
+    rows = [
+        (who, amplitude, log + 1.5 * half, f"c{half}")
+        for person in range(12)
+        for half, found in enumerate(halves)
+        for who, amplitude, log in found
+        if who == person
+    ]
+    found = ready([row[:3] for row in rows], conditions=[row[3] for row in rows])
+    same = reliability(found)
+    assert (same.repetitions, same.amplitudes, same.method) == (2, 8, "mean squares")
+    assert same.variance_repetitions == pytest.approx(0.2**2, rel=0.25)
+    assert abs(order_effects(found).log_slope_per_trial.mean) < 0.01
+    trials = found.trials.assign(estimate=found.trials["normalised"])
+    patterns = _patterns(trials, AnalysisChoices().thresholds)
+    flagged = DECISIONS["drift"](patterns["drift"], AnalysisChoices().thresholds)
+    assert flagged.sum() <= 1
 
 
 def test_an_estimate_of_zero_is_no_repetition():
