@@ -465,9 +465,12 @@ rating_pairs <- function(cells, confidence) {
     c(participants = length(d), p_wilcoxon = if (length(d) >= 3) signed_rank(d) else NA,
       under("difference.", mean_test(d, confidence)))
   })
-  p <- sapply(pairs, `[[`, "p_wilcoxon")
-  p[!is.na(p)] <- p.adjust(p[!is.na(p)], "holm")
-  numbered("pairs.", Map(function(pair, p) c(pair, p_wilcoxon_holm = p), pairs, p))
+  numbered("pairs.", pairs)
+}
+# Holm's correction across the pairs of all tasks, conditions or factors.
+with_holm <- function(found) {
+  p <- found[grepl("\\.p_wilcoxon$", names(found)) & !is.na(found)]
+  c(found, setNames(p.adjust(p, "holm"), sub("p_wilcoxon$", "p_wilcoxon_holm", names(p))))
 }
 
 # Ratings at the levels of each factor, over the surfaces that a participant rated at every level.
@@ -476,14 +479,14 @@ rating_conditions <- function(rows, confidence) {
   of_task <- main[["task of all conditions"]]
   if (is.null(of_task)) return(NULL)
   compared <- expand.grid(factor = grep("^factor: ", names(main), value = TRUE), task = in_code_order(of_task), stringsAsFactors = FALSE)
-  numbered("rating_conditions.", Filter(Negate(is.null), Map(function(column, task) {
+  with_holm(numbered("rating_conditions.", Filter(Negate(is.null), Map(function(column, task) {
     own <- main[of_task == task, ]
     labels <- numbers_first(own[[column]])
     if (length(labels) < 2) return(NULL)
     rated <- tapply(own$rating, list(own$participant_id, own$surface, factor(own[[column]], labels)), mean)
     cells <- round(t(apply(rated, 1, function(own) colMeans(whole_rows(own)))), 9)
     c(under("friedman.", friedman(cells)), rating_pairs(cells, confidence))
-  }, compared$factor, compared$task)))
+  }, compared$factor, compared$task))))
 }
 
 # Slope of ratings on the starting position of the mark, within surfaces.
@@ -834,7 +837,7 @@ tasks <- function(settings, wanted, trials, logs) {
     same_different = list("trials_same_different.csv", "task", function(rows) same_different_of(rows, confidence)))
   for (name in names(parts)) {
     rows <- read(parts[[name]][[1]])
-    if (!is.null(rows)) out <- c(out, numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]])))
+    if (!is.null(rows)) out <- c(out, with_holm(numbered(paste0(name, "."), lapply(each(rows, parts[[name]][[2]]), parts[[name]][[3]]))))
   }
   rows <- read("trials_ratings.csv")
   if (!is.null(rows)) out <- c(out, rating_conditions(rows, confidence))

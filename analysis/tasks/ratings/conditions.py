@@ -23,7 +23,7 @@ from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, fr
 from slipscale.analysis.statistics.repeated_measures.pairwise import TIED_DECIMALS
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
-from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, pairs_of
+from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, corrected, pairs_of
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.html import ReportSection
@@ -51,8 +51,8 @@ class FactorRatings:
     friedman : Friedman or NotComputed
         Test of all levels; not computed for two levels.
     pairs : tuple of RatedPair
-        Pairwise comparisons of levels. ``from_surface`` and ``to_surface`` contain levels of the
-        factor.
+        Pairwise comparisons of levels, Holm-corrected across all factors and tasks.
+        ``from_surface`` and ``to_surface`` contain levels of the factor.
     """
 
     task: str
@@ -73,7 +73,7 @@ def rating_conditions(
         for name in named
         if len(rows[name].unique()) > 1
     ]
-    return tuple(found) or NotComputed("no ratings in several conditions")
+    return corrected(found) or NotComputed("no ratings in several conditions")
 
 
 def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> FactorRatings:
@@ -141,7 +141,8 @@ def _section(analysis: Analysis, _svgs: Mapping[str, str]) -> ReportSection:
         head = ("Task", "Factor", "From", "To", "n", "Difference", "CI", "p (Wilcoxon, Holm)")
         note = (
             "Differences between participants' mean ratings of the surfaces rated at every level "
-            "of the factor, with t-based intervals and signed-rank tests."
+            "of the factor, with t-based intervals and signed-rank tests, Holm-corrected across "
+            "all rows."
         )
         written.blocks.append(html.table(html.columns(*head, left=4), rows, note))
     return written
@@ -166,7 +167,7 @@ CONDITIONS: Statistic[tuple[FactorRatings, ...]] = Statistic(
     ),
     methods="For each factor, participants' mean ratings of the surfaces that they rated at every "
     "level were compared by Friedman's test and, in pairs of levels, by Wilcoxon signed-rank tests "
-    "with Holm's correction.",
+    "with Holm's correction across all of these pairs.",
     conclusions={
         r"(.+)\.friedman\.p": "{0}: ratings differ between conditions (Friedman's test)",
         r"(.+)\.pairs\.(.+) - (.+)\.p_wilcoxon_holm": "{0}: {1} and {2} differ "

@@ -177,7 +177,7 @@ def _pair_table(task: TaskRatings) -> Markup:
         html.columns("From", "To", "n", "Difference", "CI", "p (Wilcoxon, Holm)", left=2),
         rows,
         "Differences between mean ratings, with t-based intervals, and Wilcoxon signed-rank tests "
-        "for each pair, Holm-corrected across all pairs in the task.",
+        "for each pair, Holm-corrected across all pairs in all rating tasks and conditions.",
     )
 
 

@@ -13,9 +13,10 @@ Textures have no ``amplitude_um_pp``.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from math import nan
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -41,6 +42,11 @@ from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
+
+if TYPE_CHECKING:
+    from slipscale.analysis.tasks.ratings.conditions import FactorRatings
+
+WithPairs = TypeVar("WithPairs", "TaskRatings", "FactorRatings")
 
 #: Columns that identify a table of ratings.
 RATED = ("rating", "amplitude_um_pp")
@@ -121,9 +127,9 @@ class RatedPair:
     participants : int
         Number of participants who rated both surfaces.
     p_wilcoxon, p_wilcoxon_holm : float
-        p-values of the two-sided signed-rank test, uncorrected and Holm-corrected across all pairs
-        in the task. NaN if no ratings differ, or if fewer than three participants rated both
-        surfaces.
+        p-values of the two-sided signed-rank test, uncorrected and Holm-corrected across the whole
+        family: all pairs in all rating tasks and conditions. NaN if no ratings differ, or if fewer
+        than three participants rated both surfaces.
     """
 
     from_surface: str
@@ -188,7 +194,7 @@ def ratings(
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")
-    return tuple(
+    return corrected(
         _task(task, rows, confidence, quantity)
         for task, rows in by_task(trials)
         if not rows["catch"].all()
@@ -255,8 +261,21 @@ def _surface(
     )
 
 
+def corrected(found: Iterable[WithPairs]) -> tuple[WithPairs, ...]:
+    """Apply Holm's correction across the pairs of all results, which are one family of tests."""
+    every = tuple(found)
+    ps = iter(holm([pair.p_wilcoxon for each in every for pair in each.pairs]))
+    return tuple(
+        replace(each, pairs=tuple(replace(pair, p_wilcoxon_holm=next(ps)) for pair in each.pairs))
+        for each in every
+    )
+
+
 def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
-    """Compare all pairs of columns in a table with one row per participant."""
+    """Compare all pairs of columns in a table with one row per participant.
+
+    The p-values are not corrected; see `corrected`.
+    """
     pairs = list(combinations(table.columns, 2))
     steps = [(table[other] - table[one]).dropna().to_numpy(float) for one, other in pairs]
     raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
@@ -267,9 +286,9 @@ def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
             difference=mean_over_participants(each, confidence),
             participants=len(each),
             p_wilcoxon=p,
-            p_wilcoxon_holm=corrected,
+            p_wilcoxon_holm=p,
         )
-        for (one, other), each, p, corrected in zip(pairs, steps, raw, holm(raw), strict=True)
+        for (one, other), each, p in zip(pairs, steps, raw, strict=True)
     )
 
 
@@ -325,8 +344,8 @@ RATINGS: Statistic[tuple[TaskRatings, ...]] = Statistic(
     ),
     methods="Participants' mean ratings were compared between surfaces by Friedman's test "
     "[[friedman1937]], between pairs of surfaces by Wilcoxon signed-rank tests [[wilcoxon1945]] "
-    "with Holm's correction [[holm1979]], and across ordered {q.levels} by Page's test "
-    "[[page1963]]. Ratings were not normalised, and means have t-based intervals.",
+    "with Holm's correction across all pairs [[holm1979]], and across ordered {q.levels} by Page's "
+    "test [[page1963]]. Ratings were not normalised, and means have t-based intervals.",
     conclusions={
         r"(.+)\.friedman\.p": "{0}: ratings differ between surfaces (Friedman's test)",
         r"(.+)\.page_trend\.p": "{0}: ratings {q.grow} with {q.level} (Page's test)",

@@ -13,6 +13,8 @@ from scipy.stats import friedmanchisquare, norm
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reporting.multiplicity import multiplicity
+from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import mean_over_participants
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.identification.statistics import identifications, information_bits
@@ -106,6 +108,17 @@ def test_ratings_are_compared_between_the_levels_of_a_factor(piloted, page):
     change = means["categoryscale_hand-right"] - means["categoryscale_hand-left"]
     assert pair.difference.mean == pytest.approx(change)
     assert "Ratings, hand: right minus left: " in page(piloted)
+
+
+def test_pairs_of_all_conditions_are_corrected_as_the_one_family_that_is_listed(piloted):
+    """Six pairs of surfaces in each of two conditions: a family of 12, with Holm's correction."""
+    pairs = [pair for task in piloted.inference[RATINGS] for pair in task.pairs]
+    found, expected = [pair.p_wilcoxon_holm for pair in pairs], [pair.p_wilcoxon for pair in pairs]
+    assert found == pytest.approx(holm(expected), nan_ok=True)
+    listed = multiplicity(piloted.inference, "ranks", 0.95).families
+    (family,) = [each for each in listed if each.name.startswith("pairs of rated surfaces")]
+    assert family.corrected
+    assert family.tests == sum(np.isfinite(pair.p_wilcoxon) for pair in pairs) > 6
 
 
 def test_three_conditions_are_compared_by_ranks_over_surfaces_rated_in_all():
