@@ -206,13 +206,19 @@ def _take_presented(row: TrialRecord, step: dict[str, Any], answer: dict[str, An
     row.measured = {**row.measured, **of_interval(plate_measures(answer), step.get("interval"))}
     if number := step.get("interval"):
         shown = row.intervals.setdefault(number, IntervalRecord(surface=surface))
-        shown.readback_level, shown.onset_s = answer["readback_level"], answer["onset_s"]
+        shown.readback_level, shown.onset_s = _read_back(answer), answer["onset_s"]
         if number != next(iter(row.intervals)):
             return  # the trial's surface and onset are those of its first interval
     row.surface = surface
     row.before = surface_from(step["lead_in"][0]["surface"]) if step["lead_in"] else None
-    row.readback_level = answer["readback_level"]
+    row.readback_level = _read_back(answer)
     row.onset_s = answer["onset_s"]
+
+
+def _read_back(answer: dict[str, Any]) -> float | None:
+    """Return the level that the plate measured or applied; None if it only repeats the command."""
+    level: float | None = answer["readback_level"]
+    return None if answer["readback_kind"] == "commanded" else level
 
 
 def _take_exploration(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
@@ -231,9 +237,16 @@ def _take_answer(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any])
         _flag(row, TIMED_OUT)
 
 
+def _take_adjusted(row: TrialRecord, step: dict[str, Any], answer: dict[str, Any]) -> None:
+    """Store an adjustment; its readback counts only if the trial's presentation was read back."""
+    if row.readback_level is None:
+        answer = {**answer, "readback_level": None}
+    _take_answer(row, step, answer)
+
+
 TAKERS: dict[str, Callable[[TrialRecord, dict[str, Any], dict[str, Any]], None]] = {
     "Present": _take_presented,
     "Explore": _take_exploration,
     "Ask": _take_answer,
-    "Adjust": _take_answer,
+    "Adjust": _take_adjusted,
 }

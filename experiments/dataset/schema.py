@@ -49,6 +49,7 @@ FLAGS: Mapping[str, str] = {
 }
 # Part of a column name that identifies plate readbacks.
 READBACK = "readback"
+NO_READBACK = "; n/a if the plate reports only the commanded value"
 # Prefix of interval columns; the interval number follows.
 INTERVAL = "interval"
 # Separator between the flags of a trial.
@@ -199,7 +200,8 @@ def _interval_columns(number: int) -> dict[str, Column]:
         ),
         f"{INTERVAL}{number}_readback_level": Column(
             value=field("readback_level"),
-            description=f"{{q.in_full_title}} read back {which} once settled{{q.behind}}",
+            description=f"{{q.in_full_title}} read back {which} once settled{{q.behind}}"
+            + NO_READBACK,
             units="{q.bids}",
         ),
         f"{INTERVAL}{number}_onset": Column(
@@ -254,7 +256,9 @@ def _common(protocol: Protocol, quantity: Quantity) -> dict[str, Column]:
         ),
         "level_readback": Column(
             value=lambda record: record.readback_level,
-            description="{q.in_full_title} read back from the plate once settled{q.behind}" + mean,
+            description="{q.in_full_title} read back from the plate once settled{q.behind}"
+            + mean
+            + NO_READBACK,
             units="{q.bids}",
         ),
         "response_time": Column(

@@ -2,6 +2,7 @@ import csv
 import json
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -14,6 +15,7 @@ from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
+from slipscale.hardware.backends.mock import MockPlate
 from tools.rehearsal.scripted import ScriptedParticipant
 
 REPORT = 'it said "less" slippery;\tthen — collé, é'
@@ -210,3 +212,20 @@ def test_sessions_have_a_table_of_their_own(laboratory, plan, record_runs):
 
 def test_without_sessions_there_is_no_such_table(dataset):
     assert not list(dataset.rglob("*_sessions.tsv"))
+
+
+@pytest.mark.parametrize("study", ["biet2007", "matching"])
+@pytest.mark.parametrize("kind", ["commanded", "measured"])
+def test_a_level_that_the_plate_only_repeats_is_no_readback(
+    laboratory, plan, monkeypatch, study, kind
+):
+    measure = MockPlate._measure
+    monkeypatch.setattr(MockPlate, "_measure", lambda self: replace(measure(self), kind=kind))
+    laboratory.run(plan(study_text(study), study_name=study))
+    build_dataset(laboratory.folder)
+    (path, *_) = laboratory.folder.glob("sub-01/beh/*ma*.tsv")
+    frame = pd.read_csv(path, sep="\t")
+    readbacks = frame[[name for name in frame if "readback" in name]]
+    expected = {"biet2007": "amplitude_readback_um_pp", "matching": "matched_readback_um_pp"}
+    assert expected[study] in readbacks
+    assert readbacks.isna().to_numpy().all() == (kind == "commanded")
