@@ -12,6 +12,7 @@ from slipscale.experiments.languages.texts import ENGLISH, shipped_texts
 from slipscale.experiments.participants.psychopy_window.entry import (
     ENTER,
     Accepted,
+    KeyEntry,
     Refused,
     entry_for,
 )
@@ -74,7 +75,9 @@ class OperatorAnswers:
             return
         texts = shipped_texts(ENGLISH)  # the operator's language is English
         entry = entry_for(self._question.question, texts)
-        for character in (*typed.strip(), ENTER):
+        line = typed.strip()
+        # An answer of a single key must be the whole line, so that "12" is not taken for "1".
+        for character in (line,) if isinstance(entry, KeyEntry) else (*line, ENTER):
             verdict = entry.press(character)
             if isinstance(verdict, Accepted):
                 raise _Given(verdict.value)

@@ -1,18 +1,24 @@
 """Numbers that the participant says and the operator types: a whole session, kills, refusals."""
 
 import csv
+from types import SimpleNamespace
 
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.session.operator import Request, UnattendedOperator
+from slipscale.experiments.session.operator_answers import OperatorAnswers, _Given
+from slipscale.experiments.steps.questions import ChoiceQuestion, YesNoQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError
 from tools.rehearsal.scripted import ScriptedParticipant
 
 SPOKEN = study_text("biet2007") + '\n[keys]\nnumbers = "spoken"\n'
+
+
+DECISION = ChoiceQuestion(prompt="Failed", options=(("again", "test again"), ("on", "go on")))
 
 
 class Aloud(ScriptedParticipant):
@@ -86,6 +92,27 @@ def test_what_is_no_number_is_said_kept_and_typed_again(laboratory, plan):
     build_dataset(laboratory.folder)
     assert {row["rejected_entries"] for row in rows(laboratory.folder)} == {"1,000; ten"}
     assert any("can be read in two ways" in message for message in typist.messages)
+
+
+@pytest.mark.parametrize(
+    "question, wrong, right, value",
+    [
+        (DECISION, ["12", "1 no wait 2", "not 1", "11"], "2", "on"),
+        (DECISION, ["", "1,", "1\r2"], " 1 ", "again"),
+        (YesNoQuestion(prompt="Felt?"), ["yn", "y?", "no"], "Y", True),
+    ],
+)
+def test_a_decision_is_one_key_and_more_characters_are_refused(question, wrong, right, value):
+    said = []
+    answers = OperatorAnswers(SimpleNamespace(say=said.append), None)
+    answers._question = Ask(name="decision", question=question, by="operator")
+    for typed in wrong:
+        answers.take(typed)
+    assert answers._rejected == wrong
+    assert len(said) == len(wrong)
+    with pytest.raises(_Given) as given:
+        answers.take(right)
+    assert given.value.value == value
 
 
 def test_an_answer_that_nobody_waits_for_is_refused(laboratory, plan):
