@@ -85,6 +85,14 @@ def number(text: str) -> float:
     return value
 
 
+def number_from_0(text: str) -> float:
+    """Parse a number of 0 or more; otherwise, raise ValueError with the expected format."""
+    value = number(text)
+    if value < 0:
+        raise ValueError("expected a number, 0 or more")
+    return value
+
+
 def positive_number(text: str) -> float:
     """Parse a number above 0; otherwise, raise ValueError with the expected format."""
     value = number(text)

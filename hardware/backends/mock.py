@@ -53,7 +53,7 @@ PHASES = ("connect", "present", "read_back", "silence", "check")
 OPTIONS: dict[str, Callable[[str], object]] = {
     "q": addresses.number,
     "finger": addresses.number,
-    "noise": addresses.number,
+    "noise": addresses.number_from_0,
     "fault": partial(parse_injections, faults=FAULTS, phases=PHASES),
 }
 

@@ -51,7 +51,7 @@ WORD = (1 << 64) - 1
 
 POSITION_OPTIONS: dict[str, Callable[[str], object]] = {
     "rate": addresses.positive_number,
-    "noise": addresses.number,
+    "noise": addresses.number_from_0,
 }
 
 

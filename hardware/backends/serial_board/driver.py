@@ -69,7 +69,7 @@ ROUNDED_SHARE = 0.01
 OPEN_LOOP_SETTLING_S = 0.05  # five time constants of a plate with Q = 1000
 
 OPTIONS: dict[str, Callable[[str], object]] = {
-    "attention": addresses.number,
+    "attention": addresses.number_from_0,
 }
 
 

@@ -182,6 +182,7 @@ def test_a_silence_that_times_out_can_be_repeated():
         ("mock:q=tall", "q is 'tall', expected a number"),
         ("mock:q=nan", "expected a number"),
         ("mock:q=-5", "quality_factor is -5"),
+        ("mock:noise=-1", "noise is '-1', expected a number, 0 or more"),
         ("mock:fault=gremlin@3", "expected FAULT"),
         ("mock:fault=lost@lunch/3", "expected FAULT"),
         ("mock:fault=lost@0", "expected FAULT"),

@@ -134,6 +134,8 @@ def test_a_simulated_force_is_what_the_film_of_the_amplitude_leaves():
 
 def test_a_finger_that_levitates_has_no_friction():
     around = virtual(SimpleNamespace(unit="mm", at=lambda t: Touch(50 * t, 0, 0.02)), 2.3)
+    with pytest.raises(UserError, match="noise is '-1', expected a number, 0 or more"):
+        open_source("force", "simulated:noise=-1", around)
     source = open_source("force", "simulated:noise=0", around)
     around.clock.sleep(0.1)
     assert source.take()[-1].values[1] == 0.0

@@ -468,6 +468,11 @@ def test_a_spec_without_a_port_is_the_users_fault(spec):
         open_plate(spec, clock=SystemClock())
 
 
+def test_a_time_below_zero_would_stop_the_heartbeat_and_is_refused():
+    with pytest.raises(UserError, match="attention is '-1', expected a number, 0 or more"):
+        open_plate("serial:COM3,attention=-1", clock=SystemClock())
+
+
 def test_a_board_that_chatters_and_is_deaf_while_it_starts_is_greeted():
     """As an ESP32 is: its boot loader's lines, then 0.4 s of nothing."""
     line = ChatteringLine()
