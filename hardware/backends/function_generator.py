@@ -137,7 +137,9 @@ class FunctionGenerator(PlateDriver):
 
     def _check_possible(self, level: float) -> None:
         if self._level_drive is not None:
-            self._check_range(self._level_drive.voltage_v_peak(level))
+            voltage_v = self._level_drive.voltage_v_peak(level)
+            self.limits.check_voltage(voltage_v)
+            self._check_range(voltage_v)
 
     def _check_range(self, voltage_v: float) -> None:
         """Raise `OverLimit` if the generator cannot produce the voltage; 0 V is always allowed."""
@@ -159,7 +161,6 @@ class FunctionGenerator(PlateDriver):
             )
         begun_s = self._machine.now()
         voltage_v = drive.voltage_v_peak(level)
-        self.limits.check_voltage(voltage_v)
         self._ramp(voltage_v, frequency_hz=self.tracked_hz or drive.frequency_hz)
         self._machine.sleep(drive.settling_s)
         return Presentation(

@@ -44,6 +44,7 @@ class PlatePair(PlateDriver):
 
     def _follow_the_first(self) -> None:
         first = self.first
+        self.limits = first.limits
         self.modulator, self.follow_lag_s = first.modulator, first.follow_lag_s
         self.why_not_modulated, self.amplifier_gain = first.why_not_modulated, first.amplifier_gain
 
@@ -55,7 +56,7 @@ class PlatePair(PlateDriver):
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
         """Check the second actuator's level, and return the first actuator's loop for a surface."""
         self.second.check_supported(VirtualSurface(level=self.second_level))
-        return super().check_supported(surface, sensors=sensors)
+        return self.first.check_supported(surface, sensors=sensors)
 
     def confirm(self, commanded_level: float, readback: Readback) -> None:
         """Check a readback of the first actuator. Raises `NotReached` or `OffCalibration`."""

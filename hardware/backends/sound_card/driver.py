@@ -70,7 +70,7 @@ def _channel(text: str) -> int:
 
 
 OPTIONS: dict[str, Callable[[str], object]] = {
-    "attention": addresses.number,
+    "attention": addresses.number_from_0,
     "channel": _channel,
     "full_scale": addresses.positive_number,
     "rate": addresses.positive_number,
@@ -101,7 +101,7 @@ class SoundCard(PlateDriver):
     channel : int
         Output channel, 1 or 2.
     attention_s : float
-        The carrier stops if this time passes without a command or `check`; 0 means never.
+        A carrier that is on stops if this time passes without a command or `check`; 0 means never.
     drive : DriveOfLevel
         Drive voltage per level, for plates whose levels are not in µm; by default, taken from the
         calibration.
@@ -180,7 +180,8 @@ class SoundCard(PlateDriver):
         def fill(memory: Any, _frames: int, _time: object, status: Any) -> None:
             block = np.frombuffer(memory, np.float32).reshape(-1, CHANNELS)
             self._underflows += bool(status.output_underflow)
-            if self._attention_s and self._machine.now() - self._attended_s > self._attention_s:
+            waited_s = self._machine.now() - self._attended_s
+            if carrier.target and self._attention_s and waited_s > self._attention_s:
                 self._unattended = True
             if self._unattended:
                 carrier.target = 0.0
@@ -237,18 +238,26 @@ class SoundCard(PlateDriver):
 
     def _play_sine(self, *, frequency_hz: float, voltage_v: float, settling_s: float) -> None:
         self.limits.check_frequency(frequency_hz)
-        self.limits.check_voltage(voltage_v)
-        if voltage_v > self.amplifier_gain:
-            raise OverLimit(
-                f"{voltage_v:g} V peak at the plate is more than the card's full scale, "
-                f"{self.amplifier_gain:g} V"
-            )
+        self._check_voltage(voltage_v)
         self._attend()
         self._carrier.frequency_hz = frequency_hz
         self._carrier.target = voltage_v / self.amplifier_gain
         self._until_ramped()
         self._machine.sleep(float(self._stream.latency) + settling_s)
         self._attend()
+
+    def _check_possible(self, level: float) -> None:
+        if self._level_drive is not None:
+            self._check_voltage(self._level_drive.voltage_v_peak(level))
+
+    def _check_voltage(self, voltage_v: float) -> None:
+        """Raise `OverLimit` if the voltage is above the plate's limit or the card's full scale."""
+        self.limits.check_voltage(voltage_v)
+        if voltage_v > self.amplifier_gain:
+            raise OverLimit(
+                f"{voltage_v:g} V peak at the plate is more than the card's full scale, "
+                f"{self.amplifier_gain:g} V"
+            )
 
     def _until_ramped(self) -> None:
         begun_s = self._machine.now()

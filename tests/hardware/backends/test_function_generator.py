@@ -139,8 +139,11 @@ def test_the_limit_is_one_of_volts_peak_at_the_plate():
         assert plate.limits.voltage_v == 16.5
         plate.present(surface(1.7))
         with pytest.raises(OverLimit, match=r"21\.2132 V peak at the plate is outside 0 to 16\.5"):
+            plate.check_supported(surface(2.3))
+        before = plate.volts_pp()
+        with pytest.raises(OverLimit):
             plate.present(surface(2.3))
-        assert not plate.volts_pp()[1]
+        assert plate.volts_pp() == before
 
 
 def test_the_voltage_is_ramped_in_small_steps_up_and_down():

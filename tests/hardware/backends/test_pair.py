@@ -1,5 +1,6 @@
 """Two actuators as one plate: both are driven, and a fault of either switches off both."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
@@ -32,6 +33,19 @@ def pair():
     with PlatePair(first, second) as pair:
         pair.second_level = 100.0
         yield pair
+
+
+@pytest.fixture
+def board_of_1_5_um():
+    """A pair whose first plate narrows its limits when it connects, as a board does."""
+
+    class Narrowing(MockPlate):
+        def _connect(self):
+            self.limits = replace(self.limits, level=1.5)
+            return super()._connect()
+
+    clock = VirtualClock()
+    return PlatePair(Narrowing(clock=clock), MockPlate(clock=clock, limits=VOLTS))
 
 
 def levels(pair):
@@ -115,6 +129,22 @@ def test_a_level_beyond_the_second_s_limit_is_refused_before_anything_moves(pair
     with pytest.raises(OverLimit, match="voltage 151 V peak is outside 0 to 150"):
         pair.present(ON)
     assert levels(pair) == (1.2, 100)
+
+
+def test_the_limits_that_the_first_learns_when_it_connects_are_the_pairs(board_of_1_5_um):
+    with board_of_1_5_um as pair:
+        assert pair.limits.level == 1.5
+        with pytest.raises(OverLimit, match=r"amplitude 2\.3 µm p-p is outside 0 to 1\.5"):
+            pair.check_supported(VirtualSurface(level=2.3))
+
+
+def test_what_the_first_cannot_produce_is_refused_before_the_session(pair, monkeypatch):
+    def impossible(level):
+        raise OverLimit(f"{level:g} needs more than the amplifier supplies")
+
+    monkeypatch.setattr(pair.first, "_check_possible", impossible)
+    with pytest.raises(OverLimit, match="2 needs more"):
+        pair.check_supported(VirtualSurface(level=2.0))
 
 
 @pytest.mark.parametrize("address", ["mock", "mock+mock+mock", "mock+", ""])

@@ -2,6 +2,7 @@
 
 import math
 import sys
+from dataclasses import replace
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
@@ -12,8 +13,9 @@ from hypothesis import strategies as st
 
 from slipscale.faults import UserError
 from slipscale.hardware.address import split_address
+from slipscale.hardware.backends.drive_of_level import DriveOfLevel
 from slipscale.hardware.backends.sound_card.carrier import RAMP_S, Carrier
-from slipscale.hardware.backends.sound_card.driver import OPTIONS
+from slipscale.hardware.backends.sound_card.driver import OPTIONS, SoundCard
 from slipscale.hardware.calibration.record import Device, DriveChain, Provenance, write_calibration
 from slipscale.hardware.calibration.stored import read_calibration
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
@@ -259,6 +261,34 @@ def test_a_session_that_hangs_lets_the_carrier_fall_silent_and_is_told(card, pla
             plate.check()
 
 
+def test_a_pause_longer_than_the_attention_time_is_no_hang_while_the_card_is_silent(card, plate):
+    with plate:
+        plate._machine.sleep(5.2)  # before the first surface
+        plate.present(SURFACE)
+        plate.silence()
+        plate._machine.sleep(60)
+        plate.check()
+        plate._machine.sleep(60)
+        plate.present(SURFACE)
+        assert card.amplitude() > 0.3
+
+
+def test_what_the_card_cannot_supply_is_refused_before_the_session(card, tmp_path, monkeypatch):
+    weak = SoundCard(
+        "3",
+        clock=VirtualClock(),
+        full_scale_v=10.0,
+        drive=DriveOfLevel(frequency_hz=30_500.0, level_per_v=UM_PP_PER_V, settling_s=0.01),
+    )
+    weak._machine = CardClock(card)
+    assert weak.check_supported(VirtualSurface(level=1.5)) is None
+    with pytest.raises(OverLimit, match="more than the card's full scale, 10 V"):
+        weak.check_supported(VirtualSurface(level=2.3))
+    weak.limits = replace(weak.limits, voltage_v=9.0)
+    with pytest.raises(OverLimit, match=r"drive voltage 9\.78261 V peak at the plate is outside"):
+        weak.check_supported(VirtualSurface(level=1.5))
+
+
 def fails(plate):
     with plate:
         plate.present(SURFACE)
@@ -299,6 +329,7 @@ def test_what_a_rate_cannot_carry_is_refused():
         ("3", "set the peak voltage at full scale in the SPEC, for example full_scale=20"),
         ("3,full_scale=0", "expected a number above 0"),
         ("3,channel=3,full_scale=1", "expected 1 or 2"),
+        ("3,attention=-1,full_scale=1", "attention is '-1', expected a number, 0 or more"),
     ],
 )
 def test_an_address_that_does_not_suffice_is_refused(address, why):
