@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack
@@ -44,6 +43,7 @@ from slipscale.experiments.running.run_state import (
     check_same_study,
     check_unfinished,
     how_to_resume,
+    not_built,
     remedy,
     run_state,
 )
@@ -249,8 +249,6 @@ def _perform(
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
     warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
-    for warning in warnings:
-        print(harmless(warning), file=sys.stderr)
     spec = with_plate_file(setting.plate, plan.study.plate.file)
     heading = plan.heading(spec)
     # Opened before the window, because opening the window takes seconds, in which requests must not
@@ -258,6 +256,9 @@ def _perform(
     mailbox = _enter(stack, Mailbox(mailbox_of(journal.path), heading))
     journal.moved = lambda path: mailbox.move(mailbox_of(path))
     plate = stack.enter_context(plate_for(plan, spec, clock))
+    warnings += plate.notes
+    for warning in warnings:
+        print(harmless(warning), file=sys.stderr)
     check_felt(plan, plate, begun=bool(journal.records))
     check_supported(plan, plate, setting.contact)
     noise = _noise(plan, required=setting.sound_required)
@@ -362,11 +363,7 @@ def _leave(
             print(f"the data set: {problem}", file=sys.stderr)
     except UserError as fault:
         if error is None:
-            raise UserError(
-                f"{fault}. The run is complete and all answers are saved in {journal.path}. "
-                "Correct the error, then write the tables: "
-                f"slipscale data build {shlex.quote(str(dataset))}"
-            ) from None
+            raise UserError(not_built(fault, dataset, journal)) from None
         print(harmless(f"the data set was not built: {fault}"), file=sys.stderr)
     if setting.backup:
         try:

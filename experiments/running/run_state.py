@@ -6,7 +6,7 @@ import shlex
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 from slipscale.experiments.dataset.journals import journals, mode_of
 from slipscale.experiments.dataset.withdrawn import replacement, withdrawn
@@ -16,6 +16,9 @@ from slipscale.experiments.journal.reading import has_begun
 from slipscale.experiments.journal.record import Record
 from slipscale.experiments.study.run_plan import JOURNAL_NAME, Mode
 from slipscale.faults import UserError
+
+if TYPE_CHECKING:
+    from slipscale.experiments.journal.journal import Journal
 
 RunState = Literal["free", "running now", "interrupted", "complete", "damaged"]
 
@@ -148,3 +151,17 @@ def check_unfinished(journal: Path, records: list[Record]) -> None:
 def how_to_resume(journal: Path) -> str:
     """Return a sentence that explains how to resume a run."""
     return f"To continue: slipscale resume {shlex.quote(str(journal))}"
+
+
+def not_built(fault: UserError, dataset: Path, journal: Journal) -> str:
+    """Return sentences on why a run's tables were not written, and on the state of the run."""
+    build = f"slipscale data build {shlex.quote(str(dataset))}"
+    if is_complete(journal.records):
+        return (
+            f"{fault}. The run is complete and all answers are saved in {journal.path}. Correct "
+            f"the error, then write the tables: {build}"
+        )
+    return (
+        f"{fault}. The run was stopped and all answers so far are saved in {journal.path}. Correct "
+        f"the error, then write the tables: {build}. {how_to_resume(journal.path)}"
+    )

@@ -21,7 +21,7 @@ from slipscale.experiments.running import lab_session, preflight
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
 from slipscale.experiments.running.preflight import PlannedSession, check_participant, check_plate
 from slipscale.experiments.running.preflight import check_folder as whole_check_folder
-from slipscale.experiments.running.run_state import studies
+from slipscale.experiments.running.run_state import not_built, studies
 from slipscale.experiments.session.mailbox import Mailbox
 from slipscale.faults import UserError
 from slipscale.hardware import address
@@ -356,8 +356,35 @@ def test_a_disk_that_is_full_at_the_end_names_the_command_that_writes_the_tables
         raise UserError("participants.tsv: cannot be written (No space left on device)")
 
     monkeypatch.setattr(lab_session, "build_dataset", full)
-    with pytest.raises(UserError, match=r"all answers are saved in .*: slipscale data build"):
+    expected = r"was stopped and all answers so far are saved in .*: slipscale data build.*resume"
+    with pytest.raises(UserError, match=expected):
         stopped(tmp_path / "data", window)
+
+
+def test_tables_that_cannot_be_written_leave_a_complete_run_complete(
+    laboratory, plan, monkeypatch, tmp_path
+):
+    laboratory.run()
+    path = plan().journal_path(tmp_path)
+    with Journal.reopen(path, VirtualClock()) as journal:
+        said = not_built(UserError("full"), tmp_path, journal)
+    assert said.startswith(f"full. The run is complete and all answers are saved in {path}. ")
+    assert "resume" not in said
+
+
+def test_the_operator_is_shown_the_notes_on_the_plate(window, tmp_path, monkeypatch, capsys):
+    note = "the calibration is 300 days old"
+    monkeypatch.setattr(MockPlate, "_check_identity", lambda *_: (note,))
+    shown = []
+    whole = lab_session.run_plan
+    monkeypatch.setattr(
+        lab_session,
+        "run_plan",
+        lambda *plan, **rest: shown.extend(rest["warnings"]) or whole(*plan, **rest),
+    )
+    stopped(tmp_path, window)
+    assert shown == [note]
+    assert note in capsys.readouterr().err
 
 
 def test_a_complete_run_is_not_gone_on_with_and_its_answers_are_said_to_be_safe(
