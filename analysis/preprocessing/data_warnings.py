@@ -27,9 +27,12 @@ def absent(data: Dataset) -> list[str]:
     about = data.participants
     names = about["participant_id"].astype(str)
     notes = []
+    # Tables from other laboratories list participants themselves.
+    own = any(source.name == "participants.tsv" for source in data.sources)
+    listed_in = " in participants.tsv" if own else ""
     if missing := sorted(set(names) - data.people):
         notes.append(
-            f"{len(missing)} of {names.nunique()} participants in participants.tsv have no trials "
+            f"{len(missing)} of {names.nunique()} participants{listed_in} have no trials "
             f"({listed(missing)})."
         )
     if duplicates := sorted(set(names[names.duplicated()])):
