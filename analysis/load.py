@@ -19,9 +19,12 @@ from slipscale.analysis.reading.cleaning import (
     as_numbers,
     clean_estimates,
     empty_differences,
+    in_order,
 )
 from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.reading.delimited import Problems
+from slipscale.analysis.reading.foreign.columns import GROUP
+from slipscale.analysis.reading.foreign.files import chosen
 from slipscale.analysis.reading.foreign.table import ForeignTable, read_foreign
 from slipscale.analysis.reading.labelled_tasks import (
     Entries,
@@ -32,7 +35,7 @@ from slipscale.analysis.reading.labelled_tasks import (
     read_others,
     with_people,
 )
-from slipscale.analysis.reading.mapping import TableMapping, beside
+from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
 from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, FACTOR, IDENTITY
@@ -43,6 +46,7 @@ from slipscale.analysis.tasks.thresholds.reading import TRIALS as CHOICES
 from slipscale.experiments.dataset.journals import journals
 from slipscale.experiments.dataset.schema import PARTICIPANT, TABLE_NAME
 from slipscale.experiments.dataset.verification import verify
+from slipscale.experiments.study.analysis_choices import AnalysisChoices
 from slipscale.faults import UserError
 from slipscale.stimuli.quantity import AMPLITUDE_DECIMALS, PLATE_AMPLITUDE, Quantity
 
@@ -84,12 +88,17 @@ def load(
             f"--task {task}: {where} is a single table; expected a folder (to select rows of a "
             "table, use --only)"
         )
-    if mapping is not None and where.exists():
+    if mapping is not None and not mapping.of_own and where.exists():
         return _load_foreign(where, mapping, task)
+    if mapping is not None and where.is_dir():
+        raise UserError(
+            f"{where}: decimal, sheet and only are for tables whose columns are named; for a "
+            f"folder, expected --participant and so on ([columns] in {NAME}), or none of these"
+        )
     if where.is_dir():
         return _load_folder(where, task)
     if where.is_file():
-        return _load_table(where)
+        return _load_table(where, mapping or TableMapping())
     raise UserError(f"{where}: no such file or folder; expected a data set")
 
 
@@ -131,7 +140,8 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
     everyone = [
         entry for tables in (files, others) for entries in tables.values() for entry in entries
     ]
-    details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, problems)
+    of_sidecars = Problems()
+    details, modes, sources = metadata.sidecars([path for path, _ in everyone], folder, of_sidecars)
     metadata.refuse_mixture(modes, folder)
     counts: dict[str, int] = {}
     read = {}
@@ -140,6 +150,8 @@ def _load_folder(folder: Path, task: str | None) -> Dataset:
         sources += read_sources
     other_tasks, read_sources = read_others(others, folder, problems, counts)
     sources += read_sources
+    # Problems with rows come first, because only they can leave nothing to analyse.
+    problems.sentences += of_sidecars.sentences
     # Tables can differ from journals if rows were edited by hand, or if runs have no tables.
     differences = tuple(map(str, verify(folder))) if journals(folder) else None
     problems.add_many(differences or (), "slipscale data verify lists all")
@@ -215,18 +227,24 @@ def _divided(
     return tables
 
 
-def _load_table(path: Path) -> Dataset:
+def _load_table(path: Path, mapping: TableMapping) -> Dataset:
     problems = Problems()
+    cells = mapping.table
+    figures = (*ESTIMATION.required, *ESTIMATION_NUMBERS)
+    words = (*IDENTITY, *ESTIMATION.words, BLOCK)
     frame, source = read_table(
         path,
-        required=(PARTICIPANT, *ESTIMATION.required),
-        numbers=(*ESTIMATION.required, *ESTIMATION_NUMBERS),
-        words=(*IDENTITY, *ESTIMATION.words, BLOCK),
+        required=(PARTICIPANT, *ESTIMATION.required, *cells.only),
+        numbers=figures,
+        words=(*words, *(column for column in cells.only if column not in (*figures, *words))),
         identifier=PARTICIPANT,
         problems=problems,
+        decimal=cells.decimal,
+        sheet=cells.sheet,
     )
+    frame = chosen(frame, cells.only, path)
     _refuse_another_unit(frame, path)
-    answers_read = clean_estimates(frame, [source], problems)
+    answers_read = clean_estimates(in_order(frame, problems), [source], problems)
     table = ForeignTable(
         estimates=answers_read,
         differences=empty_differences(),
@@ -236,14 +254,25 @@ def _load_table(path: Path) -> Dataset:
     )
     data = _by_hand(path, table, problems, PLATE_AMPLITUDE)
     people = sorted(data.answers[PARTICIPANT].astype(str).unique())
-    return replace(data, participants=pd.DataFrame({PARTICIPANT: people}))
+    data = replace(data, participants=pd.DataFrame({PARTICIPANT: people}))
+    return _with_choices(data, mapping.analysis)
 
 
 def _load_foreign(path: Path, mapping: TableMapping, task: str | None) -> Dataset:
     problems = Problems()
     table = read_foreign(path, mapping, problems, task)
-    data = _by_hand(path, table, problems, mapping.quantity)
-    choices = mapping.analysis
+    data = _with_choices(_by_hand(path, table, problems, mapping.quantity), mapping.analysis)
+    group = mapping.columns.group
+    if group is None or data.choices.group is not None:
+        return data
+    return replace(
+        data,
+        participants=data.participants.rename(columns={GROUP: group}),
+        choices=data.choices.model_copy(update={"group": group}),
+    )
+
+
+def _with_choices(data: Dataset, choices: AnalysisChoices) -> Dataset:
     return replace(data, choices=choices, frozen=tuple(sorted(choices.model_fields_set)))
 
 

@@ -15,6 +15,7 @@ import pandas as pd
 from slipscale.analysis.reading.answer_codes import TRUE, as_answers
 from slipscale.analysis.reading.cells import FEW, FEW_SHARE, cell, places
 from slipscale.analysis.reading.delimited import LISTED_PROBLEMS, NOT_AVAILABLE, Problems, Source
+from slipscale.analysis.reading.surface_labels import numbers_first
 from slipscale.analysis.reading.trial_tables import (
     BLOCK,
     DIFFERENCE,
@@ -101,6 +102,32 @@ def clean_differences(
     clean["flag"] = labels(frame, "flag", "")
     clean = clean.assign(**_conditions(frame, factors))
     return _without_doubles(clean, labels(frame, SERIES, ""), sources, problems)
+
+
+def in_order(frame: pd.DataFrame, problems: Problems) -> pd.DataFrame:
+    """Sort the rows of a table by participant, session, run, block and trial number.
+
+    Blocks keep their order within a run. If a trial number is missing, rows keep their order.
+    """
+    trials = as_numbers(frame["trial"])[1] if "trial" in frame else pd.Series(np.nan, frame.index)
+    missing = int(trials.isna().sum())
+    if missing:
+        if missing < len(frame):
+            problems.add(
+                f"{missing} of {len(frame)} rows have no trial number, so all trials are analysed "
+                "in the order of the rows"
+            )
+        return frame
+    *runs, block = (_ranks(labels(frame, name, "")) for name in (*IDENTITY, BLOCK))
+    first = frame["line"].groupby([frame["file"], *runs, block]).transform("min")
+    # The last key is the first to sort by.
+    order = np.lexsort([trials, first, *runs[::-1]])
+    return frame.iloc[order].reset_index(drop=True)
+
+
+def _ranks(names: pd.Series[Any]) -> pd.Series[int]:
+    known = sorted(names.cat.categories, key=numbers_first)
+    return names.astype(str).map({str(name): place for place, name in enumerate(known)})
 
 
 def told_apart(levels: pd.Series[float], quantity: Quantity) -> pd.Series[float]:

@@ -28,6 +28,11 @@ from slipscale.stimuli.quantity import UNNAMED, Quantity
 NAME = "analysis.toml"
 #: Two consecutive letters, by which codes that are words are recognised.
 WORD = re.compile(r"[^\W\d_]{2}")
+#: Message for a trial number in a table with several responses per row.
+TRIAL_OF_SEVERAL = (
+    "a trial number requires one response per row; expected no column for the trial in a wide "
+    "table or a table of counts"
+)
 
 
 def _printable(text: str) -> str:
@@ -58,6 +63,10 @@ class Columns(FrozenTable):
     run: ColumnName | None = None
     block: ColumnName | None = None
     trial: ColumnName | None = None
+
+
+#: Columns of a table with the names that Slipscale uses, which need no mapping.
+OWN = Columns.model_construct(participant="")
 
 
 class AnswerWords(FrozenTable):
@@ -125,7 +134,8 @@ class TableMapping(FrozenTable):
         column for the previous stimulus (``reference``, default: 0). A table of counts contains the
         number of yes answers (``yes_count``) and the total number of answers (``n``). Ratings of
         pairs have two items (``first``, ``second``) and their ``dissimilarity``. A ``factor`` is a
-        condition that varies within participants.
+        condition that varies within participants. By default, the columns have the names used by
+        Slipscale.
     stimulus : StimulusWords
         Name and unit of the quantity; by default, the column name without a unit. ``in_unit`` is
         the unit in the report, if it has a different prefix (mPa instead of µPa).
@@ -140,7 +150,7 @@ class TableMapping(FrozenTable):
         Analysis choices, as in a study file.
     """
 
-    columns: Columns
+    columns: Columns = OWN
     stimulus: StimulusWords = StimulusWords()
     answers: AnswerWords = AnswerWords()
     levels: dict[ColumnName, Annotated[float, Field(ge=0, le=1e100)]] = Field(default_factory=dict)
@@ -153,7 +163,13 @@ class TableMapping(FrozenTable):
             _ = self.stimulus.factor
         except UserError as error:
             raise ValueError(str(error)) from None
-        rules = self._pairs if self.of_pairs else self._wide if self.levels else self._narrow
+        kinds = (
+            (self.of_own, self._own),
+            (self.of_pairs, self._pairs),
+            (bool(self.levels), self._wide),
+            (True, self._narrow),
+        )
+        rules = next(rules for applies, rules in kinds if applies)
         for wrong, expected in rules():
             if wrong:
                 raise ValueError(expected)
@@ -162,6 +178,16 @@ class TableMapping(FrozenTable):
         if duplicates := sorted({name for name in used if used.count(name) > 1}):
             raise ValueError(f"column {duplicates[0]} is used twice; expected different columns")
         return self
+
+    def _own(self) -> tuple[tuple[bool, str], ...]:
+        """Check a table with Slipscale's columns; return (violated, message) for each rule."""
+        others = (self.stimulus, self.answers, self.levels)
+        return (
+            (
+                others != (StimulusWords(), AnswerWords(), {}),
+                "expected columns, at least for the participant, with stimulus, answers or levels",
+            ),
+        )
 
     def _pairs(self) -> tuple[tuple[bool, str], ...]:
         """Check a table of rated pairs; return (violated, message) for each rule."""
@@ -194,6 +220,7 @@ class TableMapping(FrozenTable):
                 len(set(self.levels.values())) < len(self.levels),
                 "expected a different level for each column",
             ),
+            (bool(columns.trial), TRIAL_OF_SEVERAL),
         )
 
     def _narrow(self) -> tuple[tuple[bool, str], ...]:
@@ -223,11 +250,17 @@ class TableMapping(FrozenTable):
                 bool(columns.yes_count and answers.yes),
                 "the code for yes requires a column of answers, because counts have no codes",
             ),
+            (bool(columns.yes_count and columns.trial), TRIAL_OF_SEVERAL),
             (
                 bool(columns.reference and columns.response),
                 "a reference requires a column of answers (yes and no)",
             ),
         )
+
+    @property
+    def of_own(self) -> bool:
+        """Whether the table has Slipscale's columns, so that only its format is described."""
+        return not self.columns.participant
 
     @property
     def of_pairs(self) -> bool:

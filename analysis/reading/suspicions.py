@@ -78,8 +78,8 @@ def notes_on_answers(
     Parameters
     ----------
     frame : DataFrame
-        One row per answer, in file order, with the columns named by the parameters below. Levels
-        and answers are numbers.
+        One row per answer, in order of presentation, with the columns named by the parameters
+        below. Levels and answers are numbers.
     participant, level, answer, file : str
     """
     values = frame[answer].dropna()

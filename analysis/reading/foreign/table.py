@@ -18,6 +18,8 @@ from slipscale.analysis.reading.cleaning import (
     clean_estimates,
     empty_differences,
     empty_estimates,
+    in_order,
+    labels,
     numbers,
     tidied,
     told_apart,
@@ -33,6 +35,7 @@ from slipscale.analysis.reading.foreign.columns import (
     STIMULUS,
 )
 from slipscale.analysis.reading.foreign.files import read_rows
+from slipscale.analysis.reading.table_lines import listed_lines
 from slipscale.analysis.reading.trial_tables import FACTOR
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
@@ -99,6 +102,9 @@ def read_foreign(
             sources=tuple(sources),
         )
     frame = _of_trials(frame, mapping, problems, path)
+    for name in (PARTICIPANT, "factor"):
+        frame = _without_blanks(frame, name, sources, problems)
+    frame = in_order(frame, problems)
     _check_levels(frame, mapping, sources, problems)
     groups = _groups(frame, path, problems)
     quantity = mapping.quantity
@@ -156,6 +162,21 @@ def _of_trials(
     if blank.any():
         problems.add(
             f"{path.name}: {int(blank.sum())} rows with neither stimulus nor response were skipped"
+        )
+    return frame[~blank].reset_index(drop=True)
+
+
+def _without_blanks(
+    frame: pd.DataFrame, name: str, sources: Sequence[Source], problems: Problems
+) -> pd.DataFrame:
+    """Omit the rows without a label in a column, and report their lines."""
+    blank = labels(frame, name, "").astype(str) == ""
+    if name not in frame or not blank.any():
+        return frame
+    for file, rows in frame[blank].groupby("file"):
+        problems.add(
+            f"{sources[int(str(file))].name}, {listed_lines(rows['line'].tolist())}: omitted, "
+            f"because there is no {problems.title(name)}"
         )
     return frame[~blank].reset_index(drop=True)
 

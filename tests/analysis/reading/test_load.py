@@ -241,3 +241,13 @@ def test_journals_with_no_table_at_all_say_how_to_make_them(piloted, tmp_path):
     shutil.copytree(piloted / "sourcedata", tmp_path / "data" / "sourcedata")
     with pytest.raises(UserError, match="no tables; to create them, run slipscale data build"):
         load(tmp_path / "data")
+
+
+def test_rows_that_cannot_be_read_are_named_before_sidecars_that_do_not_exist(dataset):
+    rows = [row | {"estimate": -1} for row in dataset.default_estimates(1)]
+    folder = dataset(participants=1, rows={"01": rows})
+    for path in folder.glob("sub-*/beh/*.json"):
+        path.unlink()
+    assert "this sidecar does not exist" in load(folder).problems[-1]
+    with pytest.raises(UserError, match=r"nothing to analyse .*line 2, column estimate: '-1'"):
+        analyse(load(folder))

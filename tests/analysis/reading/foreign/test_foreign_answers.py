@@ -7,6 +7,7 @@ import pytest
 from slipscale.analysis.load import load
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reading.mapping import parse_mapping
+from slipscale.analysis.tasks.thresholds.statistics import THRESHOLDS
 from slipscale.analysis.writing.task_names import task_name
 from slipscale.faults import UserError
 
@@ -45,7 +46,7 @@ def test_every_standard_has_its_own_point_of_subjective_equality(tmp_path, unit,
     """All together, their point was 56.8 mPa, near neither."""
     found = mapping(answer="more", reference="std", stimulus={"unit": "mPa", "in_unit": unit})
     analysis = analyse(load(written(tmp_path, compared()), found))
-    results = analysis.inference.thresholds
+    results = analysis.inference.found(THRESHOLDS)
     assert [each.task for each in results] == labels
     factor = 1 if unit == "mPa" else 1e-3
     for each, standard in zip(results, (20, 100), strict=True):
@@ -95,7 +96,7 @@ def of_conditions():
 def test_thresholds_of_a_forced_choice_are_compared_between_conditions(tmp_path):
     found = mapping(answer="hit", factor="cond", answers={"alternatives": 2})
     analysis = analyse(load(written(tmp_path, of_conditions()), found))
-    (factor,) = analysis.inference.thresholds[0].population.factors
+    (factor,) = analysis.inference.found(THRESHOLDS)[0].population.factors
     assert factor.name == "cond"
     high, low = (each.threshold_um_pp.value for each in factor.levels)
     assert high > 2 * low
