@@ -155,8 +155,9 @@ def add_mapping(parser: ArgumentParser) -> None:
         "--levels",
         metavar="COLUMN=LEVEL",
         nargs="+",
+        action=_Once,
         help="for a wide table: response columns and their levels; without =LEVEL, the number at "
-        "the end of the column name is the level",
+        "the end of the column name is the level (p0,5 and p0.5 are 0.5)",
     )
     group.add_argument(
         "--only",

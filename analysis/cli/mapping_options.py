@@ -15,7 +15,11 @@ COLUMNS = (
     *("group", "factor", "session", "run", "block", "trial"),
 )
 OTHERS = ("in_unit", "levels", "only", "decimal", "sheet", "yes", "alternatives")
-NUMBER_AT_END = re.compile(r"\d+(?:\.\d+)?$")
+NUMBER_AT_END = re.compile(r"(?:\d+(?:[.,]\d+)?|[.,]\d+)$")
+#: Ends of the text before a number that may be part of the number: -20, 1e-3, 1.2.3, 0_5.
+UNCLEAR_BEFORE = re.compile(r"(?:[-+−.,]|\d[eE]|\d[_ ])$")
+#: Number in which a comma may separate thousands.
+THOUSANDS = re.compile(r"[1-9]\d{0,2},\d{3}")
 
 
 def mapping_from(args: Namespace) -> TableMapping | None:
@@ -47,13 +51,10 @@ def mapping_from(args: Namespace) -> TableMapping | None:
     only: dict[str, list[str]] = {}
     for column, value in _pairs(args.only or (), "--only"):
         only.setdefault(column, []).append(value)
-    table = {
-        "only": only,
-        "decimal": args.decimal,
-        "sheet": args.sheet,
-    }
-    return parse_mapping(
-        {
+    cells = {"only": only, "decimal": args.decimal, "sheet": args.sheet}
+    table = {"table": {key: value for key, value in cells.items() if value}}
+    if any(getattr(args, name) for name in OTHERS if name not in cells) or columns:
+        table |= {
             "columns": columns,
             "stimulus": stimulus,
             "answers": {
@@ -62,10 +63,8 @@ def mapping_from(args: Namespace) -> TableMapping | None:
                 if (value := getattr(args, key)) is not None
             },
             "levels": _levels(args.levels or ()),
-            "table": {key: value for key, value in table.items() if value},
-        },
-        "options for columns",
-    )
+        }
+    return parse_mapping(table, "options for columns")
 
 
 def _pairs(given: Sequence[str], option: str) -> list[tuple[str, str]]:
@@ -80,9 +79,9 @@ def _levels(given: Sequence[str]) -> dict[str, float]:
     for text in given:
         column, sign, value = text.rpartition("=")
         if not sign:
-            column = text
-            ends = NUMBER_AT_END.search(text)
-            value = ends[0] if ends else ""
+            column, value = text, _number_at_end(text)
+        if column in found:
+            raise UserError(f"--levels {text}: column {column} is given twice; expected only once")
         try:
             found[column] = float(value)
         except ValueError:
@@ -91,3 +90,24 @@ def _levels(given: Sequence[str]) -> dict[str, float]:
                 "ends with a number"
             ) from None
     return found
+
+
+def _number_at_end(column: str) -> str:
+    """Return the number at the end of a column name with a decimal point, or "" if there is none.
+
+    Raises
+    ------
+    UserError
+        If the number could begin earlier, have a sign, or contain a separator.
+    """
+    found = NUMBER_AT_END.search(column)
+    if found is None:
+        return ""
+    number, before = found[0], column[: found.start()]
+    separated = number[0] in ".," and before[-1:].isalnum()
+    if separated or UNCLEAR_BEFORE.search(before) or THOUSANDS.fullmatch(number):
+        raise UserError(
+            f"--levels {column}: the number at the end could be read in several ways; expected "
+            f"{column}=LEVEL, with the level as a number"
+        )
+    return number.replace(",", ".")
