@@ -12,6 +12,7 @@ from slipscale.analysis.statistics.psychometrics.psychometric_function import (
     Estimate,
     PsychometricFunction,
 )
+from slipscale.analysis.tasks.thresholds.sentences import averaged
 from slipscale.analysis.tasks.thresholds.statistics import (
     COMPARED,
     ParticipantThreshold,
@@ -143,7 +144,7 @@ def _caption(task: TaskThresholds, level: float, quantity: Quantity) -> str:
     )
     if computed(task.population) is None:
         return f"{text}."
-    return f"{text}; red: the population threshold."
+    return f"{text}; red: the population threshold{averaged(task)}."
 
 
 def _alt(task: TaskThresholds, quantity: Quantity) -> str:

@@ -7,14 +7,16 @@ import numpy as np
 from slipscale.analysis.statistics.not_computed import NotComputed, fold, missing
 from slipscale.analysis.tasks.thresholds.cautions import CAUTIONS
 from slipscale.analysis.tasks.thresholds.friction_axis import FrictionThreshold
-from slipscale.analysis.tasks.thresholds.population_threshold import PopulationThreshold
+from slipscale.analysis.tasks.thresholds.population_threshold import Factor, PopulationThreshold
 from slipscale.analysis.tasks.thresholds.reversals import ConditionReversals, Reversals
 from slipscale.analysis.tasks.thresholds.statistics import COMPARED, TaskThresholds
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.numbers import (
     bracketed,
+    joined,
     level_of,
     p_value,
+    reliable,
     significant,
     unit_number,
 )
@@ -57,9 +59,48 @@ def title(found: TaskThresholds, quantity: Quantity) -> str:
     return task_name(f"Difference threshold at {quantity.value(found.standard_um_pp)}", found.task)
 
 
-def answer(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
-    """Return a sentence on the population threshold and the Weber fraction."""
-    what = title(found, quantity)
+def answers(found: TaskThresholds, confidence: float, quantity: Quantity) -> list[str]:
+    """Return sentences on thresholds by condition, the population threshold and Weber fraction."""
+    factors = _tested(found.population) if found.population else []
+    return [
+        *(_by(factor, found, confidence, quantity) for factor in factors),
+        _pooled(found, confidence, quantity),
+    ]
+
+
+def _tested(joint: PopulationThreshold) -> list[Factor]:
+    return [factor for factor in joint.factors if factor.contrasts]
+
+
+def _by(factor: Factor, found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
+    values = "; ".join(
+        f"{quantity.value(significant(each.threshold_um_pp.value))}, {level_of(confidence)} CI "
+        f"{bracketed(each.threshold_um_pp.interval, significant)} "
+        f"({factor_level(factor.name, each.name)})"
+        for each in factor.levels
+    )
+    told: dict[str, list[str]] = {"differed": [], "did not differ reliably": []}
+    for each in factor.contrasts:
+        one, other = (factor_level(factor.name, name) for name in (each.first, each.second))
+        verb = "differed" if reliable(each.p_holm, confidence) else "did not differ reliably"
+        told[verb].append(f"between {one} and {other} ({p_value(each.p_holm)})")
+    tests = ", and ".join(f"{verb} {joined(pairs)}" for verb, pairs in told.items() if pairs)
+    what = f"{title(found, quantity)} by {factor_name(factor.name)}: {MEANT[found.method][0]}"
+    return f"{what}{values}. Thresholds {tests}, after Holm's correction."
+
+
+def averaged(found: TaskThresholds) -> str:
+    """Return the conditions over which the population threshold is averaged, in words."""
+    if not found.population:
+        return ""
+    names = [factor_name(factor.name) for factor in _tested(found.population)]
+    if not names and isinstance(found.population.sd_log_slope, NotComputed):
+        names = ["sessions and conditions"]
+    return f", averaged over {joined(names)}" if names else ""
+
+
+def _pooled(found: TaskThresholds, confidence: float, quantity: Quantity) -> str:
+    what = f"{title(found, quantity)}{averaged(found)}"
     if isinstance(found.population, NotComputed):
         return f"{what}: no population threshold was computed ({found.population.reason})."
     threshold = found.population.threshold_um_pp

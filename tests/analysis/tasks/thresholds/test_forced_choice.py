@@ -1,5 +1,6 @@
 """Thresholds from trials of forced choice: recovered, and honest where there are too few."""
 
+import re
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,7 +11,7 @@ import pytest
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.thresholds.figures import within_answers
 from slipscale.analysis.tasks.thresholds.reading import COLUMNS
-from slipscale.analysis.tasks.thresholds.sentences import POOLED, remarks
+from slipscale.analysis.tasks.thresholds.sentences import POOLED, answers, remarks
 from slipscale.analysis.tasks.thresholds.statistics import thresholds
 from slipscale.experiments.protocol_parts.adaptive.curves import CURVES
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
@@ -105,6 +106,27 @@ def test_a_poor_fit_is_explained_if_each_curve_pools_conditions():
     several = replace(poor.population, sd_log_slope=NotComputed("one slope"))
     first, *_ = remarks(replace(poor, population=several), 0.95, PLATE_AMPLITUDE)
     assert first == f"{text}{POOLED}."
+
+
+def test_the_answer_has_a_threshold_for_each_condition_and_names_the_tests_result():
+    people, parts = ("sub-01", "sub-02", "sub-03", "sub-04"), []
+    for hz, threshold in (("80", 0.1), ("180", 0.2), ("400", 0.1)):
+        own = trials(dict.fromkeys(people, threshold), standard=np.nan, seed=int(hz))
+        parts.append(own.assign(**{"factor: frequency_hz": hz}))
+    (found,) = thresholds(pd.concat(parts, ignore_index=True))
+    by_frequency, pooled = answers(found, 0.95, PLATE_AMPLITUDE)
+    assert re.search(
+        r"by frequency: 0.0998 µm, 95% CI \[\S+, \S+\] \(80 Hz\); 0.210 µm, .*\(400 Hz\)\. "
+        r"Thresholds differed between 80 Hz and 180 Hz \(p [<=] .001\) and between 180 Hz and 400 Hz "
+        r"\(p [<=] .001\), and did not differ reliably between 80 Hz and 400 Hz \(p = ",
+        by_frequency,
+    )
+    assert pooled.startswith("Detection threshold (t), averaged over frequency: 0.1")
+    untested = replace(
+        found.population, factors=(), sd_log_slope=NotComputed("one slope is fitted")
+    )
+    (alone,) = answers(replace(found, population=untested), 0.95, PLATE_AMPLITUDE)
+    assert alone.startswith("Detection threshold (t), averaged over sessions and conditions: ")
 
 
 @pytest.mark.parametrize(
