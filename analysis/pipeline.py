@@ -190,7 +190,11 @@ def exclude(data: Dataset, flags: pd.DataFrame) -> tuple[Dataset, dict[str, tupl
         people = kept[PARTICIPANT].cat.remove_unused_categories()
         return kept.assign(**{PARTICIPANT: people})
 
-    return data.with_tables(keep), why
+    kept = data.with_tables(keep)
+    removed = {
+        f"{kind.counted}_excluded": len(data.of(kind)) - len(kept.of(kind)) for kind in TRIALS
+    }
+    return replace(kept, counts={**data.counts, **removed}), why
 
 
 def _choose_rule(data: Dataset, asked: str | None) -> tuple[str, list[str]]:

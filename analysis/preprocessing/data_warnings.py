@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.reading.cells import listed
 from slipscale.experiments.dataset.schema import PARTICIPANT
+from slipscale.stimuli.quantity import capitalised
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -121,9 +122,11 @@ def too_few_data(cells: pd.DataFrame, quantity: Quantity) -> list[str]:
     if len(missing):
         notes.append(
             f"{len(missing)} of {participants} participants have no estimate for at least "
-            f"one {quantity.level} ({listed(missing)}). Means use all participants; "
-            "within-participant intervals and tests use only participants with complete "
-            "data."
+            f"one {quantity.level} ({listed(missing)}). The analysis of "
+            "variance, the linear trend, Friedman's test and Page's test use only participants "
+            "with complete data; other results use every participant with the necessary "
+            f"estimates. {capitalised(quantity.levels)} without an estimate from everyone have no "
+            "within-participant interval."
         )
     return notes
 

@@ -84,9 +84,13 @@ class TaskTrials:
 
     def counted_left_out(self, counts: Mapping[str, int]) -> list[str]:
         """Describe how many rows were omitted and why, such as "1 practice trial"."""
+        reasons = {
+            **self.left_out,
+            f"{self.counted}_excluded": "answered trials of excluded participants",
+        }
         return [
             f"{n} {why if n != 1 else why.replace('trials', 'trial', 1)}"
-            for name, why in self.left_out.items()
+            for name, why in reasons.items()
             if (n := counts.get(name, 0))
         ]
 

@@ -148,7 +148,7 @@ def _estimate(value: float) -> str:
 OWN_COLUMNS: dict[str, tuple[TableColumn, Callable[[Row], str]]] = {
     "exponent": (TableColumn(title="Exponent"), lambda row: grouped(row["exponent"])),
     "estimate_at_1_um": (
-        TableColumn(title="Estimate", unit="at 1 {q.unit} {q.short_convention}"),
+        TableColumn(title="Power function", unit="at 1 {q.unit} {q.short_convention}"),
         lambda row: _estimate(row["estimate_at_1_um"]),
     ),
     "growth_function": (

@@ -88,6 +88,9 @@ def _doubts(analysis: Analysis) -> list[str]:
         found.append(f"Order effects are {order.reason}.")
     if analysis.prepared is not None and analysis.dataset.choices.primary == "ranks":
         found += unequal_spread(analysis.prepared)
+        pairs = analysis.inference.found(PAIRWISE) or ()
+        choices = analysis.dataset.choices
+        found += sentences.out_of_reach(pairs, choices.confidence, analysis.dataset.quantity)
     return found
 
 

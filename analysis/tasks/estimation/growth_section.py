@@ -27,9 +27,10 @@ def growth(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
     section.blocks.append(
         html.figure(
             svgs["growth"],
-            "Top: growth functions for all participants together. Bottom: power function on "
-            f"logarithmic axes, excluding {quantity.value(0)}; the slope is the exponent. Error "
-            "bars: t-based intervals across participants.",
+            f"Top: {'growth functions for all participants together' if found else 'means'}. "
+            "Bottom: power function on logarithmic axes, excluding "
+            f"{quantity.value(0)}; the slope is the exponent. Error bars: t-based intervals across "
+            "participants.",
             f"Two charts of geometric means against {quantity.name}: with fitted growth functions, "
             "and on logarithmic axes with the power function",
         )

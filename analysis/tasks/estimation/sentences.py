@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite
 from typing import TYPE_CHECKING
 
 from slipscale.analysis.statistics.mixed_model import BOUND_SENTENCE, MixedModel
@@ -237,6 +238,9 @@ def pairwise_ranks(
     pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
 ) -> str | None:
     """Return a sentence on the Wilcoxon tests of all pairs."""
+    rows = [(pair, pair.ranks.p_holm, pair.n) for pair in pairs if isfinite(pair.ranks.p)]
+    if not rows:
+        return f"Estimates were the same at all {quantity.levels}, so no pair was tested."
     if len(pairs) == 1:
         pair, ranks = pairs[0], pairs[0].ranks
         verb = "differed" if reliable(ranks.p, confidence) else "did not differ reliably"
@@ -245,8 +249,29 @@ def pairwise_ranks(
             f"{p_value(ranks.p)}; of {pair.n} participants, {ranks.up} gave higher and "
             f"{ranks.down} gave lower estimates at {quantity.value(pair.to_um_pp)})."
         )
-    rows = [(pair, pair.ranks.p_holm, pair.n) for pair in pairs]
-    return _all_pairs(rows, "Estimates", "Wilcoxon signed-rank tests", confidence, quantity)
+    untested = len(pairs) - len(rows)
+    behind = f" Pairs with the same estimates, which were not tested: {untested}."
+    found = _all_pairs(rows, "Estimates", "Wilcoxon signed-rank tests", confidence, quantity)
+    return found + (behind if untested else "")
+
+
+def out_of_reach(
+    pairs: Sequence[PairComparison], confidence: float, quantity: Quantity
+) -> list[str]:
+    """Return a warning if no Wilcoxon test can be significant with this number of participants."""
+    tested = [pair.n for pair in pairs if isfinite(pair.ranks.p)]
+    # If all n differences have the same sign, the exact two-sided p is 2 / 2^n.
+    least = min((min(1.0, len(tested) * 2.0 ** (1 - n)) for n in tested), default=0.0)
+    if least < 1 - confidence:
+        return []
+    return [
+        (
+            f"There are too few participants for Wilcoxon tests of {quantity.levels}: even if all "
+            "estimates differ in the same direction, the smallest possible Holm-corrected p is "
+            f"{unit_number(least, 3)}. Results that are not significant are not evidence of "
+            "equality."
+        )
+    ]
 
 
 def _pair(pair: PairComparison, quantity: Quantity) -> str:

@@ -76,8 +76,14 @@ def _both(found: BothExponents, confidence: float) -> str:
         if found.ratio > 1
         else "opposite to the regression bias in magnitude production"
     )
+    whom = f"the {found.n} participants who did both tasks"
+    if found.n < found.participants:
+        whom = (
+            f"the {found.n} of {found.participants} participants with an exponent above 0 in both "
+            "tasks"
+        )
     return (
-        f"For the {found.n} participants who did both tasks, the exponent of production was "
+        f"For {whom}, the exponent of production was "
         f"{number(found.production)} and the exponent of {found.counterpart} was "
         f"{number(found.estimation)} (geometric means). The ratio was {number(found.ratio)}, "
         f"{level_of(confidence)} CI {bracketed(found.ratio_interval)}, {differs}. The usual remedy "

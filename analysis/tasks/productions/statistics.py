@@ -86,8 +86,8 @@ class BothExponents:
     ----------
     counterpart : str
         Name of the task compared with production: "magnitude estimation" or "ratio judgements".
-    n : int
-        Number of participants with both exponents above 0.
+    n, participants : int
+        Number of participants with both exponents above 0, and of all who did both tasks.
     estimation, production : float
         Geometric means of participants' exponents.
     ratio : float
@@ -103,6 +103,7 @@ class BothExponents:
 
     counterpart: str
     n: int
+    participants: int
     estimation: float
     production: float
     ratio: float
@@ -290,6 +291,7 @@ def both_exponents(
     return BothExponents(
         counterpart=counterpart.name,
         n=len(usable),
+        participants=len(own.rename(str).index.intersection(other.index)),
         estimation=exp(estimation.mean()),
         production=exp(production.mean()),
         ratio=exp(ratio.mean),

@@ -6,6 +6,7 @@ import pytest
 
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.tasks.estimation.statistics import FRIEDMAN, PAIRWISE, POWER_LAW
 
 
 def few(table_by_hand, people, amplitudes, repetitions=1):
@@ -179,3 +180,41 @@ def test_two_people_are_told_once_what_two_cannot_tell(table_by_hand, page):
     doubts = text.partition("Caveats")[2].partition("</ul>")[0]
     assert "intervals, tests and exponents require at least three" in doubts
     assert "intervals are wide" not in doubts
+
+
+def test_rows_of_an_excluded_participant_are_counted(dataset, page):
+    constant = [row | {"estimate": 50} for row in dataset.default_estimates(2)]
+    row = dataset.difference_row
+    steps = {f"{n:02d}": [row(1, 2.3, 1.2, "yes"), row(2, 1.2, 1.2, "no")] for n in range(1, 7)}
+    folder = dataset(rows={"02": constant}, differences=steps, choices='exclusions = ["constant"]')
+    text = page(analyse(folder))
+    left = f"{len(constant)} answered trials of excluded participants"
+    assert f"Magnitude estimation: 48 rows were read; not analysed: {left}." in text
+    assert "12 rows were read; not analysed: 2 answered trials of excluded participants." in text
+
+
+def test_a_missing_cell_costs_a_participant_only_tests_of_complete_data(dataset, page):
+    rows = dataset.default_estimates(2)
+    found = analyse(dataset(rows={"02": [row for row in rows if row["amplitude_um_pp"] != 1.2]}))
+    text = page(found)
+    assert "other results use every participant with the necessary estimates" in text
+    by = {pair.to_um_pp: pair.n for pair in found.inference[PAIRWISE] if pair.from_um_pp == 0}
+    assert by == {0.5: 6, 1.2: 5, 2.3: 6}
+    assert found.inference[POWER_LAW].n == 6
+    assert found.inference[FRIEDMAN].n == 5
+
+
+def test_equal_estimates_are_not_compared(table_by_hand, page):
+    rows = [f"{who},{amplitude},50\n" for who in "abcdef" for amplitude in (0, 1, 2)]
+    header = "participant_id,amplitude_um_pp,estimate\n"
+    text = page(analyse(table_by_hand(header + "".join(rows))))
+    assert "Estimates were the same at all amplitudes, so no pair was tested." in text
+    assert "p not defined" not in text
+
+
+@pytest.mark.parametrize("people, least", [("abcdef", ".094"), ("abcdefgh", "")])
+def test_tests_that_so_few_participants_cannot_reach_are_named(table_by_hand, page, people, least):
+    text = page(analyse(few(table_by_hand, people, (0, 1, 2))))
+    sentence = f"smallest possible Holm-corrected p is {least}. Results that are not significant"
+    assert (sentence in text) == bool(least)
+    assert ("smallest possible" in text) == bool(least)

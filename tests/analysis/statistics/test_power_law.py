@@ -13,6 +13,8 @@ from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.estimation import sentences as apa
 from slipscale.analysis.tasks.estimation.growth import growth_models
 from slipscale.analysis.tasks.estimation.growth import statistics as growth
+from slipscale.analysis.tasks.estimation.growth.figures import growth as growth_figure
+from slipscale.analysis.tasks.productions.statistics import Counterpart, both_exponents
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE
 
 DATA = Path(__file__).parents[2] / "data"
@@ -176,3 +178,23 @@ def test_models_closer_than_2_are_undecided_and_a_parameter_at_its_limit_is_name
     steep = growth_models.fit("power", x, np.array([[0.0, 30.0, 60.0]]))
     assert steep.at_bound == ("exponent",)
     assert growth_models.fit("power", x, 0.6 * np.log(x)[None]).at_bound == ()
+
+
+def test_the_line_of_the_figure_has_the_exponent_where_cells_are_missing():
+    rng = np.random.default_rng(3)
+    logs = pd.DataFrame(rng.normal(0, 0.6, (6, 1)) + np.log([[0.5, 1.0, 2.0, 4.0]]))
+    logs = logs.set_axis([0.5, 1.0, 2.0, 4.0], axis=1) + rng.normal(0, 0.1, (6, 4))
+    logs.iloc[0, 0] = logs.iloc[1, 3] = np.nan
+    (_, right) = growth_figure(logs, NotComputed("not of interest here")).axes
+    straight = next(line for line in right.lines if line.get_linewidth() == 2)
+    x, y = (np.log(np.asarray(each, float)) for each in straight.get_data())
+    slope = np.polyfit(x, y, 1)[0]
+    assert slope == pytest.approx(power_law.power_law_of(logs, 0.95).exponent)
+
+
+def test_participants_without_a_positive_exponent_are_named_beside_those_compared():
+    own = pd.Series([1.0, 1.1, 1.2, 0.0], index=list("abcd"))
+    slopes = own * pd.Series([0.9, 1.1, 1.3, 1.0], index=list("abcd"))
+    other = Counterpart(name="magnitude estimation", exponents=slopes)
+    found = both_exponents(own, other, 0.95)
+    assert (found.n, found.participants) == (3, 4)

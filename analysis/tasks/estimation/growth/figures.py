@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from slipscale.analysis.statistics.descriptives import student_intervals
-from slipscale.analysis.statistics.regression import fit_lines
+from slipscale.analysis.statistics.power_law import exponents
 from slipscale.analysis.tasks.estimation.growth.growth_models import MODELS
 from slipscale.analysis.writing.axes import LINES_AT_MOST, apart
 from slipscale.figure_style import (
@@ -105,10 +105,11 @@ def growth(
         left.legend(loc="lower right")
     for row in np.exp(above.to_numpy(float))[:LINES_AT_MOST]:
         right.plot(amplitudes, row, color=PALE, linewidth=0.8, alpha=0.75, zorder=1)
-    line = fit_lines(np.log(amplitudes), centre)
+    # The mean of participants' lines, because some participants may lack some amplitudes.
+    mean = exponents(above).mean()
     right.plot(
         amplitudes,
-        np.exp(line.intercept + line.slope * np.log(amplitudes)),
+        np.exp(mean["intercept"] + mean["exponent"] * np.log(amplitudes)),
         color=BLUE,
         linewidth=2,
         zorder=3,
