@@ -115,13 +115,19 @@ def test_the_answer_has_a_threshold_for_each_condition_and_names_the_tests_resul
         parts.append(own.assign(**{"factor: frequency_hz": hz}))
     (found,) = thresholds(pd.concat(parts, ignore_index=True))
     by_frequency, pooled = answers(found, 0.95, PLATE_AMPLITUDE)
-    assert re.search(
-        r"by frequency: 0.0998 µm, 95% CI \[\S+, \S+\] \(80 Hz\); 0.210 µm, .*\(400 Hz\)\. "
-        r"Thresholds differed between 80 Hz and 180 Hz \(p [<=] .001\) and between 180 Hz and 400 Hz "
-        r"\(p [<=] .001\), and did not differ reliably between 80 Hz and 400 Hz \(p = ",
-        by_frequency,
+    values, tests = by_frequency.split(" Thresholds ")
+    assert re.fullmatch(
+        r"Detection threshold \(t\) by frequency: 0.0998 µm, 95% CI \[0.0\d+, 0.1\d+\] \(80 Hz\); "
+        r"0.210 µm, .* \(180 Hz\); 0.0965 µm, .* \(400 Hz\)\.",
+        values,
     )
-    assert pooled.startswith("Detection threshold (t), averaged over frequency: 0.1")
+    assert re.fullmatch(
+        r"differed between 80 Hz and 180 Hz \(p [=<] .001\) and between 180 Hz and 400 Hz "
+        r"\(p [=<] .001\), and did not differ reliably between 80 Hz and 400 Hz \(p = .\d+\), "
+        r"after Holm's correction\.",
+        tests,
+    )
+    assert pooled.startswith("Detection threshold (t), averaged over frequency: 0.")
     untested = replace(
         found.population, factors=(), sd_log_slope=NotComputed("one slope is fitted")
     )
