@@ -248,7 +248,7 @@ def _perform(
     """Open the remaining devices, which the exit stack closes later, and run the session."""
     clock = journal.clock
     missing = why_no_backup(dataset, setting.backup) if setting.backup else ""
-    warnings = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
+    no_backup = (f"{NO_BACKUP} unless you correct this: {missing}",) if missing else ()
     spec = with_plate_file(setting.plate, plan.study.plate.file)
     heading = plan.heading(spec)
     # Opened before the window, because opening the window takes seconds, in which requests must not
@@ -256,7 +256,7 @@ def _perform(
     mailbox = _enter(stack, Mailbox(mailbox_of(journal.path), heading))
     journal.moved = lambda path: mailbox.move(mailbox_of(path))
     plate = stack.enter_context(plate_for(plan, spec, clock))
-    warnings += plate.notes
+    warnings = (*no_backup, *plate.notes)
     for warning in warnings:
         print(harmless(warning), file=sys.stderr)
     check_felt(plan, plate, begun=bool(journal.records))

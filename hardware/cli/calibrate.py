@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.faults import DONE, UserError
-from slipscale.hardware.address import positive_number
+from slipscale.hardware.address import number, positive_number
 from slipscale.hardware.calibration.keep_alive import typed
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     parser.add_argument("--by", required=True, help="name of the person performing the calibration")
     parser.add_argument("--instrument", required=True, help="model and range of the vibrometer")
     parser.add_argument(
-        "--temperature", type=float, metavar="C", help=("temperature of the plate, in °C")
+        "--temperature", type=number, metavar="C", help=("temperature of the plate, in °C")
     )
     parser.add_argument(
         "--point", default="", help="point on the plate at which the amplitude was measured"
@@ -75,28 +75,28 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--centre",
-        type=float,
+        type=positive_number,
         default=30_500.0,
         metavar="HZ",
         help="centre of the frequency sweep, in Hz (default: 30500)",
     )
     parser.add_argument(
         "--span",
-        type=float,
+        type=positive_number,
         default=1_500.0,
         metavar="HZ",
         help="half-width of the frequency sweep, in Hz (default: 1500)",
     )
     parser.add_argument(
         "--sweep-voltage",
-        type=float,
+        type=positive_number,
         default=5.0,
         metavar="V",
         help="voltage of the frequency sweep (default: 5)",
     )
     parser.add_argument(
         "--max-voltage",
-        type=float,
+        type=positive_number,
         default=16.0,
         metavar="V",
         help="largest voltage of the voltage sweep (default: 16)",
@@ -109,7 +109,7 @@ def add_arguments(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--amplifier-gain",
-        type=float,
+        type=positive_number,
         metavar="G",
         help="check that the plate has this gain; to set the gain, use the plate's SPEC "
         "(scpi:RESOURCE,gain=G)",
@@ -180,26 +180,23 @@ def run(arguments: Namespace) -> int:
         voltage_convention=arguments.voltage_convention,
         amplifier_gain=_agreed_gain(plate, arguments.amplifier_gain),
     )
-    number = _plate_serial(plate, arguments.plate_serial)
+    serial = _plate_serial(plate, arguments.plate_serial)
+    # Checked before the sweep, because an error after the sweep would lose the readings.
+    made = Provenance(
+        date=datetime.now(tz=UTC).date(),
+        by=arguments.by,
+        instrument=arguments.instrument,
+        temperature_c=arguments.temperature,
+        point=arguments.point,
+        finger=arguments.finger,
+    )
     if arguments.csv:
         device = _device(plate, arguments)
         points = read_points(arguments.csv, mm_s_per_v=arguments.mm_s_per_volt)
     else:
         device, points = _measure(plate, arguments, plan, drive)
-    device = device.model_copy(update={"plate": number})
-    calibration = calibration_from(
-        points,
-        device=device,
-        made=Provenance(
-            date=datetime.now(tz=UTC).date(),
-            by=arguments.by,
-            instrument=arguments.instrument,
-            temperature_c=arguments.temperature,
-            point=arguments.point,
-            finger=arguments.finger,
-        ),
-        drive=drive,
-    )
+    device = device.model_copy(update={"plate": serial})
+    calibration = calibration_from(points, device=device, made=made, drive=drive)
     _check_plausible(calibration, plate, changed_plate=arguments.changed_plate)
     picture = arguments.out.with_suffix(".png")
     try:
@@ -239,11 +236,15 @@ def _check_plausible(calibration: Calibration, plate: PlateDriver, *, changed_pl
 
 
 def _check_out(path: Path) -> None:
-    if path.exists():
-        raise UserError(
-            f"--out {path}: this file already exists, and data may depend on it; expected "
-            "the name of a new file"
-        )
+    """Raise `UserError` unless the calibration and its plot can be written as new files."""
+    if path.suffix != ".toml":
+        raise UserError(f"--out {path}: expected the name of a new TOML file, such as plate.toml")
+    for each in (path, path.with_suffix(".png")):
+        if each.exists():
+            raise UserError(
+                f"--out {path}: {each.name} already exists, and data may depend on it; expected "
+                "the name of a new file"
+            )
     if not (path.parent.is_dir() and os.access(path.parent, os.W_OK)):
         raise UserError(f"--out {path}: expected a writable folder, got {path.parent}")
 

@@ -380,13 +380,34 @@ def test_a_file_that_cannot_be_written_is_told_before_anything_is_measured(
     monkeypatch.setattr(calibrate, "typed", lambda *_: pytest.fail("a reading was asked for"))
     known = tmp_path / "plate.toml"
     known.write_text("data rest on it")
+    (tmp_path / "drawn.png").write_text("a picture")
     for out, complaint in (
-        (known, "already exists"),
+        (known, "plate.toml already exists"),
+        (tmp_path / "drawn.toml", "drawn.png already exists"),
+        (tmp_path / "x.png", "expected the name of a new TOML file"),
+        (tmp_path / "x", "expected the name of a new TOML file"),
         (tmp_path / "no" / "x.toml", "writable folder"),
     ):
         assert commands.main([*WORDS, "--prompt", "--out", str(out)]) == 2
         assert complaint in capsys.readouterr().err
     assert known.read_text() == "data rest on it"
+    assert (tmp_path / "drawn.png").read_text() == "a picture"
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        *(["--temperature", each] for each in ("nan", "inf")),
+        *([option, each] for option in ("--span", "--centre") for each in ("0", "-1", "nan")),
+        *([option, "0"] for option in ("--sweep-voltage", "--max-voltage", "--amplifier-gain")),
+    ],
+)
+def test_an_impossible_number_is_refused_before_anything_is_measured(
+    tmp_path, monkeypatch, capsys, words
+):
+    monkeypatch.setattr(calibrate, "typed", lambda *_: pytest.fail("a reading was asked for"))
+    assert commands.main([*WORDS, "--prompt", "--out", str(tmp_path / "x.toml"), *words]) == 2
+    assert f"{words[0]}: '{words[1]}', expected a number" in capsys.readouterr().err
 
 
 def test_readings_typed_at_a_prompt_give_the_calibration(tmp_path, monkeypatch, capsys):
