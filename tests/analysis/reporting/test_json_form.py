@@ -47,8 +47,8 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     assert " ".join(found) == (
         "friedman rm_anova pairwise page_trend linear_trend power_law mixed_model "
         "robust_exponent growth bayesian_growth order reliability normalisation sessions groups "
-        "factors difference thresholds exponent_and_weber scales matching ratings "
-        "rating_conditions ratios "
+        "factors measured_friction difference thresholds exponent_and_weber scales matching "
+        "ratings rating_conditions ratios "
         "productions similarity same_different limits identification pointing"
     )
     assert " ".join(found["rm_anova"]) == (

@@ -20,16 +20,15 @@ from slipscale.analysis.statistics.measured_friction import (
 )
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.declared.flat_table import flat
+from slipscale.analysis.tasks.effects.friction.statistics import MEASURED_FRICTION
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.axes import LINES_AT_MOST
 from slipscale.analysis.writing.html import ReportSection, TableColumn
-from slipscale.analysis.writing.numbers import grouped, number
+from slipscale.analysis.writing.numbers import grouped, number, p_value, significant
 from slipscale.experiments.dataset.measured import COEFFICIENT
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.figure_style import BLUE, GREY, INK, PALE, canvas, styled
-
-LESS_FRICTION = 0.1
 
 
 def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSection:
@@ -38,7 +37,7 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
     found = analysis.friction
     if found is None:
         return section
-    section.blocks.append(html.paragraph(sentence(found), "sentence"))
+    section.blocks.append(html.paragraph(sentence(found, _spread(analysis, found)), "sentence"))
     if "rating_friction" in svgs:
         section.blocks.append(
             html.figure(
@@ -84,23 +83,43 @@ def measured_friction(analysis: Analysis, svgs: Mapping[str, str]) -> ReportSect
     return section
 
 
-def sentence(found: MeasuredFriction) -> str:
-    """Return a sentence on the mean slope and the mean correlation."""
+def _spread(analysis: Analysis, found: MeasuredFriction) -> float:
+    """Return the range of coefficients of friction, the median of participants with a line."""
+    if analysis.prepared is None:
+        return math.nan
+    trials = used_trials(analysis.prepared)
+    by_person = trials.groupby(trials[PARTICIPANT].astype(str))[COEFFICIENT]
+    lines = [line.participant_id for line in found.participants]
+    return float((by_person.max() - by_person.min())[lines].median())
+
+
+def sentence(found: MeasuredFriction, spread: float) -> str:
+    """Return a sentence on the mean slope and the mean correlation.
+
+    Parameters
+    ----------
+    found : MeasuredFriction
+    spread : float
+        Range of a typical participant's coefficients of friction. The effect on the estimate is
+        given for a round reduction within this range.
+    """
     if isinstance(found.slope, NotComputed):
         return f"Ratings were not compared with measured friction: {found.slope.reason}."
     if not found.correlation:
-        return f"{_slope(found.slope)}."
-    return f"{_slope(found.slope)}; {_correlation(found.correlation)}."
+        return f"{_slope(found.slope, spread)}."
+    return f"{_slope(found.slope, spread)}; {_correlation(found.correlation)}."
 
 
-def _slope(found: MeanOverParticipants) -> str:
+def _slope(found: MeanOverParticipants, spread: float) -> str:
     low, high = found.interval
-    less = [math.exp(-LESS_FRICTION * bound) for bound in (found.mean, high, low)]
+    reduced = 10.0 ** math.floor(math.log10(spread))
+    less = [math.exp(-reduced * bound) for bound in (found.mean, high, low)]
     return (
         f"The logarithm of the estimate changed by {number(found.mean)} per unit increase in the "
         f"measured coefficient of friction (mean of {found.df + 1} participants' slopes, "
         f"{found.interval.confidence:.0%} CI {_interval(found.interval)}, t({found.df}) = "
-        f"{number(found.t)}): reducing friction by {LESS_FRICTION:g} multiplied the estimate by "
+        f"{number(found.t)}, {p_value(found.p)}): reducing friction by {reduced:g}, which is "
+        f"within the measured range (median {significant(spread)}), multiplied the estimate by "
         f"{number(less[0])} [{number(less[1])}, {number(less[2])}]"
     )
 
@@ -183,5 +202,9 @@ def rating_friction(prepared: Prepared, *, unit: str) -> Figure:
 
 
 ANALYSIS = TaskAnalysis(
-    name="friction", sections=(measured_friction,), figures=_figures, tables=_tables
+    name="friction",
+    statistics=(MEASURED_FRICTION,),
+    sections=(measured_friction,),
+    figures=_figures,
+    tables=_tables,
 )

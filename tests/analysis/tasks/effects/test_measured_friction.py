@@ -11,6 +11,7 @@ from scipy import stats
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.reporting.files import write_analysis
+from slipscale.analysis.reporting.multiplicity import multiplicity
 from slipscale.analysis.statistics.measured_friction import measured_friction
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.tasks.effects.friction.declaration import sentence
@@ -87,7 +88,7 @@ def test_participants_without_a_line_are_named():
     found = found_in(frame)
     assert found.left_out == ("sub-02", "sub-04")
     assert isinstance(found.slope, NotComputed)
-    assert "Ratings were not compared with measured friction" in sentence(found)
+    assert "Ratings were not compared with measured friction" in sentence(found, 0.4)
 
 
 def test_nothing_is_said_where_no_friction_was_measured():
@@ -97,10 +98,15 @@ def test_nothing_is_said_where_no_friction_was_measured():
     assert measured_friction(None) is None
 
 
-def test_the_sentence_says_what_less_friction_does_to_the_rating():
-    said = sentence(found_in(trials([-2.0, -3.0, -4.0])))
+@pytest.mark.parametrize("spread,step", [(0.4, 0.1), (0.084, 0.01)])
+def test_the_sentence_says_what_less_friction_within_the_measured_range_does_to_the_rating(
+    spread, step
+):
+    said = sentence(found_in(trials([-2.0, -3.0, -4.0])), spread)
     assert "changed by −3.00" in said
-    assert f"multiplied the estimate by {math.exp(0.3):.2f}" in said
+    assert "t(2) = −5.20, p = .035)" in said
+    assert f"by {step:g}, which is within the measured range (median {spread:.3g}" in said
+    assert f"multiplied the estimate by {math.exp(3 * step):.2f}" in said
 
 
 def test_report_figure_and_json_are_written_where_friction_was_measured(tmp_path):
@@ -108,8 +114,12 @@ def test_report_figure_and_json_are_written_where_friction_was_measured(tmp_path
     frame = trials([-2.0, -3.0, -5.5, -4.0], noise=0.1)
     columns = ["participant_id", "trial", "amplitude_um_pp", "estimate", "friction_coefficient"]
     frame[columns].to_csv(table, index=False)
-    report = write_analysis(analyse(table), tmp_path / "with")
-    assert "Ratings against measured friction" in report.read_text(encoding="utf-8")
+    analysis = analyse(table)
+    report = write_analysis(analysis, tmp_path / "with").read_text(encoding="utf-8")
+    assert "Ratings against measured friction" in report
+    assert "reducing friction by 0.1, which is within the measured range (median 0.400)" in report
+    listed = multiplicity(analysis.inference, "ranks", 0.95).families
+    assert [each.tests for each in listed if "measured friction" in each.name] == [1]
     written = json.loads((tmp_path / "with" / "friction.json").read_text())
     assert len(written["participants"]) == 4
     assert (tmp_path / "with" / "rating_friction.svg").is_file()
