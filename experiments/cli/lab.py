@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 
 HIGHEST_PORT = 65535
+LONGEST_NOTE = 2000  # characters; as in `LiveRequest`
 
 
 def add_lab(parser: ArgumentParser) -> None:
@@ -313,6 +314,12 @@ def run_note(args: Namespace) -> int:
     from slipscale.experiments.session.mailbox import LiveRequest, post, read_status  # noqa: PLC0415
     from slipscale.faults import UserError  # noqa: PLC0415
 
+    text = " ".join(args.words)
+    if len(text) > LONGEST_NOTE:
+        raise UserError(
+            f"the note has {len(text)} characters; expected at most {LONGEST_NOTE}: write several "
+            "notes"
+        )
     defaults = here()
     say(defaults)
     folders = (defaults.out(pilot=False), defaults.out(pilot=True))
@@ -324,7 +331,7 @@ def run_note(args: Namespace) -> int:
     for journal in live:
         status = read_status(journal)
         if status and is_being_written(journal):
-            post(journal, LiveRequest(token=status.token, what="note", reason=" ".join(args.words)))
+            post(journal, LiveRequest(token=status.token, what="note", reason=text))
             print(f"noted in {journal}")
             return DONE
     searched = " and ".join(str(folder) for folder in folders)

@@ -47,6 +47,11 @@ def plan_from(record: Record) -> RunPlan:
 def read_plan(path: Path) -> tuple[RunPlan, list[Record]]:
     """Return a journal's plan and records, or raise `UserError` if it does not describe a run."""
     records, _ = read_records(path)
+    if not records and has_begun(path):
+        raise UserError(
+            f"journal {path}: its first line is incomplete; expected a Slipscale journal. If the "
+            "session stopped as it began, start the run again with slipscale run"
+        )
     if not records:
         raise UserError(f"journal {path} is empty; start the run again with slipscale run")
     _, damage = checked(records)

@@ -269,6 +269,9 @@ def call(name: str, words: list[str]) -> int:
         return _failed(name, str(error), status, verbose=verbose)
     except KeyboardInterrupt:
         return _failed(name, "interrupted", INTERRUPTED)
+    except EOFError:
+        sentence = "the input ended before the question was answered, so nothing was begun"
+        return _failed(name, sentence, INTERRUPTED, verbose=verbose)
     finally:
         if verbose:
             from logging import getLogger  # noqa: PLC0415

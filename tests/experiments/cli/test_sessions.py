@@ -10,10 +10,12 @@ import pytest
 
 from slipscale import __version__, commands
 from slipscale.commands import main
+from slipscale.experiments.cli.lab import LONGEST_NOTE
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.participants.psychopy_window import keyboard
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.running.preflight import PlannedSession, check, check_display
+from slipscale.experiments.session.mailbox import LiveRequest
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 
@@ -61,6 +63,11 @@ def test_help_imports_nothing_heavy():
         (["run", "--participant", "Jane Doe"], "letters and digits only"),
         (["run", "--participant", "01", "--language", "tlh"], "en, fr"),
         (["resume", "nothing.jsonl"], "nothing.jsonl: No such file"),
+        (
+            ["resume", "a-file"],
+            "a-file: its first line is incomplete; expected a Slipscale journal",
+        ),
+        (["note", "x" * 2001], "the note has 2001 characters; expected at most 2000"),
         (["study", "validate", "nothing.toml"], "No such file"),
         (["pilot", "--participants", "0"], "expected 1 or more"),
         (["pilot", "--seed", "-4"], "expected 0 or more"),
@@ -287,3 +294,8 @@ def test_the_installed_command_is_the_front_door():
         check=True,
     )
     assert done.stdout == f"slipscale {__version__}\n"
+
+
+def test_a_session_accepts_a_note_of_every_length_that_the_command_accepts():
+    asked = {"token": "a session", "what": "note", "reason": "x" * LONGEST_NOTE}
+    assert LiveRequest(**asked).reason == asked["reason"]

@@ -186,6 +186,22 @@ def test_next_asks_first(lab, monkeypatch, capsys):
     assert len(lab) == 1
 
 
+def test_an_input_that_ends_at_a_question_is_an_interruption(
+    lab, tmp_path, record_runs, monkeypatch, capsys
+):
+    def ended(_question):
+        raise EOFError
+
+    record_runs(tmp_path / "data", "01", mode="participant")  # on another plate, so `run` asks
+    monkeypatch.setattr("sys.stdin", type("Terminal", (), {"isatty": lambda _: True})())
+    monkeypatch.setattr("builtins.input", ended)
+    for words in (["next"], ["lab", "init", "other"], ["run", "--participant", "02"]):
+        assert main(words) == 130
+        said = capsys.readouterr().err.splitlines()[-1]
+        assert said.endswith("input ended before the question was answered, so nothing was begun")
+    assert lab == []
+
+
 def test_next_takes_who_returns_by_name(lab, tmp_path, record_runs):
     (tmp_path / "two.toml").write_text(VISITS)
     (tmp_path / "slipscale.toml").write_text('study = "two.toml"\nplate = "serial:COM9"\n')
