@@ -33,7 +33,8 @@ from slipscale.faults import UserError
 ENTER, ERASE, CLEAR = "\r", "\b", "\x18"
 NUMBER_LENGTH = 20
 NUMBER = re.compile(r"[+-]?([0-9]+([.,][0-9]*)?|[.,][0-9]+)")
-# Depending on the country, "1,000" means one or one thousand.
+# Depending on the country, "1,000" means one or one thousand. "1.000" is accepted as one, because a
+# point is a decimal mark in English and never separates thousands in French.
 THOUSANDS = re.compile(r"[+-]?[1-9][0-9]{0,2}(,[0-9]{3})+")
 # Characters of the unshifted digit row of a French keyboard; the key marked 2 enters 2.
 AZERTY = dict(zip("&é\"'(-è_ç", "123456789", strict=True))
