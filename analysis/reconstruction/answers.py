@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 MARGINAL_CELLS = 5_000_000
 # Ordered samples are counted without a request only if this takes at most this number of additions.
 ORDERED_ADDITIONS = 6_000_000_000
+# They are also not counted without a request if they have more than this number of parts.
+ORDERED_PARTS = 10_000
 # Maximum number of pairs of sum and sum of squares to list if the data sets were not counted.
 SHOWN_SUMS = 100
 
@@ -152,7 +154,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
     if solutions.refused:
         return _uncounted(solutions, counted)
     column, found = solutions.column, solutions.targets
-    worth = solutions.consistent and worth_marginals(solutions)
+    worth = solutions.consistent and worth_marginals(solutions, measure)
     return ColumnAnswer(
         label=column.label,
         sd_convention=column.sd_convention,
@@ -170,7 +172,7 @@ def column_answer(solutions: Solutions, measure: str, *, variants: bool = False)
             order_statistics(marginals(solutions, measure), column.scale) if worth else ()
         ),
         variants=counted,
-        not_drawn=solutions.not_drawn if solutions.consistent else "",
+        not_drawn=_not_drawn(solutions, measure) if solutions.consistent else "",
     )
 
 
@@ -198,23 +200,30 @@ def _uncounted(solutions: Solutions, variants: tuple[Variant, ...]) -> ColumnAns
     )
 
 
-def worth_marginals(solutions: Solutions) -> bool:
+def _not_drawn(solutions: Solutions, measure: str) -> str:
+    return solutions.not_ordered if measure == "ordered" else solutions.not_drawn
+
+
+def worth_marginals(solutions: Solutions, measure: str = "multisets") -> bool:
     """Return whether exact distributions of ratings can be computed quickly."""
-    if solutions.not_drawn or solutions.listed_apart:
+    if _not_drawn(solutions, measure) or solutions.listed_apart:
         return False
-    cells = sum((task.bytes // 8) * len(task.goals) for task in solutions.problems)
+    tasks = solutions.ordered_problems if measure == "ordered" else solutions.problems
+    cells = sum((task.bytes // 8) * len(task.goals) for task in tasks)
     return cells <= MARGINAL_CELLS
 
 
 def worth_ordering(solutions: Solutions, measure: str) -> bool:
     """Return whether to count ordered samples, which is done on request or if it is quick."""
-    if solutions.not_drawn:
+    if _not_drawn(solutions, measure):
         return False
-    if solutions.listed_apart:
+    if solutions.listed_apart or measure == "ordered":
         return True
     n, values = solutions.column.n, solutions.column.scale.steps + 1
-    cells = sum(task.bytes // 8 for task in solutions.problems)
-    return measure == "ordered" or cells * n * values <= ORDERED_ADDITIONS
+    if solutions.ordered_parts > ORDERED_PARTS:
+        return False
+    cells = sum(task.bytes // 8 for task in solutions.ordered_problems)
+    return cells * n * values <= ORDERED_ADDITIONS
 
 
 def moments(solutions: Solutions) -> tuple[tuple[Fraction, Fraction], ...]:
@@ -296,7 +305,7 @@ def across(
     from slipscale.analysis.reconstruction.inference.distributions import distributions  # noqa: PLC0415
 
     long = tuple(s.column.label for s in columns if s.not_drawn or s.multisets > LISTED)
-    drawable = not any(s.not_drawn for s in columns)
+    drawable = not any(_not_drawn(s, measure) for s in columns)
     samplers = [Sampler(solutions, measure) for solutions in columns] if drawable else []
     bounds = of_moments(columns) if long else conclusions(samplers, tell)
     tell("distributions over uniform samples")

@@ -1,18 +1,23 @@
 """Partition a column's solutions into parts that depend only on n, sum and sum of squares.
 
-A published minimum, maximum or median requires certain ratings to be present. The solutions are
-partitioned by how often each required rating occurs. Within a part, the frequencies of the required
+A published minimum, maximum or median requires certain ratings to be present. In each part, some
 ratings are fixed. The remaining ratings are free: they may take any permitted value in one interval
 or, if the median is published, in two intervals below and above the median. Every consistent
 multiset or ordered sample belongs to exactly one part.
+
+- Multisets: each required rating is fixed once, and further occurrences are free. If the median is
+  published, the smaller half of the free ratings is at most the lower middle rating, and the larger
+  half is at least the upper one. There is one part per pair of middle ratings.
+- Ordered samples: the number of orders depends on how often a rating occurs. There is one part for
+  each combination of frequencies of the required ratings, which are then not free.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import product
-from math import comb
+from math import comb, prod
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,17 @@ class Moments:
         return Moments(
             self.n - times, self.total - times * value, self.squares - times * value * value
         )
+
+    def most_copies(self, value: int) -> int:
+        """Return an upper bound on the number of occurrences of `value`.
+
+        If c of the n values are equal to x, the squared deviations from the mean m add up to at
+        least c (x - m)² n / (n - c).
+        """
+        spread, far = self.n * self.squares - self.total**2, (self.n * value - self.total) ** 2
+        if self.n <= 0 or spread < 0:
+            return 0
+        return self.n * spread // (spread + far) if spread + far else self.n
 
     def possible(self, low: int, high: int) -> bool:
         """Return whether values in [low, high] could have these moments."""
@@ -74,8 +90,8 @@ class Wanted:
 class Split:
     """The two intervals in which the free values lie: [low, below] and [above, high].
 
-    Distances are measured from `centre`, with ``below < centre <= above``. The values in `holes`
-    are excluded.
+    Distances are measured from `centre`, with ``below <= centre <= above``. The intervals share at
+    most one value, the centre. The values in `holes` are excluded.
     """
 
     low: int
@@ -88,10 +104,9 @@ class Split:
 
 @dataclass(frozen=True)
 class Part:
-    """All solutions that contain the same fixed values with the same frequencies.
+    """All solutions that consist of the same fixed values and any permitted free values.
 
-    The remaining values of a solution are called free values. All solutions in a part have the same
-    number, sum and sum of squares of free values.
+    All solutions in a part have the same number, sum and sum of squares of free values.
 
     Parameters
     ----------
@@ -133,31 +148,60 @@ class Part:
 Given = tuple[tuple[int, int], ...]
 
 
-def partition(wanted: Wanted) -> Iterator[Part]:
+def partition(every: Iterable[Wanted], measure: str = "multisets") -> Iterator[Part]:
     """Yield disjoint parts that together contain all solutions."""
-    if wanted.medians is None:
-        for moments, low, high, given in _ends(wanted):
+    once = measure == "multisets"
+    known: dict[tuple[Split, Given, int], list[_Middle]] = {}
+    for wanted in every:
+        fixed = _fixed(wanted, once)
+        for moments, low, high, given in _ends(wanted, fixed, once):
+            holes = frozenset(value for value in fixed if low <= value <= high)
             # Any centre gives correct results; with the mean, tables are small.
-            centre = min(max(round(moments.total / max(moments.n, 1)), low), max(low, high))
-            split = Split(low, centre - 1, centre, centre, high, _holes(wanted, low, high))
-            yield Part(split, moments, given, 0, moments.n)
-        return
-    for lower, upper in wanted.medians:
-        yield from _around(wanted, lower, upper)
+            centre = round(moments.total / max(moments.n, 1))
+            if wanted.medians is None:
+                centre = min(max(centre, low), max(low, high))
+                split = Split(low, centre - 1, centre, centre, high, holes)
+                yield Part(split, moments, given, 0, moments.n)
+                continue
+            for lower, upper in wanted.medians:
+                split = Split(low, lower, centre, upper, high, holes)
+                key = split, given, moments.n
+                if key not in known:
+                    known[key] = list(_around(*key, once))
+                yield from (part for middle in known[key] if (part := middle.part(moments, given)))
 
 
-def _holes(wanted: Wanted, low: int, high: int) -> frozenset[int]:
-    """Return the values from `low` to `high` whose number of occurrences is restricted."""
-    return frozenset(value for value, _, _ in wanted.occurrences if low <= value <= high)
+def most_parts(wanted: Wanted, measure: str) -> int:
+    """Return an upper bound on the number of parts that `partition` has to examine."""
+    n, once = wanted.moments.n, measure == "multisets"
+    fixed = _fixed(wanted, once)
+    number = prod(most - least + 1 for v, least, most in wanted.occurrences if v in fixed)
+    if once:
+        number *= prod(map(len, wanted.present))
+        return number * (1 if wanted.medians is None else len(wanted.medians))
+    required = frozenset[int]().union(*wanted.present)
+    copies = {value: wanted.moments.most_copies(value) for value in required}
+    number *= min(prod(1 + most for most in copies.values()), comb(n + len(copies), n))
+    if wanted.medians is not None:
+        number *= sum((n // 2) ** 2 if lower < upper else n for lower, upper in wanted.medians)
+    return number
 
 
-def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
+def _fixed(wanted: Wanted, once: bool) -> frozenset[int]:
+    """Return the values that are never free, because their number of occurrences is restricted."""
+    return frozenset(
+        value for value, _, most in wanted.occurrences if not once or most < wanted.moments.n
+    )
+
+
+def _ends(
+    wanted: Wanted, fixed: frozenset[int], once: bool
+) -> Iterator[tuple[Moments, int, int, Given]]:
     """Yield the free values' moments, minimum and maximum, and the fixed values."""
-    if not wanted.occurrences:
-        yield from _enter(wanted.moments, wanted.low, wanted.high, wanted.present, (), frozenset())
-        return
-    fixed = frozenset(value for value, _, _ in wanted.occurrences)
-    choices = (range(least, most + 1) for _, least, most in wanted.occurrences)
+    choices = (
+        range(least, (most if value in fixed else least) + 1)
+        for value, least, most in wanted.occurrences
+    )
     for numbers in product(*choices):
         moments = wanted.moments
         given: Given = ()
@@ -170,7 +214,7 @@ def _ends(wanted: Wanted) -> Iterator[tuple[Moments, int, int, Given]]:
         if any(not wanted.low <= value <= wanted.high for value in values):
             continue
         present = tuple(wish - fixed for wish in wanted.present if not wish & values)
-        yield from _enter(moments, wanted.low, wanted.high, present, given, fixed)
+        yield from _enter(moments, wanted.low, wanted.high, present, given, fixed, once)
 
 
 def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made of
@@ -180,6 +224,7 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
     present: tuple[frozenset[int], ...],
     given: Given,
     fixed: frozenset[int],
+    once: bool,
 ) -> Iterator[tuple[Moments, int, int, Given]]:
     while fixed and low <= high and low in fixed:
         low += 1
@@ -194,65 +239,91 @@ def _enter(  # noqa: PLR0917 - one argument for each thing that a part is made o
     at_low = any(low in wish for wish in present)
     value = low if at_low else high
     inside = (low + 1, high) if at_low else (low, high - 1)
-    for times in range(moments.n + 1):
+    most = moments.most_copies(value)
+    for times in range((min(most, 1) if once else most) + 1):
         rest = moments.without(value, times)
-        if rest.squares < 0 and times:
-            return
         wishes = (
             tuple(wish for wish in present if value not in wish)
             if times
             else tuple(wish - {value} for wish in present)
         )
         more = (*given, (value, times)) if times else given
-        yield from _enter(rest, *inside, wishes, more, fixed)
+        ends = (low, high) if times and once else inside
+        yield from _enter(rest, *ends, wishes, more, fixed, once)
 
 
-def _around(wanted: Wanted, lower: int, upper: int) -> Iterator[Part]:
-    """Yield the parts of the solutions in which the two middle ratings are `lower` and `upper`.
+@dataclass(frozen=True)
+class _Middle:
+    """The fixed values among the middle ratings, and the free values below and above them."""
 
-    The middle ratings of a sorted data set determine its median. In each part, the frequencies of
-    the middle ratings are fixed.
+    split: Split
+    given: Given
+    fewest_below: int
+    most_below: int
+
+    def part(self, moments: Moments, given: Given) -> Part | None:
+        """Return the part with these middle ratings, or None if they are impossible.
+
+        `moments` are those of all values except `given`.
+        """
+        for value, times in self.given:
+            moments = moments.without(value, times)
+        if moments.squares < 0:
+            return None
+        every = (*given, *self.given)
+        return Part(self.split, moments, every, self.fewest_below, self.most_below)
+
+
+def _around(free: Split, given: Given, number: int, once: bool) -> Iterator[_Middle]:
+    """Yield the middle ratings' possible frequencies if they are ``free.below`` and ``free.above``.
+
+    The middle ratings of a sorted data set determine its median. Multisets have at most one part:
+    each half of a sorted multiset consists of values up to the lower middle rating or of values
+    from the upper one. In each part of ordered samples, the frequencies of the middle ratings are
+    fixed.
+
+    Parameters
+    ----------
+    free : Split
+        Middle ratings, minimum and maximum of the free values, and their mean as the centre.
+    given : tuple of (int, int)
+        Fixed values other than middle ratings, each with its number of occurrences.
+    number : int
+        Number of other values.
+    once : bool
+        Whether to fix each middle rating only as often as necessary.
     """
-    for moments, low, high, given in _ends(wanted):
-        holes = _holes(wanted, low, high)
-        split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high, holes)
-        below = sum(times for value, times in given if value < lower)
-        above = sum(times for value, times in given if value > upper)
-        middle = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
-        if below + above + sum(middle.values()) < wanted.moments.n - moments.n:
-            continue  # No value can lie between the two middle ratings.
-        for copies in _copies(middle, moments.n, low, high, holes):
-            rest, more = moments, given
-            for value, times in copies:
-                rest = rest.without(value, times)
-                more = (*more, (value, times)) if times else more
-            if rest.n < 0 or rest.squares < 0:
-                continue
-            if lower == upper:
-                most = (wanted.moments.n - 1) // 2
-                fewest_below, most_below = rest.n - (most - above), most - below
-            else:
-                half = wanted.moments.n // 2
-                at = {value: middle[value] + times for value, times in copies}
-                if not all(at.values()):
-                    continue
-                most_below = fewest_below = half - below - at[lower]
-            fewest_below, most_below = max(fewest_below, 0), min(most_below, rest.n)
-            if fewest_below <= most_below:
-                yield Part(split, rest, more, fewest_below, most_below)
-
-
-def _copies(
-    middle: dict[int, int], n: int, low: int, high: int, holes: frozenset[int]
-) -> Iterator[Given]:
-    """Yield the possible additional frequencies of the middle ratings.
-
-    The additional frequency is 0 for a rating that is already fixed, is excluded or is out of
-    range.
-    """
-    ranges = [
-        range(n + 1) if low <= value <= high and not held and value not in holes else range(1)
-        for value, held in middle.items()
-    ]
-    for times in product(*ranges):
-        yield tuple(zip(middle, times, strict=True))
+    low, lower, upper, high = free.low, free.below, free.above, free.high
+    n = number + sum(times for _, times in given)
+    half = (n - 1) // 2
+    below = sum(times for value, times in given if value < lower)
+    above = sum(times for value, times in given if value > upper)
+    held = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
+    if below + above + sum(held.values()) < n - number:
+        return  # No value can lie between the two middle ratings.
+    if once:
+        centre = min(max(free.centre, lower + 1), upper)
+        split = Split(low, min(lower, high), centre, max(upper, low), high, free.holes)
+    else:
+        split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high, free.holes)
+    # Unless the two middle ratings differ, the same rating is needed once or, if n is even, twice.
+    needed = 1 if lower < upper else n - 2 * half
+    are_free = [low <= value <= high and value not in free.holes for value in held]
+    most = half + 1 if lower < upper else number
+    choices = []
+    for times, is_free in zip(held.values(), are_free, strict=True):
+        least = max(needed - times, 0) if is_free else 0
+        choices.append(range(least, (most if is_free and not once else least) + 1))
+    for copies in product(*choices):
+        rest = number - sum(copies)
+        if lower < upper:
+            at = [have + more for have, more in zip(held.values(), copies, strict=True)]
+            fewest_below = most_below = half + 1 - below - at[0] if all(at) else -1
+        elif once and are_free[0]:
+            fewest_below = most_below = half - below
+        else:
+            fewest_below, most_below = rest - (half - above), half - below
+        fewest_below, most_below = max(fewest_below, 0), min(most_below, rest)
+        if fewest_below <= most_below:
+            more = tuple((v, times) for v, times in zip(held, copies, strict=True) if times)
+            yield _Middle(split, more, fewest_below, most_below)

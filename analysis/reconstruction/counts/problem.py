@@ -29,6 +29,9 @@ MINUTES = 0.1
 WIDEST = 10_000_000
 # Measured: 1.3 to 2.4, with n = 50 to 200 on a scale from 0 to 100, and n = 200 on 1 to 7.
 NANOSECONDS_AN_ADDITION = 2.0
+# Measured: 11 to 14 µs and 600 bytes, with n = 20 to 100 on a scale from 0 to 100.
+SECONDS_A_PART = 15e-6
+BYTES_A_PART = 1000
 # Counts of up to this number of bits need a single pass. Larger counts also need one pass in
 # floating point and one pass per additional `BITS_A_PASS` bits.
 WORD_BITS = 64
@@ -159,6 +162,24 @@ def require_memory(tasks: list[Problem], memory_gib: float, moduli: int = 1) -> 
                 f"the state table needs about {need_gib:.1f} GiB, but {memory_gib:g} GiB are "
                 f"allowed: {NARROW}, or increase --memory-gib"
             )
+
+
+def require_listable(parts: int, memory_gib: float, minutes: float) -> None:
+    """Raise an error if the parts of a partition would take too much memory or time to list.
+
+    Raises
+    ------
+    UserError
+        If there are more parts than `memory_gib` and `minutes` allow.
+    """
+    need_gib, seconds = parts * BYTES_A_PART / 2**30, parts * SECONDS_A_PART
+    if seconds > 60 * minutes or need_gib > memory_gib:
+        raise UserError(
+            f"up to {parts:,} combinations of a sum, a sum of squares, extreme and middle ratings "
+            f"and frequencies need about {need_gib:.1f} GiB and take {duration(seconds)}; "
+            f"{memory_gib:g} GiB and {minutes:g} min are allowed: {NARROW}, or increase "
+            f"--memory-gib and --minutes"
+        )
 
 
 NARROW = "narrow the scale with observed_minimum, observed_maximum or maximum_deviation"

@@ -81,7 +81,7 @@ def marginals(solutions: Solutions, measure: str = "multisets") -> Marginals:
         Whether to treat all multisets or all ordered samples as equally likely.
     """
     n, values = solutions.column.n, solutions.column.scale.steps + 1
-    tasks = solutions.problems
+    tasks = solutions.ordered_problems if measure == "ordered" else solutions.problems
     moduli = moduli_above(largest_possible(tasks, measure))
     require_memory(tasks, solutions.memory_gib, 2)
     at_most, absent = np.zeros((values, n + 1), dtype=object), np.zeros(values, dtype=object)
@@ -120,7 +120,9 @@ def _goal(task: Problem, goal: Goal, measure: str, modulus: int) -> Tally:
             mine[...] += worth.scaled(theirs, joint.ways)
         for distance in range(own.shape.nearest, own.shape.farthest + 1):
             value = task.split.centre + (-distance if own_below else distance)
-            for k, number in enumerate(_products(own, worth)):
+            # If the two intervals share a value, both tables are needed to count values up to it.
+            shared = value == task.split.below == task.split.above
+            for k, number in enumerate(() if shared else _products(own, worth)):
                 key = (value, k) if own_below else (value - 1, goal.n - k)
                 tally[key] = number
             # Excluded values (holes) were not added to the tables, so they are not removed.

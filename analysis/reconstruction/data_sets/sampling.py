@@ -47,7 +47,9 @@ class Sampler:
             ordered = measure == "ordered"
             self.total = solutions.ordered if ordered else solutions.multisets
         else:
-            self._ranked = rankings(solutions.problems, measure, solutions.memory_gib)
+            ordered = measure == "ordered"
+            tasks = solutions.ordered_problems if ordered else solutions.problems
+            self._ranked = rankings(tasks, measure, solutions.memory_gib)
             self.total = sum(ranking.total for ranking in self._ranked)
         if not self.total:
             raise UserError(f"column '{solutions.column.label}': {solutions.reason}")

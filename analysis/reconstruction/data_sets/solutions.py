@@ -11,13 +11,14 @@ import numpy as np
 from slipscale.analysis.reconstruction.counts import few_values
 from slipscale.analysis.reconstruction.counts.counting import attained, count
 from slipscale.analysis.reconstruction.counts.listing import LISTED, arrangements, multisets
-from slipscale.analysis.reconstruction.counts.partition import partition
+from slipscale.analysis.reconstruction.counts.partition import most_parts, partition
 from slipscale.analysis.reconstruction.counts.problem import (
     MEMORY_GIB,
     MINUTES,
     Problem,
     problems,
     require_countable,
+    require_listable,
     require_memory,
 )
 from slipscale.analysis.reconstruction.counts.residues import moduli_above
@@ -29,6 +30,9 @@ from slipscale.faults import UserError
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.published_table import Column
+
+# Beyond this number of parts, the cost of a count is first estimated from a few of them.
+MANY_PARTS = 10_000
 
 
 @dataclass(frozen=True)
@@ -57,11 +61,33 @@ class Solutions:
 
     @cached_property
     def problems(self) -> list[Problem]:
-        """Subproblems whose counts are added, each with one pair of state tables."""
+        """Subproblems whose counts of multisets are added, each with one pair of state tables.
+
+        Raises
+        ------
+        UserError
+            If the partition has too many parts to list within the limits.
+        """
+        return self._problems("multisets", self._parts("multisets"))
+
+    @cached_property
+    def ordered_problems(self) -> list[Problem]:
+        """Subproblems whose counts of ordered samples are added, as in `problems`."""
+        return self._problems("ordered", self.ordered_parts)
+
+    @cached_property
+    def ordered_parts(self) -> int:
+        """Upper bound on the number of parts of the partition of ordered samples."""
+        return self._parts("ordered")
+
+    def _parts(self, measure: str) -> int:
+        return sum(most_parts(wish, measure) for wish in self.targets.wanted)
+
+    def _problems(self, measure: str, parts: int) -> list[Problem]:
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
-        parts = (part for wish in self.targets.wanted for part in partition(wish))
-        return problems(parts)
+        require_listable(parts, self.memory_gib, self.minutes)
+        return problems(partition(self.targets.wanted, measure))
 
     @cached_property
     def multisets(self) -> int:
@@ -94,7 +120,7 @@ class Solutions:
             if self.targets.refused:
                 return self.targets.refused
             try:
-                require_countable(self.problems, self.memory_gib, self.minutes)
+                self._require_countable()
             except UserError as error:
                 return str(error)
         if self.listed_apart and self._unfiltered > LISTED:
@@ -103,6 +129,15 @@ class Solutions:
                 f"match the other statistics, and no more than {LISTED:,} can be listed"
             )
         return ""
+
+    def _require_countable(self) -> None:
+        """Raise an error if counting multisets would take too much memory or time."""
+        if self._parts("multisets") > MANY_PARTS:
+            # Listing all parts is slow. One pair of sum and sum of squares needs smaller tables.
+            wanted = self.targets.wanted
+            some = problems(partition(wanted[len(wanted) // 2 :][:1]))
+            require_countable(some, self.memory_gib, self.minutes)
+        require_countable(self.problems, self.memory_gib, self.minutes)
 
     @property
     def listed_apart(self) -> bool:
@@ -137,6 +172,17 @@ class Solutions:
         return ""
 
     @cached_property
+    def not_ordered(self) -> str:
+        """Reason why ordered samples are neither counted nor drawn, or "" if they can be."""
+        if self.not_drawn or self.listed_apart:
+            return self.not_drawn
+        try:
+            _ = self.ordered_problems
+        except UserError as error:
+            return str(error)
+        return ""
+
+    @cached_property
     def witness(self) -> tuple[int, ...]:
         """An example of a consistent data set, found without counting all data sets.
 
@@ -163,7 +209,7 @@ class Solutions:
         """Number of data sets, counting different orders of participants separately."""
         if self.listed_apart:
             return int(sum(arrangements(self.listed)))
-        return count(self.problems, "ordered", self.memory_gib)
+        return count(self.ordered_problems, "ordered", self.memory_gib)
 
     @property
     def consistent(self) -> bool:

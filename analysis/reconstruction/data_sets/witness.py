@@ -60,7 +60,7 @@ def witness_of(column: Column, targets: Targets, moments: tuple[int, int]) -> tu
 
 
 def _of_wish(column: Column, wish: Wanted, moves: int) -> tuple[int, ...]:
-    for part in islice(partition(wish), TRIED):
+    for part in islice(partition([wish]), TRIED):
         found = _free_values(part, moves)
         given = [value for value, times in part.given for _ in range(times)]
         values = tuple(sorted([*found, *given]))

@@ -36,6 +36,7 @@ COLUMNS = [
     (12, "12.75", "12.75", {"maximum_deviation": "27.25"}),
     (6, "15", "6", {"maximum": 30}),  # several sums, and runs of sums of squares
     (9, "30.0", "12.3", {"maximum": 50, "median": "28"}),
+    (10, "30.0", "12.3", {"maximum": 50, "median": "28.0"}),
     (8, "3.50", "3.74", {"maximum": 7}),  # far below and far above only
     (30, "6.0", "2.0", {"maximum": 12}),
     (12, "50.00", "10.00", {"absent": (44, 50, 51, 53, 60)}),
