@@ -126,7 +126,7 @@ class PlateDriver(GuardedOutput):
         except BaseException:
             self.close()
             raise
-        self._fault_known = self._vibration_known = False
+        self._fault_known = False
         self._on_time.command(self.clock.now(), vibrates=False)
         return self.identity
 

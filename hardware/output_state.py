@@ -55,22 +55,20 @@ class GuardedOutput(ABC):
         self._opened = False  # between `_connect` and `_close`
         self._on_time = OnTime(window_s=limits.duty_window_s)
         self._fault_known = False
-        self._vibration_known = False  # whether `StillVibrating` was raised
 
     def silence(self) -> None:
         """Stop the vibration; safe to call at any time, in any state and repeatedly.
 
         Raises `PlateFault` if the plate did not confirm that it is off, unless a fault was already
-        raised since `connect`. `StillVibrating` is raised even after another fault, but only once.
+        raised since `connect`. `StillVibrating` is raised at every attempt that fails, so that no
+        other fault and no earlier handler hides it.
         """
         self._on_time.command(self.clock.now(), vibrates=False)
         try:
             self._silence()
         except StillVibrating:
-            self.output = Output.UNREACHABLE
-            if not self._vibration_known:
-                self._vibration_known = self._fault_known = True
-                raise
+            self.output, self._fault_known = Output.UNREACHABLE, True
+            raise
         except PlateFault:
             self.output = Output.UNREACHABLE
             if not self._fault_known:
@@ -103,7 +101,7 @@ class GuardedOutput(ABC):
     def close(self) -> None:
         """Silence the plate, and release the device.
 
-        Raises no `PlateFault` except `StillVibrating`, and only if it was not raised before.
+        Raises no `PlateFault` except `StillVibrating`.
         """
         self._fault_known = True
         try:
@@ -145,7 +143,6 @@ class GuardedOutput(ABC):
         except BaseException:  # The session ends; `close` reports if the plate vibrates.
             with suppress(PlateFault):
                 self.silence()
-            self._vibration_known = False
             raise
 
     def _check_duty(self) -> None:

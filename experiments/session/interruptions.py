@@ -14,7 +14,7 @@ from slipscale.experiments.journal.serialisation import same_step, step_record
 from slipscale.experiments.participants.base import Participant, StopRequested
 from slipscale.experiments.session.markers import Event, Markers
 from slipscale.experiments.steps.replies import Answer, Voided
-from slipscale.hardware.errors import PlateFault
+from slipscale.hardware.errors import PlateFault, StillVibrating
 from slipscale.hardware.signals import raise_if_ended
 
 if TYPE_CHECKING:
@@ -222,20 +222,26 @@ class Interruptions:
             self._journal.write("go_on")
 
     def _recover(self, fault: PlateFault) -> None:
-        """Silence the plate, record the fault, wait for the operator's decision, and reconnect."""
-        self._surface.shut_down()
+        """Silence the plate, record the fault, wait for the operator's decision, and reconnect.
+
+        That the plate may still vibrate is shown until it is connected again, in place of any other
+        fault.
+        """
+        still = self._surface.shut_down()
         while True:
             self._markers.mark(Event.FAULT)
             self._progress.fault()
             self._journal.write("fault", code=fault.code, message=fault.message)
-            self._plate.close()
+            if still and not isinstance(fault, StillVibrating):
+                self._journal.write("fault", code=still.code, message=still.message)
+            still = self._surface.disconnect() or still
             self._clock.sleep(RECONNECT_WAIT_S)
-            shown = fault if self._progress.unblinded else fault.blinded()
+            urgent = still or fault
             try:
-                self._wait_for("fault", "retry", str(shown))
+                self._wait_for("fault", "retry", urgent)
             except StopRequested as stopped:
                 self._journal.write("given_up", reason=str(stopped))
-                raise shown from None
+                raise self._progress.visible(urgent) from None
             try:
                 self._plate.connect()
             except PlateFault as again:
@@ -244,10 +250,10 @@ class Interruptions:
                 self._journal.write("retry")
                 return
 
-    def _wait_for(self, state: State, wanted: str, message: str = "") -> None:
+    def _wait_for(self, state: State, wanted: str, fault: PlateFault | None = None) -> None:
         """Wait until the operator makes the request ``wanted`` or stops the session."""
         self._noise.stop()
-        self._progress.tell(state, message=message)
+        self._progress.tell(state, fault=fault)
 
         def answered() -> bool:
             request = self._poll()

@@ -56,6 +56,8 @@ class SessionStatus:
         The plate's last temperature reading; None if the plate does not report its temperature.
     message : str
         A description of the fault, or the reason for refusing a request.
+    code : str
+        The fault's code (`PlateFault.code`) in the state "fault", otherwise empty.
     level : str or None
         Commanded level with its unit; None if the operator is blinded.
     unblinded : bool
@@ -82,6 +84,7 @@ class SessionStatus:
     plate: PlateState = "silent"
     temperature_c: float | None = None
     message: str = ""
+    code: str = ""
     warnings: tuple[str, ...] = ()
     level: str | None = None
     unblinded: bool = False

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.session.surface_state import SurfaceState
     from slipscale.experiments.steps.trial import Trial
     from slipscale.hardware.clock import Clock
+    from slipscale.hardware.errors import PlateFault
 
 
 class Progress:
@@ -67,6 +68,7 @@ class Progress:
         self._over = False
         self._before: Trial | None = None  # the last finished trial, while another is in progress
         self._closing = False  # whether the last finished trial can still be repeated
+        self._fault: PlateFault | None = None
 
     @property
     def voidable(self) -> Trial | None:
@@ -168,15 +170,30 @@ class Progress:
         """Show the operator a message without changing the session's state."""
         self.tell(self._status.state, message=message)
 
-    def tell(self, state: State, *, message: str = "", level: float | None = None) -> None:
+    def visible(self, fault: PlateFault) -> PlateFault:
+        """Return a fault as the operator may see it: without amplitudes unless unblinded."""
+        return fault if self.unblinded else fault.blinded()
+
+    def tell(
+        self,
+        state: State,
+        *,
+        message: str = "",
+        fault: PlateFault | None = None,
+        level: float | None = None,
+    ) -> None:
         """Update the status shown to the operator, with the amplitude only if unblinded."""
+        # A fault remains visible, also next to a message, until the session continues.
+        self._fault = (fault or self._fault) if state == "fault" else None
+        told = [message, *([str(self.visible(self._fault))] if self._fault else [])]
         elapsed_s = self._clock.now() - self._begun_s - self._away_s
         done = self._status.done - self._done_before
         left = max(self._status.planned - self._status.done, 0)
         self._status = replace(
             self._status,
             state=state,
-            message=message,
+            message=". ".join(filter(None, told)),
+            code=self._fault.code if self._fault else "",
             voidable=self.voidable,
             answered=self.answered,
             noise=self._noise.state,

@@ -207,6 +207,9 @@ class Session:
     def run(self) -> RunOutcome:
         """Run until the protocol ends or the session is stopped, and leave the plate silent.
 
+        If the plate could not be switched off, this is recorded, and closing the plate raises
+        `StillVibrating`.
+
         Raises
         ------
         PlateFault
@@ -217,17 +220,17 @@ class Session:
         self._markers.mark(Event.BEGIN)
         try:
             self._loop()
-            self._surface.shut_down()
+            self._shut_down()
             self._journal.write("end")
         except StopRequested as request:
-            self._surface.shut_down()
+            self._shut_down()
             self._journal.write("stop", reason=str(request) or "requested by the participant")
             return "stopped"
         except UserError:
             self._surface.shut_down()
             raise
         except BaseException as error:
-            self._surface.shut_down()
+            self._shut_down()
             self._journal.write("stop", reason=f"{type(error).__name__}: {error}")
             raise
         finally:
@@ -235,6 +238,11 @@ class Session:
             self._markers.mark(Event.END)
         self._progress.tell("done")
         return "complete"
+
+    def _shut_down(self) -> None:
+        """Silence the plate, and record if it may still vibrate; closing it raises this fault."""
+        if still := self._surface.shut_down():
+            self._journal.write("fault", code=still.code, message=still.message)
 
     def _loop(self) -> None:
         """Replay the steps in the journal, and then carry out the remaining steps."""

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Literal
 
 from slipscale.experiments.steps.replies import Presented, Reply
 from slipscale.experiments.steps.steps import Adjust, Ask, Explore, Present, Silence, Step
-from slipscale.hardware.errors import PlateFault
+from slipscale.hardware.errors import PlateFault, StillVibrating
 
 if TYPE_CHECKING:
     from slipscale.experiments.session.followed_textures import Following
@@ -296,13 +296,26 @@ class SurfaceState:
         self._plate.silence()
         self._hushed = True
 
-    def shut_down(self) -> None:
-        """Silence the plate at the end or after a fault. If this fails, close the connection."""
+    def shut_down(self) -> StillVibrating | None:
+        """Silence the plate at the end or after a fault. If this fails, close the connection.
+
+        Returns the fault if the plate may still vibrate. The driver raises it again when it is
+        closed at the end of the session.
+        """
         self.interrupt()
         try:
             self._plate.silence()
         except PlateFault:
+            return self.disconnect()
+        return None
+
+    def disconnect(self) -> StillVibrating | None:
+        """Close the connection to the plate; return the fault if the plate may still vibrate."""
+        try:
             self._plate.close()
+        except StillVibrating as still:
+            return still
+        return None
 
     @property
     def _trial(self) -> object:

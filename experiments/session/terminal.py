@@ -25,6 +25,7 @@ from slipscale.experiments.session.operator import Request, SessionStatus, State
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.steps.trial import Trial
 from slipscale.faults import harmless
+from slipscale.hardware.errors import StillVibrating
 
 ENTER, ESCAPE, BACKSPACE = "\r\n", "\x1b", "\x7f\b"
 # A key: one character, or the complete escape sequence of an arrow or function key.
@@ -170,6 +171,7 @@ class TerminalOperator:
         Returns the pressed key, or "" if no key was pressed, without waiting.
     retries : int
         Number of automatic retries after faults, so that a brief loss of contact needs no action.
+        A plate that may still vibrate is not retried, so that the operator can read what to do.
     heading : tuple of str
         Describes the session: participant, study, plate; shown above the state.
     """
@@ -214,7 +216,8 @@ class TerminalOperator:
         state = self._status.state
         if self._prompt is not None:
             return self._type(self._prompt, key)
-        if state == "fault" and self._retries > 0:
+        by_hand = self._status.code == StillVibrating.code
+        if state == "fault" and self._retries > 0 and not by_hand:
             self._retries -= 1
             return Request(what="retry")
         if key in PROMPTS and state in PROMPTS[key].states:

@@ -18,6 +18,7 @@ from slipscale.hardware.errors import (
     OverLimit,
     PlateRefused,
     PlateTimeout,
+    StillVibrating,
 )
 from slipscale.hardware.limits import OnTime, PlateLimits
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
@@ -241,6 +242,18 @@ def test_silence_that_is_not_confirmed_is_told_once(plate):
     with pytest.raises(PlateTimeout):
         plate.silence()
     plate.silence()
+    plate.close()
+
+
+def test_that_the_plate_may_still_vibrate_is_told_at_every_attempt_until_it_is_off(plate):
+    plate.present(VirtualSurface(level=1.2))
+    plate.fails_at["silence"] = StillVibrating("the output could not be switched off")
+    for attempt in (plate.silence, plate.silence, plate.close, plate.close, plate.connect):
+        if attempt == plate.connect:
+            plate.fails_at["connect"] = PlateTimeout("no answer")
+        with pytest.raises(StillVibrating, match="Take the finger off"):
+            attempt()
+    plate.fails_at = {}
     plate.close()
 
 

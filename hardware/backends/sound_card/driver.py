@@ -163,6 +163,7 @@ class SoundCard(PlateDriver):
         self._underflows = 0
         self._unattended = False
         self._aborted = False  # Stop here, so that nothing more is played.
+        self._unstoppable: StillVibrating | None = None  # until the device is opened again
 
     def _connect(self) -> PlateIdentity:
         self._close()
@@ -198,6 +199,7 @@ class SoundCard(PlateDriver):
                 callback=fill,
             )
             self._stream.start()
+            self._unstoppable = None
         except (sounddevice.PortAudioError, ValueError) as error:
             raise PlateNotFound(
                 f"sound device '{self.device}': it cannot be opened with {CHANNELS} channels at "
@@ -304,6 +306,8 @@ class SoundCard(PlateDriver):
     def _silence(self) -> None:
         self._carrier.target = 0.0
         if self._stream is None:
+            if self._unstoppable is not None:
+                raise self._unstoppable
             return
         if not self._stream.active:
             if not self._aborted:
@@ -323,10 +327,12 @@ class SoundCard(PlateDriver):
             self._stream.abort()
             self._aborted = True
         except sounddevice.PortAudioError as error:
-            raise StillVibrating(
+            self._unstoppable = StillVibrating(
                 f"sound device '{self.device}': it could not be stopped ({error}), so the plate "
                 "may still vibrate"
-            ) from error
+            )
+            raise self._unstoppable from error
+        self._unstoppable = None
 
     def _close(self) -> None:
         stream, self._stream = self._stream, None

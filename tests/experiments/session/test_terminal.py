@@ -52,6 +52,13 @@ def test_the_first_fault_is_retried_by_itself():
     assert asked("fault", "", "", retries=1) == [Request(what="retry")]
 
 
+def test_a_plate_that_may_still_vibrate_is_not_retried_before_the_operator_has_read_it():
+    who, _ = operator("", "", "r", retries=1)
+    who.tell(SessionStatus(state="fault", code="still_vibrating", message="Take the finger off"))
+    assert [who.poll() for _ in range(3)] == [None, None, Request(what="retry")]
+    assert "Take the finger off" in str(who.lines())
+
+
 @pytest.mark.parametrize(
     "keys, expected",
     [

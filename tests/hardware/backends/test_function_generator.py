@@ -202,6 +202,8 @@ def test_an_output_that_stays_on_is_told():
         plate.answers["OUTP?"] = "1"
         with pytest.raises(StillVibrating, match=r"still on.*may still vibrate.*Output key"):
             plate.silence()
+        del plate.answers["OUTP?"]
+        plate.silence()
 
 
 def test_what_was_not_calibrated_is_refused_before_the_generator_hears_of_it():
@@ -456,7 +458,8 @@ def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(
 
     with pytest.raises(StillVibrating, match=r"may still vibrate.*switch the drive off by hand"):
         interrupted()
-    plate.close()  # told once is enough
+    with pytest.raises(StillVibrating):
+        plate.close()  # told as long as it is so
 
 
 # What changes a generator behind the driver's back, and what it cannot make.

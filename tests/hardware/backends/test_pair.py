@@ -107,6 +107,19 @@ def test_that_one_may_still_vibrate_is_not_hidden_by_a_fault_of_the_other(pair):
         pair.silence()
 
 
+def test_that_one_may_still_vibrate_is_told_again_when_the_pair_is_closed(pair, monkeypatch):
+    def stuck():
+        raise StillVibrating("the output could not be switched off")
+
+    pair.present(ON)
+    monkeypatch.setattr(pair.first, "_silence", stuck)
+    for attempt in (pair.silence, pair.close, pair.close):
+        with pytest.raises(StillVibrating):
+            attempt()
+    assert levels(pair) == (1.2, 0)
+    monkeypatch.undo()
+
+
 def test_a_second_actuator_that_drifts_is_a_fault(pair):
     pair.present(ON)
     pair.second.twin.set_drive(Drive(target_um_pp=1.0), pair.clock.now())
