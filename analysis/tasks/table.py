@@ -30,6 +30,7 @@ from slipscale.analysis.tasks.ratios import declaration as ratios
 from slipscale.analysis.tasks.same_different import declaration as same_different
 from slipscale.analysis.tasks.scales import declaration as scales
 from slipscale.analysis.tasks.similarity import declaration as similarity
+from slipscale.analysis.tasks.sorting import declaration as sorting
 from slipscale.analysis.tasks.thresholds import declaration as thresholds
 from slipscale.experiments.study.analysis_choices import Test
 
@@ -48,6 +49,7 @@ KINDS = (
     ratios.ANALYSIS,
     productions.ANALYSIS,
     similarity.ANALYSIS,
+    sorting.ANALYSIS,
     same_different.ANALYSIS,
     limits.ANALYSIS,
     identification.ANALYSIS,

@@ -538,7 +538,7 @@ productions_of <- function(rows, confidence, exponents) {
   combined <- mean_test((production + estimation) / 2, confidence)
   if (is.null(ratio) || is.null(combined)) return(out)
   told <- function(name, t) setNames(exp(t[c("mean", "ci.0", "ci.1")]), paste0(name, c("", "_interval.0", "_interval.1")))
-  c(out, under("both.", c(n = length(both), estimation = exp(mean(estimation)), production = exp(mean(production)),
+  c(out, under("both.", c(n = length(both), participants = length(intersect(names(own), names(exponents))), estimation = exp(mean(estimation)), production = exp(mean(production)),
                           told("ratio", ratio), told("combined", combined))))
 }
 
@@ -736,7 +736,7 @@ mixed_changes <- function(trials, condition, column, labels, confidence) {
 
 # Stress of a reported map, and participants' weights for its axes. The search for maps is not repeated,
 # so coordinates, and the stress with other numbers of dimensions, are taken from the report.
-similarity_of <- function(rows, place) {
+similarity_of <- function(rows, place, sorted) {
   numbers <- read("numbers.csv")
   main <- rows[!rows$catch & rows$first != rows$second, ]
   items <- unique(c(main$first, main$second))
@@ -749,7 +749,7 @@ similarity_of <- function(rows, place) {
     pair <- function(one, other) list(factor(own[[one]], items), factor(own[[other]], items))
     of <- function(f) { v <- tapply(own$dissimilarity, pair("first", "second"), f); v[is.na(v)] <- 0; v + t(v) }
     v <- (of(sum) / of(length))[lower.tri(diag(length(items)))]
-    if (all(main$sorted)) v else v / sqrt(mean(v^2, na.rm = TRUE))
+    if (sorted) v else v / sqrt(mean(v^2, na.rm = TRUE))
   }
   people <- in_code_order(main$participant_id)
   tables <- sapply(people, table_of)
@@ -769,8 +769,10 @@ similarity_of <- function(rows, place) {
     best <- tries[[which.min(lost)]]
     c(setNames(best, paste0("weights.", seq_along(best) - 1)), r2 = 1 - min(lost) / sum((wanted - mean(wanted))^2))
   }
-  found <- if (all(main$sorted)) list() else Filter(Negate(is.null), lapply(people, function(who) weighed(tables[, who]^2)))
-  out <- c(participants = length(people), answers = nrow(main), catch_trials = sum(rows$catch),
+  found <- if (sorted) list() else Filter(Negate(is.null), lapply(people, function(who) weighed(tables[, who]^2)))
+  run <- paste(main$participant_id, main$session, main$run, sep = "\r")
+  answers <- if (sorted) length(unique(paste(run, c(main$first, main$second), sep = "\r"))) else nrow(main)
+  out <- c(participants = length(people), answers = answers, catch_trials = sum(rows$catch),
            stress = sqrt(sum((distances[up] - fitted)^2) / sum(distances^2)), numbered("people.", found))
   names(out)[names(out) == "stress"] <- paste0("stress.", ncol(map))
   out
@@ -841,12 +843,12 @@ tasks <- function(settings, wanted, trials, logs) {
   }
   rows <- read("trials_ratings.csv")
   if (!is.null(rows)) out <- c(out, rating_conditions(rows, confidence))
-  rows <- read("trials_dissimilarities.csv")
-  if (!is.null(rows)) {
-    kinds <- each(rows, "task")
+  for (name in c("similarity", "sorting")) {
+    rows <- read(if (name == "sorting") "trials_sorting.csv" else "trials_dissimilarities.csv")
+    kinds <- if (is.null(rows)) list() else each(rows, "task")
     out <- c(out, unlist(lapply(seq_along(kinds), function(i) {
-      place <- paste0("similarity.", i - 1, ".")
-      under(place, similarity_of(kinds[[i]], place))
+      place <- paste0(name, ".", i - 1, ".")
+      under(place, similarity_of(kinds[[i]], place, name == "sorting"))
     })))
   }
   members <- read("groups.csv")

@@ -1,1 +1,1 @@
-"""Dissimilarity ratings of pairs and free sorting, analysed by multidimensional scaling."""
+"""Dissimilarity ratings of pairs, analysed by multidimensional scaling."""

@@ -1,4 +1,4 @@
-"""Declare dissimilarity ratings of pairs, and free sorting."""
+"""Declare dissimilarity ratings of pairs."""
 
 from __future__ import annotations
 
@@ -25,38 +25,39 @@ if TYPE_CHECKING:
     from slipscale.stimuli.quantity import Quantity
 
 
-def _named(found: TaskMap | NotComputed) -> str:
-    return (
-        "Dissimilarities"
-        if isinstance(found, NotComputed)
-        else task_name("Dissimilarities", found.task)
-    )
+TITLE = "Dissimilarities"
 
 
-def _answer(found: TaskMap | NotComputed) -> str:
+def named(found: TaskMap | NotComputed, title: str = TITLE) -> str:
+    """Return the name of a task."""
+    return title if isinstance(found, NotComputed) else task_name(title, found.task)
+
+
+def answer(found: TaskMap | NotComputed, title: str = TITLE) -> str:
     """Return a sentence that gives the stress of the map for each number of dimensions."""
     if isinstance(found, NotComputed):
-        return f"No map of the dissimilarities was computed: {found.reason}."
+        return f"{title}: no map was computed ({found.reason})."
     stress = joined(
         [f"{unit_number(value, 3)} ({place}D)" for place, value in found.stress.items()]
     )
     people = counted(found.participants, "participant", "participants")
     return (
-        f"{_named(found)}, {len(found.items)} items, {people}: the stress-1 of non-metric "
+        f"{named(found, title)}, {len(found.items)} items, {people}: the stress-1 of non-metric "
         f"multidimensional scaling is {stress}."
     )
 
 
-def _blocks(
-    task: TaskMap | NotComputed, svgs: Mapping[str, str], quantity: Quantity
+def blocks(
+    task: TaskMap | NotComputed, svgs: Mapping[str, str], quantity: Quantity, kind: str
 ) -> list[Markup]:
+    """Return the figure and the tables for one task; ``kind`` is the prefix of its figure."""
     if isinstance(task, NotComputed):
         return [html.paragraph(f"No map was computed: {task.reason}.", "note")]
     axes = [f"Axis {place + 1}" for place in range(len(next(iter(task.coordinates.values()))))]
     return [
         *html.figure_if_drawn(
             svgs,
-            f"similarity_{task.task}",
+            f"{kind}_{task.task}",
             "Left: the group's map on its principal axes; its unit is arbitrary. Right: stress-1 "
             "against the number of dimensions (0 if distances and dissimilarities are in the same "
             "order). An added dimension never raises stress; a dimension that barely lowers stress "
@@ -89,7 +90,8 @@ def _weights(task: TaskMap, axes: list[str]) -> Markup:
     )
 
 
-def _rows(task: TaskMap | NotComputed) -> list[JsonObject]:
+def rows(task: TaskMap | NotComputed) -> list[JsonObject]:
+    """Return one row of coordinates per item."""
     if isinstance(task, NotComputed):
         return []
     return [
@@ -128,12 +130,12 @@ ANALYSIS = of_one_statistic(
     SIMILARITY,
     question="How different do pairs of {q.stimuli} feel, and along how many dimensions?",
     what="dissimilarity",
-    title="Dissimilarities",
-    named=lambda task, _q: _named(task),
-    answers=lambda task, _level, _q: [_answer(task)],
-    blocks=lambda task, svgs, _level, q: _blocks(task, svgs, q),
+    title=TITLE,
+    named=lambda task, _q: named(task),
+    answers=lambda task, _level, _q: [answer(task)],
+    blocks=lambda task, svgs, _level, q: blocks(task, svgs, q, "similarity"),
     figures=lambda task, _trials, _q: {
         f"similarity_{each.task}": similarity(each) for each in all_computed([task])
     },
-    rows=_rows,
+    rows=rows,
 )

@@ -29,7 +29,7 @@ from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.arrays import Array
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
-from slipscale.analysis.tasks.similarity.reading import RATED, SORTED, TRIALS
+from slipscale.analysis.tasks.similarity.reading import RATED, TRIALS
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 #: Smallest number of items. Maps of fewer items fit any dissimilarities.
@@ -70,7 +70,8 @@ class TaskMap:
     task : str
         Task label, as in file names.
     participants, answers, catch_trials : int
-        Counts of participants, answers (without catch trials) and catch trials.
+        Counts of participants, answers (without catch trials) and catch trials. In free sorting,
+        answers are final groups of items.
     items : tuple of str
     stress : Mapping
         Stress-1 of the map for each number of dimensions.
@@ -101,13 +102,21 @@ def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:
     return tuple(map_of(task, rows) for task, rows in by_task(trials))
 
 
-def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
-    """Return the map for a task's trials, which have the columns of `TRIALS`."""
+def map_of(
+    task: str, trials: pd.DataFrame, sorted_items: int | None = None
+) -> TaskMap | NotComputed:
+    """Return the map for a task's trials, which have the columns of `TRIALS`.
+
+    Parameters
+    ----------
+    sorted_items : int, optional
+        In free sorting, the number of final groups of items from which the pairs were derived.
+    """
     rows = trials[~trials["catch"] & (trials["first"] != trials["second"])]
     items = sorted({*rows["first"], *rows["second"]}, key=numbers_first)
     if len(items) < FEWEST_ITEMS:
         return NotComputed(few("items", len(items), FEWEST_ITEMS))
-    sorting = bool(rows[SORTED].all())
+    sorting = sorted_items is not None
     tables = {
         str(who): _matrix(own, items) if sorting else _scaled(_matrix(own, items))
         for who, own in rows.groupby(PARTICIPANT, observed=True)
@@ -131,7 +140,7 @@ def map_of(task: str, trials: pd.DataFrame) -> TaskMap | NotComputed:
     return TaskMap(
         task=task,
         participants=len(tables),
-        answers=len(rows),
+        answers=len(rows) if sorted_items is None else sorted_items,
         catch_trials=int(trials["catch"].sum()),
         items=tuple(items),
         stress={dimensions: stress for dimensions, (_, stress) in found.items()},
@@ -269,8 +278,7 @@ def _person(who: str, table: Array, coordinates: Array) -> Person:
 
 SIMILARITY: Statistic[tuple[TaskMap | NotComputed, ...]] = Statistic(
     key="similarity",
-    meaning="dissimilarity ratings and sorted groups: non-metric multidimensional scaling "
-    "and participants' weights",
+    meaning="dissimilarity ratings: non-metric multidimensional scaling and participants' weights",
     compute=maps,
     methods="Dissimilarities, divided by each participant's root mean square and averaged, were "
     "scaled by non-metric multidimensional scaling [[kruskal1964]]. Participants' weights apply to "

@@ -49,7 +49,7 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
         "robust_exponent growth bayesian_growth order reliability normalisation sessions groups "
         "factors measured_friction difference thresholds exponent_and_weber scales matching "
         "ratings rating_conditions ratios "
-        "productions similarity same_different limits identification pointing"
+        "productions similarity sorting same_different limits identification pointing"
     )
     assert " ".join(found["rm_anova"]) == (
         "scale F df1 df2 p epsilon_gg p_gg epsilon_hf p_hf eta2_generalised eta2_generalised_ci "

@@ -26,8 +26,9 @@ from slipscale.analysis.tasks.same_different.statistics import (
     differencing,
     pairs,
 )
-from slipscale.analysis.tasks.similarity.reading import _separated
 from slipscale.analysis.tasks.similarity.statistics import map_of
+from slipscale.analysis.tasks.sorting.reading import separated, sorted_items
+from slipscale.analysis.tasks.sorting.statistics import SORTING
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.analysis_choices import AnalysisChoices
@@ -56,6 +57,15 @@ protocol = "category_scale"
 labels = ["not at all", "a little", "clearly", "very much"]
 practice = 0
 repetitions = 1
+"""
+
+SORTED = """
+name = "sorted"
+title = "Free sorting"
+amplitudes_um_pp = [0.0, 0.8, 1.6, 2.4]
+[[tasks]]
+protocol = "sorting"
+groups = 3
 """
 
 
@@ -309,14 +319,37 @@ def test_the_share_of_people_who_separate_two_items_is_their_dissimilarity():
     ]
     first = {**rows[0], "group": 3.0}  # changed in the second round
     frame = pd.DataFrame([first, *rows]).assign(task="t", trial=range(1, 14))
-    found = _separated(frame, Problems())
+    found = separated(frame, Problems())
     assert len(found) == 3 * 6
     assert found.groupby(["first", "second"])["dissimilarity"].mean().to_dict() == pytest.approx(
         {("a", "b"): 1 / 3, ("a", "c"): 1, ("a", "d"): 1}
         | {("b", "c"): 2 / 3, ("b", "d"): 2 / 3, ("c", "d"): 1 / 3}
     )
-    group = map_of("t", found)
+    assert sorted_items(found) == 12
+    with_factor = separated(frame.assign(**{"factor: hand": "left"}), Problems())
+    assert set(with_factor["factor: hand"]) == {"left"}  # lost, this was a KeyError
+    group = map_of("t", found, sorted_items=12)
     assert group.sorting
     assert group.people == ()
     places = {item: place[0] for item, place in group.coordinates.items()}
     assert abs(places["a"] - places["d"]) > abs(places["b"] - places["d"]) > 0.1
+
+
+def test_sorted_items_are_reported_as_such_and_not_as_ratings(tmp_path, page):
+    """Four surfaces in two rounds by three people: the first round's 12 trials are replaced."""
+    path = tmp_path / "sorted.toml"
+    path.write_text(SORTED, encoding="utf-8")
+    plans = pilot_plans(str(path), participants=3, seed=2, language=None)
+    run_pilot(tmp_path / "data", plans, tell=lambda _: None)
+    analysis = analyse(tmp_path / "data")
+    text = page(analysis)
+    for said in (
+        "4 items sorted by 3 participants",
+        "Free sorting: 24 rows were read; not analysed: 12 trials without a group, or sorted again",
+        "proportion of participants who put them into different groups",
+    ):
+        assert said in text, said
+    for said in ("dissimilarity trials", "Dissimilarity rating", "root mean square", "weights"):
+        assert said not in text, said
+    (found,) = analysis.inference[SORTING]
+    assert found.answers == 12

@@ -48,7 +48,7 @@ def rows(numbers=1.0):
 @pytest.fixture(scope="module")
 def trials():
     frame = pd.DataFrame(rows(), columns=["participant_id", "first", "second", "dissimilarity"])
-    return frame.assign(catch=False, sorted=False)
+    return frame.assign(catch=False)
 
 
 @pytest.mark.parametrize("dimensions", R)
@@ -133,7 +133,7 @@ def test_a_table_of_another_laboratory_is_mapped_and_reported(tmp_path, page):
 
 
 def test_items_that_nobody_tells_apart_have_no_map(trials):
-    alike = map_of("t", trials.assign(dissimilarity=0.0, sorted=True))
+    alike = map_of("t", trials.assign(dissimilarity=0.0), sorted_items=21)
     assert alike == NotComputed("all dissimilarities are 0")
 
 

@@ -1,0 +1,1 @@
+"""Free sorting, analysed by multidimensional scaling."""
