@@ -230,7 +230,7 @@ def test_sizes_of_any_unit_are_told_apart_and_rounding_makes_none(table_by_hand,
 def test_a_group_goes_with_its_participants(tmp_path):
     frame = pd.DataFrame(rows()).assign(age=["young"] * 8 + ["old"] * 4)
     data = load(written(tmp_path, "csv", frame), mapping(group="age"))
-    assert data.participants.set_index("participant_id")["group"].to_dict() == {
+    assert data.participants.set_index("participant_id")["age"].to_dict() == {
         "a": "young",
         "b": "young",
         "c": "old",

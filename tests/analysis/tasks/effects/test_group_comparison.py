@@ -70,7 +70,7 @@ def test_welch_s_analysis_of_three_groups_is_r_s(orthodont):
 
 def test_sentences_and_tables_name_groups_effect_sizes_and_exact_p(orthodont, page):
     texts = group_sentences(orthodont.inference.groups, 0.95, PLATE_AMPLITUDE)
-    assert texts[0] == "Groups were defined by group: Female (n = 11), Male (n = 16)."
+    assert texts[0] == "Groups were defined by Sex: Female (n = 11), Male (n = 16)."
     assert "Welch's F(1, 23.48) = 3.68, p = .067, η² = .11, 95% CI [.00, .34]" in texts[1]
     assert "Hedges' g = −1.15 [−1.95, −0.33]" in texts[2]
     assert "F(2.43, 60.69) = 1.65, p = .195" in texts[3]
