@@ -11,24 +11,44 @@ from slipscale.faults import RigError
 
 
 class PlateFault(RigError):
-    """Hardware fault, with a ``code`` for the journal and a ``remedy`` for the operator."""
+    """Hardware fault, with a ``code`` for the journal and a ``remedy`` for the operator.
+
+    A blinded operator sees the message only if it is declared to contain neither a level nor a
+    drive voltage, and ``in_general`` otherwise (docs/decisions/blinding.md).
+
+    Parameters
+    ----------
+    message : str
+        The fault, without its remedy.
+    level_free : bool or None
+        Whether the message contains neither a level nor a voltage; by default, as declared by the
+        class (``never_a_level``).
+    """
 
     code: ClassVar[str] = "fault"
     remedy: ClassVar[str] = "See the message."
+    in_general: ClassVar[str] = "the plate reports a fault (see the journal for the message)"
+    never_a_level: ClassVar[bool] = False
 
-    def __init__(self, message: str) -> None:
+    def __init__(self, message: str, *, level_free: bool | None = None) -> None:
         super().__init__(f"{message}. {self.remedy}")
         self.message = message
+        self.level_free = self.never_a_level if level_free is None else level_free
 
     def blinded(self) -> PlateFault:
-        """Return the fault with a message that contains no amplitudes, for a blinded operator."""
-        return self
+        """Return the fault with a message that a blinded operator may see."""
+        if self.level_free:
+            return self
+        shown = type(self).__new__(type(self))  # the class may have its own constructor
+        PlateFault.__init__(shown, self.in_general, level_free=True)
+        return shown
 
 
 class PlateNotFound(PlateFault):
     """Raised if there is no device at the given address."""
 
     code = "not_there"
+    never_a_level = True
     remedy = "Check the cable and the port name: slipscale plate list shows the ports."
 
 
@@ -36,6 +56,7 @@ class NoPermission(PlateFault):
     """Raised if the user has no permission to open the device."""
 
     code = "no_permission"
+    never_a_level = True
     remedy = (
         "On Linux, join the group that owns the port (sudo usermod -aG dialout $USER), "
         "then log out and in again."
@@ -46,6 +67,8 @@ class WrongDevice(PlateFault):
     """Raised if the connected device is not a plate, or not the expected plate."""
 
     code = "wrong_device"
+    in_general = "the device is not the expected plate (see the journal for its answer)"
+    never_a_level = True
     remedy = "Specify this plate's port, or the calibration that was made with this plate."
 
 
@@ -53,6 +76,7 @@ class PlateBusy(PlateFault):
     """Raised if the device is in use by another program or does not accept commands."""
 
     code = "busy"
+    in_general = "the device is busy (see the journal for the message)"
     remedy = "Close the other program that uses the plate, then try again."
 
 
@@ -60,6 +84,7 @@ class PlateTimeout(PlateFault):
     """Raised if a device does not answer in time."""
 
     code = "time_out"
+    never_a_level = True
     remedy = "Check that the board has power, then unplug and replug it."
 
 
@@ -67,6 +92,7 @@ class GarbledReply(PlateFault):
     """Raised if an answer cannot be read."""
 
     code = "garbled"
+    in_general = "the device's answer cannot be read (see the journal for the answer)"
     remedy = "Check the cable, and keep it away from the amplifier."
 
 
@@ -74,6 +100,7 @@ class ProtocolViolation(PlateFault):
     """Raised if the board's answer violates the protocol."""
 
     code = "protocol"
+    in_general = "the board's answer violates the protocol (see the journal for the answer)"
     remedy = "Correct the board's firmware; slipscale plate conform SPEC lists the violations."
 
 
@@ -81,6 +108,9 @@ class PlateRefused(PlateFault):
     """Raised if the device rejects a command."""
 
     code = "refused"
+    in_general = (
+        "the device rejected a command or did not keep a setting (see the journal for the message)"
+    )
     remedy = "Let the board cool down or clear its error, then try again."
 
 
@@ -88,6 +118,7 @@ class ConnectionLost(PlateFault):
     """Raised if the device is disconnected or restarts during use."""
 
     code = "lost"
+    never_a_level = True
     remedy = "Plug the plate in again; the session can reconnect."
 
 
@@ -95,6 +126,7 @@ class Late(PlateFault):
     """Raised if the plate repeats a change because the computer was late."""
 
     code = "late"
+    never_a_level = True
     remedy = "Close the other programs on this computer, then try again."
 
 
@@ -102,6 +134,7 @@ class StillVibrating(PlateFault):
     """Raised if the plate could not be silenced and has no watchdog."""
 
     code = "still_vibrating"
+    never_a_level = True
     remedy = (
         "Take the finger off and switch the drive off by hand: the generator's Output key, or the "
         "amplifier's mains switch"
@@ -112,6 +145,7 @@ class OverLimit(PlateFault):
     """Raised if a command is outside the plate's limits. The plate is not changed."""
 
     code = "over_limit"
+    in_general = "a command is outside the plate's limits (see the journal for the values)"
     remedy = (
         "Stay within the plate's limits. If the plate supports more, declare its limits in "
         "its plate file (slipscale plate new)"
@@ -130,13 +164,9 @@ class NotReached(PlateFault):
         "not help, lower the study's largest amplitude or recalibrate: the drive may have reached "
         "its highest voltage."
     )
-
-    def blinded(self) -> PlateFault:
-        """Return the fault with a message that contains no amplitudes."""
-        return NotReached(
-            "the plate measures a different amplitude than commanded (see the journal for the "
-            "values)"
-        )
+    in_general = (
+        "the plate measures a different amplitude than commanded (see the journal for the values)"
+    )
 
 
 class OffCalibration(PlateFault):
@@ -151,12 +181,7 @@ class OffCalibration(PlateFault):
         "Take the finger off; check the vibration sensor and the amplifier with a second "
         "instrument, then recalibrate the plate."
     )
-
-    def blinded(self) -> PlateFault:
-        """Return the fault with a message that contains neither amplitudes nor voltages."""
-        return OffCalibration(
-            "the drive voltage differs from the calibration (see the journal for both values)"
-        )
+    in_general = "the drive voltage differs from the calibration (see the journal for both values)"
 
 
 FAULTS: dict[str, type[PlateFault]] = {

@@ -88,7 +88,8 @@ class GuardedOutput(ABC):
             self.silence()
             raise OverLimit(
                 f"the plate vibrated for {self.limits.on_time_s:g} s without a new command, "
-                "so it was switched off"
+                "so it was switched off",
+                level_free=True,
             )
         try:
             self._check_duty()
@@ -150,7 +151,8 @@ class GuardedOutput(ABC):
         if duty > self.limits.duty:
             raise OverLimit(
                 f"the plate vibrated {duty:.0%} of the last {self.limits.duty_window_s:g} "
-                f"s, more than the allowed {self.limits.duty:.0%}"
+                f"s, more than the allowed {self.limits.duty:.0%}",
+                level_free=True,
             )
 
     @abstractmethod

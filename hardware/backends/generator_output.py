@@ -79,7 +79,9 @@ class GeneratorOutput:
         resource = self.line.resource
         fields = self.line.ask("*IDN?").split(",")
         if len(fields) != len(PlateIdentity.__slots__):
-            raise WrongDevice(f"{resource}: the device '{','.join(fields)}' is not a generator")
+            raise WrongDevice(
+                f"{resource}: the device '{','.join(fields)}' is not a generator", level_free=False
+            )
         found = self._chosen or dialect_of(fields[0], fields[1])
         if found is None:
             raise WrongDevice(
@@ -133,7 +135,8 @@ class GeneratorOutput:
         self.write(self.dialect.output, self.dialect.off)
         if self.is_on():
             raise PlateRefused(
-                f"{self.line.resource}: the output is still on after it was switched off"
+                f"{self.line.resource}: the output is still on after it was switched off",
+                level_free=True,
             )
         self._may_be_on = self._out_of_reach = False
 
@@ -168,9 +171,9 @@ class GeneratorOutput:
             except PlateFault:
                 continue
             return
-        self._out_of_reach = True
+        self._out_of_reach, reason = True, fault.blinded().message
         raise StillVibrating(
-            f"{self.line.resource}: the output could not be switched off ({fault.message}; "
+            f"{self.line.resource}: the output could not be switched off ({reason}; "
             f"the connection was reopened {reopenings} times), so the plate may still vibrate"
         ) from fault
 

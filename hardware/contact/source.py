@@ -27,6 +27,7 @@ class SensorFault(PlateFault):
     """Raised if a source is disconnected or sends no valid data."""
 
     code = "sensor"
+    never_a_level = True
     remedy = "Check the sensor's cable and its SPEC; slipscale check shows its readings."
 
 

@@ -359,7 +359,8 @@ def _identity(answer: str, port: str) -> PlateIdentity:
     fields = answer.split(",")
     if len(fields) != len(PlateIdentity.__slots__) or fields[1] != wire.PROTOCOL:
         raise WrongDevice(
-            f"{port}: the device identifies itself as '{answer}'; expected a {wire.PROTOCOL} board"
+            f"{port}: the device identifies itself as '{answer}'; expected a {wire.PROTOCOL} board",
+            level_free=False,
         )
     return PlateIdentity(
         manufacturer=fields[0], model=fields[1], serial=fields[2], firmware=fields[3]

@@ -126,8 +126,10 @@ class BoardLink:
                 if reply:
                     return self._value(reply, body)
         if self._foreign:
-            raise GarbledReply(f"{self._line.port}: the answers to '{body}' cannot be read")
-        raise PlateTimeout(f"{self._line.port}: the board did not answer '{body}'")
+            raise GarbledReply(
+                f"{self._line.port}: the answers to {_word(body)} cannot be read", level_free=True
+            )
+        raise PlateTimeout(f"{self._line.port}: the board did not answer {_word(body)}")
 
     def stop_now(self) -> None:
         """Send the stop byte immediately, even if another thread is waiting for an answer."""
@@ -160,5 +162,13 @@ class BoardLink:
             raise ConnectionLost(f"{self._line.port}: the board restarted, so its output is off")
         if reply.code != wire.OK:
             fault = REFUSALS.get(reply.code, PlateRefused)
-            raise fault(f"the board refused '{body}': {reply.value} ({reply.code})")
+            raise fault(
+                f"the board refused {_word(body)}: {reply.value} ({reply.code})",
+                level_free=not any(character.isdigit() for character in reply.value),
+            )
         return reply.value
+
+
+def _word(body: str) -> str:
+    """Return a command without its parameters, which contain amplitudes."""
+    return body.partition(" ")[0]

@@ -93,7 +93,7 @@ def _opening_fault(port: str, error: Exception) -> PlateFault:
     number = getattr(error, "errno", None)
     if number in OPENING:
         fault, what = OPENING[number]
-        return fault(f"{port}: {what}")
+        return fault(f"{port}: {what}", level_free=True)
     if "PermissionError" in str(error):
-        return PlateBusy(f"{port}: another program is using this port")
+        return PlateBusy(f"{port}: another program is using this port", level_free=True)
     return PlateNotFound(f"{port}: cannot be opened ({error})")

@@ -63,7 +63,7 @@ def check_status(
     """Raise a `PlateFault` if the status does not match the commanded presentation."""
     if status.state in SILENCED:
         fault, why = SILENCED[status.state]
-        raise fault(f"{port}: {why}")
+        raise fault(f"{port}: {why}", level_free=True)
     measured_level, what = status.level, active.what(limits.quantity)
     if status.state == "SAT":
         unit = limits.quantity.unit_in_short

@@ -294,7 +294,8 @@ class SoundCard(PlateDriver):
         if self._underflows:
             raise PlateBusy(
                 f"{name}: this computer was too slow ({self._underflows} times), so the "
-                "carrier was interrupted"
+                "carrier was interrupted",
+                level_free=True,
             )
         if self._unattended:
             raise PlateTimeout(

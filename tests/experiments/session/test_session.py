@@ -6,14 +6,16 @@ from collections import Counter
 import pytest
 
 from slipscale.experiments.dataset.bids import build_dataset
+from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.participants.base import StopRequested, Unfinished
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.steps.replies import BACK
 from slipscale.experiments.steps.steps import Ask, Explore, Instruct
 from slipscale.faults import UserError
-from slipscale.hardware.errors import PlateFault
+from slipscale.hardware.errors import GarbledReply, OverLimit, PlateFault, PlateRefused
 from slipscale.hardware.signals import EndedBySignal, signals_raise
+from tests.experiments.conftest import make_plan
 from tools.rehearsal.scripted import ScriptedParticipant
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an open file by its number")
@@ -224,6 +226,35 @@ def test_a_fault_that_names_the_amplitude_is_told_without_it_unless_unblinded(la
         assert all(("µm p-p was commanded" in text) == unblind for text in told)
         assert ("µm p-p was commanded" in str(ended.value)) == unblind
         assert "2.3 µm p-p was commanded" in laboratory.records(kind="fault")[0].data["message"]
+
+
+@pytest.mark.parametrize(
+    "fault",
+    [
+        PlateRefused("the generator: VOLT? returns 1.616, but 1.2 was set"),
+        GarbledReply("the board answered 'HOLD,1.2000,nan', which cannot be read"),
+        OverLimit("1.2 V peak at the plate is more than the card's full scale"),
+    ],
+)
+def test_no_message_of_a_fault_names_the_amplitude_to_a_blinded_operator(laboratory, fault):
+    class Failing(Planned):
+        def poll(self):
+            if laboratory.plate.vibration_level() > 1:
+                raise fault
+            return super().poll()
+
+    operator = Failing({})
+    with pytest.raises(type(fault)) as ended:
+        laboratory.run(operator=operator)
+    stops = [record.data["reason"] for record in laboratory.records() if record.kind == "stop"]
+    events = summary(make_plan().journal_path(laboratory.folder)).events
+    shown = [status.message for status in operator.told] + [event.words for event in events]
+    assert stops
+    for text in (*shown, *stops, str(ended.value)):
+        assert "1.2" not in text
+    assert {record.data["message"] for record in laboratory.records(kind="fault")} == {
+        fault.message
+    }
 
 
 def test_an_operator_who_unblinds_is_told_amplitudes_from_then_on_and_that_is_in_the_journal(

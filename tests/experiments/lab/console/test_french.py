@@ -74,6 +74,7 @@ def shown_sentences():
             found = Sentences(name, everything=name.startswith(SHOWN)).found
             yield from (each for each in found if possible(each, given))
     yield from (f"{{}}. {kind.remedy}" for kind in (PlateFault, *FAULTS.values()))
+    yield from (kind.in_general for kind in (PlateFault, *FAULTS.values()))
     asked = get_args(sessions.Ask.model_fields["what"].annotation)
     yield from (what.replace("_", " ") for what in asked)
     # The values that a literal allows are in quotation marks.
