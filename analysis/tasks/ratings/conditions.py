@@ -23,7 +23,8 @@ from slipscale.analysis.statistics.repeated_measures.omnibus import Friedman, fr
 from slipscale.analysis.statistics.repeated_measures.pairwise import TIED_DECIMALS
 from slipscale.analysis.statistics.statistic import Family, Statistic
 from slipscale.analysis.tasks.kind import Analysis, TaskAnalysis
-from slipscale.analysis.tasks.ratings.statistics import TRIALS, RatedPair, corrected, pairs_of
+from slipscale.analysis.tasks.ratings.pairs import RatedPair, corrected, pairs_of
+from slipscale.analysis.tasks.ratings.statistics import TRIALS
 from slipscale.analysis.writing import html
 from slipscale.analysis.writing.factor_words import factor_level, factor_name
 from slipscale.analysis.writing.html import ReportSection
@@ -73,7 +74,10 @@ def rating_conditions(
         for name in named
         if len(rows[name].unique()) > 1
     ]
-    return corrected(found) or NotComputed("no ratings in several conditions")
+    if not found:
+        return NotComputed("no ratings in several conditions")
+    pairs = corrected(each.pairs for each in found)
+    return tuple(replace(each, pairs=own) for each, own in zip(found, pairs, strict=True))
 
 
 def _compared(task: str, name: str, rows: pd.DataFrame, confidence: float) -> FactorRatings:

@@ -14,18 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import combinations
-from math import nan
-from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.preprocessing.sufficiency import FEWEST
 from slipscale.analysis.reading.delimited import Problems
 from slipscale.analysis.reading.task_tables import by_task, task_trials
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
-from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -37,16 +32,11 @@ from slipscale.analysis.statistics.repeated_measures.omnibus import (
     friedman_of,
     page_trend_of,
 )
-from slipscale.analysis.statistics.repeated_measures.pairwise import signed_rank_p
 from slipscale.analysis.statistics.statistic import Family, Statistic
+from slipscale.analysis.tasks.ratings.pairs import RatedPair, corrected, pairs_of
 from slipscale.analysis.tasks.scales.statistics import in_order
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
-
-if TYPE_CHECKING:
-    from slipscale.analysis.tasks.ratings.conditions import FactorRatings
-
-WithPairs = TypeVar("WithPairs", "TaskRatings", "FactorRatings")
 
 #: Columns that identify a table of ratings.
 RATED = ("rating", "amplitude_um_pp")
@@ -116,31 +106,6 @@ class RatedSurface:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RatedPair:
-    """Comparison of two surfaces.
-
-    Parameters
-    ----------
-    from_surface, to_surface : str
-    difference : MeanOverParticipants or NotComputed
-        Mean difference in rating, second surface minus first surface.
-    participants : int
-        Number of participants who rated both surfaces.
-    p_wilcoxon, p_wilcoxon_holm : float
-        p-values of the two-sided signed-rank test, uncorrected and Holm-corrected across the whole
-        family: all pairs in all rating tasks and conditions. NaN if no ratings differ, or if fewer
-        than three participants rated both surfaces.
-    """
-
-    from_surface: str
-    to_surface: str
-    difference: MeanOverParticipants | NotComputed
-    participants: int
-    p_wilcoxon: float
-    p_wilcoxon_holm: float
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class TaskRatings:
     """Results for a rating task.
 
@@ -194,11 +159,13 @@ def ratings(
     """
     if not len(trials) or trials["catch"].all():
         return NotComputed("no ratings on a visual analogue scale")
-    return corrected(
+    found = [
         _task(task, rows, confidence, quantity)
         for task, rows in by_task(trials)
         if not rows["catch"].all()
-    )
+    ]
+    pairs = corrected(task.pairs for task in found)
+    return tuple(replace(task, pairs=own) for task, own in zip(found, pairs, strict=True))
 
 
 def cells(main: pd.DataFrame) -> pd.DataFrame:
@@ -258,37 +225,6 @@ def _surface(
         interval=found.interval if found else None,
         at_left=left,
         at_right=right,
-    )
-
-
-def corrected(found: Iterable[WithPairs]) -> tuple[WithPairs, ...]:
-    """Apply Holm's correction across the pairs of all results, which are one family of tests."""
-    every = tuple(found)
-    ps = iter(holm([pair.p_wilcoxon for each in every for pair in each.pairs]))
-    return tuple(
-        replace(each, pairs=tuple(replace(pair, p_wilcoxon_holm=next(ps)) for pair in each.pairs))
-        for each in every
-    )
-
-
-def pairs_of(table: pd.DataFrame, confidence: float) -> tuple[RatedPair, ...]:
-    """Compare all pairs of columns in a table with one row per participant.
-
-    The p-values are not corrected; see `corrected`.
-    """
-    pairs = list(combinations(table.columns, 2))
-    steps = [(table[other] - table[one]).dropna().to_numpy(float) for one, other in pairs]
-    raw = [signed_rank_p(each) if len(each) >= FEWEST else nan for each in steps]
-    return tuple(
-        RatedPair(
-            from_surface=str(one),
-            to_surface=str(other),
-            difference=mean_over_participants(each, confidence),
-            participants=len(each),
-            p_wilcoxon=p,
-            p_wilcoxon_holm=p,
-        )
-        for (one, other), each, p in zip(pairs, steps, raw, strict=True)
     )
 
 
