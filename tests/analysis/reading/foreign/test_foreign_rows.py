@@ -127,3 +127,22 @@ def test_people_of_a_table_by_hand_are_not_in_participants_tsv(tmp_path):
     frame = trials().query("who == 'p2' or visit == 2")
     data = only_session(load(written(tmp_path, frame), mapping(session="visit")), "10")
     assert absent(data) == ["1 of 2 participants have no trials (p10)."]
+
+
+def test_rows_are_selected_by_numbers_as_people_write_them(tmp_path):
+    """Next to 0.5, a level of 2 was only found as 2.0."""
+    frame = trials().assign(level=[0.5, 2] * 44)
+    data = load(written(tmp_path, frame), mapping(table={"only": {"level": ["2", "0.5"]}}))
+    assert len(data.estimates) == 88
+
+
+def test_rows_of_a_folder_without_a_participant_are_omitted_with_their_lines(tmp_path):
+    folder = tmp_path / "sub-1" / "beh"
+    folder.mkdir(parents=True)
+    frame = trials()
+    frame.loc[[3, 4], "who"] = "n/a"
+    frame.to_csv(folder / "sub-1_task-a_beh.tsv", sep="\t", index=False)
+    data = load(tmp_path, mapping())
+    assert data.problems == (
+        "sub-1/beh/sub-1_task-a_beh.tsv, lines 5 and 6: omitted, because there is no who",
+    )
