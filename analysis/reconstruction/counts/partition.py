@@ -179,12 +179,18 @@ def most_parts(wanted: Wanted, measure: str) -> int:
     if once:
         number *= prod(map(len, wanted.present))
         return number * (1 if wanted.medians is None else len(wanted.medians))
-    required = frozenset[int]().union(*wanted.present)
-    copies = {value: wanted.moments.most_copies(value) for value in required}
-    number *= min(prod(1 + most for most in copies.values()), comb(n + len(copies), n))
-    if wanted.medians is not None:
-        number *= sum((n // 2) ** 2 if lower < upper else n for lower, upper in wanted.medians)
-    return number
+    required = frozenset[int]().union(*wanted.present) - fixed
+    number *= prod(1 + wanted.moments.most_copies(value) for value in required)
+    # All frequencies together add up to at most n.
+    values = len(required | fixed)
+    if wanted.medians is None:
+        return min(number, comb(n + values, n))
+    return sum(
+        min(number * (n // 2) ** 2, comb(n + values + 2, n))
+        if lower < upper
+        else min(number * n, comb(n + values + 1, n))
+        for lower, upper in wanted.medians
+    )
 
 
 def _fixed(wanted: Wanted, once: bool) -> frozenset[int]:

@@ -31,7 +31,8 @@ if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.published_table import Column
 
-# Beyond this number of parts, the cost of a count is first estimated from a few of them.
+# Partitions with up to this number of parts are listed under any limits. For others, the cost of a
+# count is first estimated from a few parts.
 MANY_PARTS = 10_000
 
 
@@ -86,8 +87,10 @@ class Solutions:
     def _problems(self, measure: str, parts: int) -> list[Problem]:
         if self.targets.refused:
             raise UserError(f"column '{self.column.label}': {self.targets.refused}")
-        require_listable(parts, self.memory_gib, self.minutes)
-        return problems(partition(self.targets.wanted, measure))
+        wanted = self.targets.wanted
+        if parts > max(len(wanted), MANY_PARTS):
+            require_listable(parts, self.memory_gib, self.minutes)
+        return problems(partition(wanted, measure))
 
     @cached_property
     def multisets(self) -> int:

@@ -65,7 +65,7 @@ def test_required_ratings_are_listed_and_ranked_as_enumeration_does(
     if not found:
         return
     weights = [orders(x) if measure == "ordered" else 1 for x in found]
-    exact = marginals(Solutions(c), measure)
+    exact = marginals(Solutions(c, minutes=1.0), measure)
     for value in range(c.scale.steps + 1):
         lacking = sum(w for x, w in zip(found, weights, strict=True) if value not in x)
         assert exact.absent[value] == lacking
@@ -115,6 +115,14 @@ def test_too_many_parts_are_refused_before_they_are_listed(column, monkeypatch, 
     assert said in Solutions(c).refused
     row = Row(line=2, cells=("i",), column=c, told=())
     assert verdict(row, 4.0, 0.1).verdict == "not counted"
+
+
+def test_a_few_parts_are_listed_under_any_limits(column):
+    """Few values are counted by a formula, which takes no time worth limiting."""
+    solutions = Solutions(column(10, "3.4", "1.2", maximum=7), minutes=0.0)
+    assert not solutions.refused
+    assert solutions.problems
+    assert "counting needs about" in Solutions(column(12, "50.00", "10.00"), minutes=0.0).refused
 
 
 def test_a_column_with_too_many_parts_has_a_witness(column):
