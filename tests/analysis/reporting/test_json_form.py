@@ -47,7 +47,7 @@ def test_inference_has_its_documented_keys_in_their_order(dataset):
     assert " ".join(found) == (
         "friedman rm_anova pairwise page_trend linear_trend power_law mixed_model "
         "robust_exponent growth bayesian_growth order reliability normalisation sessions groups "
-        "factors measured_friction difference thresholds exponent_and_weber scales matching "
+        "factors measured_coefficient difference thresholds exponent_and_weber scales matching "
         "ratings rating_conditions ratios "
         "productions similarity sorting same_different limits identification pointing"
     )

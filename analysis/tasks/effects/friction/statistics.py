@@ -9,11 +9,11 @@ from slipscale.analysis.statistics.statistic import Family, Inputs, Statistic
 
 def _compute(inputs: Inputs) -> MeasuredFriction | NotComputed:
     found = measured_friction(inputs.prepared)
-    return NotComputed("friction was not measured") if found is None else found
+    return NotComputed("no coefficient was measured in the same trials") if found is None else found
 
 
 MEASURED_FRICTION: Statistic[MeasuredFriction] = Statistic(
-    key="measured_friction",
+    key="measured_coefficient",
     meaning="mean slope of log estimates on the friction measured in the same trials",
     compute=_compute,
     test=False,
