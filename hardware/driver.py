@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from slipscale.faults import UserError
 from slipscale.hardware.calibration.device_check import check_device
-from slipscale.hardware.errors import ConnectionLost, Late, NotReached, PlateRefused
+from slipscale.hardware.errors import ConnectionLost, Late, NotReached, OverLimit, PlateRefused
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.output_state import GuardedOutput
 from slipscale.hardware.records import Output, PlateIdentity, Presentation, Readback
@@ -63,6 +63,9 @@ class PlateDriver(GuardedOutput):
     amplifier_gain : float
         Volts at the plate per volt of the backend; 1 if the backend's voltage is applied to the
         plate directly.
+    largest_level : float
+        The plate's limit without the calibration's, which applies to `excite`: a new calibration
+        may extend the calibrated range.
     follow_lag_s : float or None
         Delay between `follow` and the plate's response; None if the backend cannot follow a finger.
     tracks : bool
@@ -97,6 +100,7 @@ class PlateDriver(GuardedOutput):
         plate_file: PlateFile | None = None,
     ) -> None:
         limits = limits or PlateLimits()
+        self.largest_level = limits.level
         super().__init__(clock, calibration.narrow(limits) if calibration else limits)
         self.calibration = calibration
         self.plate_file = plate_file
@@ -333,6 +337,7 @@ class PlateDriver(GuardedOutput):
         ------
         OverLimit
             If frequency, voltage or duty cycle is outside the limits. The output stays as it was.
+            If the plate then measures more than `largest_level`, it is silenced.
         PlateRefused
             If the backend does not accept drive frequencies and voltages.
         """
@@ -342,7 +347,17 @@ class PlateDriver(GuardedOutput):
             self._check_duty()
         with self._commanding(vibrates=True):  # The output is on even at 0 V.
             self._played = None
-            return self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+            readback = self._excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+            measured = readback.level if readback.kind == "measured" else None
+            if measured is not None and measured > self.largest_level:
+                q = self.limits.quantity
+                raise OverLimit(
+                    f"the plate reached {q.short(round(measured, 3))} at {voltage_v:g} V peak and "
+                    f"{frequency_hz:g} Hz, more than the plate's limit of "
+                    f"{q.short(self.largest_level)}, and was switched off; lower the voltage of "
+                    "this sweep (--sweep-voltage or --max-voltage)"
+                )
+        return readback
 
     def read_back(self) -> Readback:
         """Return the current state of the plate. Raises `PlateFault` if reading back fails."""

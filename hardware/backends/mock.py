@@ -124,6 +124,7 @@ class MockPlate(PlateDriver):
     def adopt(self, quantity: Quantity, largest_level: float) -> None:
         """Adopt the study's quantity and largest level if the plate produces another quantity."""
         if quantity.makes != self.limits.quantity.makes:
+            self.largest_level = largest_level
             deviation_level = self.limits.deviation_level * largest_level / self.limits.level
             self.limits = replace(
                 self.limits,

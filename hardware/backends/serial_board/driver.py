@@ -352,6 +352,7 @@ class SerialBoard(PlateDriver):
             frequency_max_hz=min(ours.frequency_max_hz, board.frequency_max_hz),
             on_time_s=min(ours.on_time_s, board.on_time_s),
         )
+        self.largest_level = min(self.largest_level, board.level)
         self.watchdog_s = board.watchdog_ms / 1000
 
 

@@ -1,6 +1,7 @@
 import csv
 import datetime as dt
 import math
+from dataclasses import replace
 from typing import get_args
 
 import numpy as np
@@ -36,6 +37,7 @@ from slipscale.hardware.errors import OverLimit, WrongDevice
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import Resonator
 from slipscale.hardware.plate.twin import Surroundings, Twin
+from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 
@@ -89,6 +91,35 @@ def test_a_plate_in_a_room_that_warms_is_recovered_too(calibration):
     assert calibration.resonance.frequency_hz == pytest.approx(30_500, abs=6)
     assert calibration.gain.um_pp_per_v * 15 == pytest.approx(2.3, rel=0.005)
     assert calibration.resonance.quality_factor == pytest.approx(60, rel=0.05)
+
+
+STRONG = Twin(surroundings=STEADY, resonator=Resonator(gain_um_pp_per_v=0.3))
+
+
+def test_a_sweep_stops_where_the_measured_amplitude_exceeds_the_plates_limit():
+    plate = MockPlate(clock=VirtualClock(), twin=STRONG)
+    plate.connect()
+    read = []
+
+    def measure(frequency_hz, voltage_v):
+        readback = plate.excite(frequency_hz=frequency_hz, voltage_v=voltage_v)
+        read.append(readback.level)
+        return readback.level
+
+    with pytest.raises(OverLimit, match=r"2\.8\d* µm p-p at 9\.33333 V peak .*--max-voltage"):
+        sweep(SweepPlan(), measure)
+    assert max(read) <= plate.limits.level
+    assert plate.output is Output.OFF
+    assert len(swept(STRONG, SweepPlan(max_voltage_v=8.0))) > 0
+
+
+def test_a_plate_may_be_calibrated_again_beyond_its_last_calibration(calibration):
+    plate = MockPlate(clock=VirtualClock(), twin=STRONG, calibration=calibration)
+    plate.limits = replace(plate.limits, level=1.0)
+    plate.connect()
+    assert plate.excite(frequency_hz=30_500, voltage_v=7.0).level == pytest.approx(2.1, rel=0.02)
+    with pytest.raises(OverLimit, match=r"more than the plate's limit of 2\.5 µm p-p"):
+        plate.excite(frequency_hz=30_500, voltage_v=9.0)
 
 
 def test_another_plate_is_found_where_it_is():
