@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.header import header, resume_data
 from slipscale.experiments.running.contact_sources import NamedSource, describe_contact
+from slipscale.experiments.session.interruptions import UNBLINDED
 from slipscale.experiments.session.session import RunOutcome, Session
 from slipscale.faults import UserError
 from slipscale.hardware.address import PAIR, is_mock
@@ -105,6 +106,8 @@ def run_plan(
         Connected finger-position and force sources.
     tracking : ResonanceTracking, optional
         Re-tunes the resonance between trials.
+    unblind : bool
+        Whether the operator sees the amplitude; the journal records this.
     backup : Path, optional
         Folder to which the journal is copied at the end.
     warnings : tuple of str, optional
@@ -119,6 +122,8 @@ def run_plan(
         journal.write("header", **header(plan, plate, spec, participant.kind, masking), **contact)
     else:
         journal.write("resume", **resume_data(plan, plate, spec, masking), **contact)
+    if unblind:
+        journal.write("note", text=UNBLINDED)
     if backup:
         journal.write("backup", folder=str(backup.resolve()))
     if markers and markers.names:

@@ -8,6 +8,7 @@ import pytest
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.lab.blind_summary import summary
 from slipscale.experiments.participants.base import StopRequested, Unfinished
+from slipscale.experiments.session.interruptions import UNBLINDED
 from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.experiments.steps.replies import BACK
@@ -269,6 +270,23 @@ def test_an_operator_who_unblinds_is_told_amplitudes_from_then_on_and_that_is_in
     assert {"0.5 µm p-p", "1.2 µm p-p", "2.3 µm p-p"} <= {status.level for status in seeing}
     [note] = laboratory.records(kind="note")
     assert note.data["text"].startswith("unblinded")
+
+
+def test_a_run_begun_or_resumed_unblinded_is_in_the_journal_as_one_unblinded_later(laboratory):
+    stop = Planned({30: Request(what="stop")})
+    assert laboratory.run(operator=stop, unblind=True) == "stopped"
+    assert [record.kind for record in laboratory.records()][:2] == ["header", "note"]
+    later = Planned({60: Request(what="unblind")})
+    laboratory.run(operator=later, unblind=True)  # told once per run, not at each request
+    kinds = [record.kind for record in laboratory.records()]
+    assert kinds[kinds.index("resume") + 1] == "note"
+    notes = [record.data["text"] for record in laboratory.records(kind="note")]
+    assert notes == [UNBLINDED] * 2
+
+
+def test_a_blinded_run_has_no_note_of_unblinding(laboratory):
+    laboratory.run()
+    assert laboratory.records(kind="note") == []
 
 
 def test_a_rig_that_stays_dead_ends_the_session_resumable(laboratory):
