@@ -13,12 +13,12 @@ from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference, Inputs, SessionTable
 from slipscale.analysis.tasks.difference import declaration as difference
+from slipscale.analysis.tasks.effects.exponent_and_weber import declaration as exponent_and_weber
 from slipscale.analysis.tasks.effects.factors import declaration as factors
 from slipscale.analysis.tasks.effects.friction import declaration as friction
 from slipscale.analysis.tasks.effects.groups import declaration as groups
 from slipscale.analysis.tasks.effects.sessions import declaration as sessions
 from slipscale.analysis.tasks.estimation import declaration as estimation
-from slipscale.analysis.tasks.exponent_and_weber import declaration as exponent_and_weber
 from slipscale.analysis.tasks.identification import declaration as identification
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.limits import declaration as limits
