@@ -176,7 +176,7 @@ population_of <- function(rows, curve, standard, confidence) {
   several <- length(sessions) > 1
   outer_grid <- grid(max(25, ceiling((if (several) 3 else 8) * sqrt(max(table(main$participant_id))))), 4)
   of_slopes <- if (several) none else grid(7, 3)
-  inner_grid <- if (several) grid(9) else none
+  inner_grid <- if (several) grid(21) else none
   # All combinations of threshold and slope of a person.
   persons <- rep(outer_grid$nodes, length(of_slopes$nodes))
   slopes <- rep(of_slopes$nodes, each = length(outer_grid$nodes))

@@ -45,7 +45,7 @@ SHALLOWEST, STEEPEST = 20.0, 0.02
 #: Curves that may be steep need twice as many nodes.
 NODES, FEWEST_NODES, MOST_NODES, OUTERMOST = 4.0, 21, 161, 4.0
 #: Number of nodes for the deviation of a participant's threshold in one condition.
-INNER_NODES = 9
+INNER_NODES = 21
 #: Nodes for slopes. A participant's answers hardly determine the slope, so nodes one standard
 #: deviation apart are enough: with 41 nodes, estimates change by less than 0.1 standard errors.
 OF_SLOPES = even(7, 3.0)
