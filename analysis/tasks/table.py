@@ -13,12 +13,12 @@ from slipscale.analysis.reading.dataset import Dataset
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inference, Inputs, SessionTable
 from slipscale.analysis.tasks.difference import declaration as difference
-from slipscale.analysis.tasks.effects.exponent_and_weber import declaration as exponent_and_weber
 from slipscale.analysis.tasks.effects.factors import declaration as factors
 from slipscale.analysis.tasks.effects.friction import declaration as friction
 from slipscale.analysis.tasks.effects.groups import declaration as groups
 from slipscale.analysis.tasks.effects.sessions import declaration as sessions
 from slipscale.analysis.tasks.estimation import declaration as estimation
+from slipscale.analysis.tasks.exponent_and_weber import declaration as exponent_and_weber
 from slipscale.analysis.tasks.identification import declaration as identification
 from slipscale.analysis.tasks.kind import TaskAnalysis
 from slipscale.analysis.tasks.limits import declaration as limits
@@ -30,7 +30,7 @@ from slipscale.analysis.tasks.ratios import declaration as ratios
 from slipscale.analysis.tasks.same_different import declaration as same_different
 from slipscale.analysis.tasks.scales import declaration as scales
 from slipscale.analysis.tasks.similarity import declaration as similarity
-from slipscale.analysis.tasks.sorting import declaration as sorting
+from slipscale.analysis.tasks.similarity.sorting import declaration as sorting
 from slipscale.analysis.tasks.thresholds import declaration as thresholds
 from slipscale.experiments.study.analysis_choices import Test
 

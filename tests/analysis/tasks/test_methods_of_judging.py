@@ -26,9 +26,9 @@ from slipscale.analysis.tasks.same_different.statistics import (
     differencing,
     pairs,
 )
+from slipscale.analysis.tasks.similarity.sorting.reading import separated, sorted_items
+from slipscale.analysis.tasks.similarity.sorting.statistics import SORTING
 from slipscale.analysis.tasks.similarity.statistics import map_of
-from slipscale.analysis.tasks.sorting.reading import separated, sorted_items
-from slipscale.analysis.tasks.sorting.statistics import SORTING
 from slipscale.analysis.tasks.table import KINDS
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.experiments.study.analysis_choices import AnalysisChoices

@@ -8,7 +8,7 @@ from slipscale.analysis import json_form
 from slipscale.analysis.pipeline import analyse
 from slipscale.analysis.reporting.files import draw
 from slipscale.analysis.reporting.page import results
-from slipscale.analysis.tasks.effects.exponent_and_weber.declaration import section_of
+from slipscale.analysis.tasks.exponent_and_weber.declaration import section_of
 from slipscale.experiments.participants.simulated_people.population import Population
 from slipscale.experiments.running.bare_dataset import write_simulated
 from slipscale.experiments.running.pilot import pilot_plans

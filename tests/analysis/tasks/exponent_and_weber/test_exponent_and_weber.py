@@ -10,8 +10,8 @@ from slipscale.analysis.preprocessing.log_transform import prepare
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
-from slipscale.analysis.tasks.effects.exponent_and_weber.declaration import sentence
-from slipscale.analysis.tasks.effects.exponent_and_weber.statistics import (
+from slipscale.analysis.tasks.exponent_and_weber.declaration import sentence
+from slipscale.analysis.tasks.exponent_and_weber.statistics import (
     EKMAN,
     PUBLISHED,
     exponent_and_weber,

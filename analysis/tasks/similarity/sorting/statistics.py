@@ -5,8 +5,8 @@ from __future__ import annotations
 from slipscale.analysis.reading.task_tables import by_task
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.statistic import Inputs, Statistic
+from slipscale.analysis.tasks.similarity.sorting.reading import TRIALS, sorted_items
 from slipscale.analysis.tasks.similarity.statistics import SIMILARITY, TaskMap, map_of
-from slipscale.analysis.tasks.sorting.reading import TRIALS, sorted_items
 
 
 def maps(inputs: Inputs) -> tuple[TaskMap | NotComputed, ...] | NotComputed:

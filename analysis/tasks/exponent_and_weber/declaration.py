@@ -10,7 +10,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics.psychometric_function import Estimate
-from slipscale.analysis.tasks.effects.exponent_and_weber.statistics import (
+from slipscale.analysis.tasks.exponent_and_weber.statistics import (
     EKMAN,
     EXPONENT_AND_WEBER,
     PUBLISHED,

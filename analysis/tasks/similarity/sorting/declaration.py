@@ -8,8 +8,8 @@ from slipscale.analysis.statistics.not_computed import all_computed
 from slipscale.analysis.tasks.declared.one_statistic import of_one_statistic
 from slipscale.analysis.tasks.kind import Analysis
 from slipscale.analysis.tasks.similarity import declaration as similarity
-from slipscale.analysis.tasks.sorting.reading import TRIALS
-from slipscale.analysis.tasks.sorting.statistics import SORTING
+from slipscale.analysis.tasks.similarity.sorting.reading import TRIALS
+from slipscale.analysis.tasks.similarity.sorting.statistics import SORTING
 from slipscale.analysis.writing.numbers import counted
 
 
