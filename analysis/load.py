@@ -38,7 +38,7 @@ from slipscale.analysis.reading.labelled_tasks import (
 from slipscale.analysis.reading.mapping import NAME, TableMapping, beside
 from slipscale.analysis.reading.suspicions import notes_on_answers
 from slipscale.analysis.reading.table_by_hand import read_table
-from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, FACTOR, IDENTITY
+from slipscale.analysis.reading.trial_tables import BLOCK, ESTIMATION, IDENTITY, factor_columns
 from slipscale.analysis.tasks.outside.guard import installed_kinds
 from slipscale.analysis.tasks.similarity.reading import TRIALS as PAIRS
 from slipscale.analysis.tasks.table import TRIALS
@@ -287,9 +287,8 @@ def _by_hand(path: Path, table: ForeignTable, problems: Problems, quantity: Quan
     trials = {}
     for kind, rows in ((CHOICES, table.choices), (PAIRS, table.pairs)):
         if len(rows):
-            factors = [name for name in rows if str(name).startswith(FACTOR)]
             # Tables made by hand have no friction.
-            columns = (*kind.empty().columns, *factors)
+            columns = (*kind.empty().columns, *factor_columns(rows))
             trials[kind.name] = with_people(rows.reindex(columns=list(columns)), columns)
     return Dataset(
         name=metadata.title(path) if path.is_dir() else path.stem,

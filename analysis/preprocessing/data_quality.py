@@ -15,12 +15,12 @@ import pandas as pd
 
 from slipscale.analysis.preprocessing.normalisation import (
     cell_means,
-    factors,
     items,
     log_cell_means,
 )
 from slipscale.analysis.preprocessing.residuals import residuals, slopes_per_participant
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, TINY
+from slipscale.analysis.reading.trial_tables import factor_columns
 from slipscale.experiments.dataset.schema import PARTICIPANT
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _patterns(trials: pd.DataFrame, thresholds: Thresholds) -> pd.DataFrame:
     computed within a participant's conditions.
     """
     positive = trials[trials["estimate"] > 0]
-    condition = positive.groupby(factors(positive) or PARTICIPANT, observed=True).ngroup()
+    condition = positive.groupby(factor_columns(positive) or PARTICIPANT, observed=True).ngroup()
     positive = positive.assign(amplitude_um_pp=items(positive).astype(float))
     logs = log_cell_means(positive)
     columns: dict[str, pd.Series[float]] = {}

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 
 from slipscale.analysis.reading.cells import listed
-from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.reading.trial_tables import factor_columns
 from slipscale.experiments.dataset.schema import PARTICIPANT
 from slipscale.faults import UserError
 
@@ -64,12 +64,7 @@ def items(trials: pd.DataFrame) -> pd.Series[int]:
 
     Trials of the same item are repetitions. Without factors, items are amplitudes.
     """
-    return trials.groupby(["amplitude_um_pp", *factors(trials)], observed=True).ngroup()
-
-
-def factors(trials: pd.DataFrame) -> list[str]:
-    """Return the columns with the levels of factors."""
-    return [name for name in map(str, trials.columns) if name.startswith(FACTOR)]
+    return trials.groupby(["amplitude_um_pp", *factor_columns(trials)], observed=True).ngroup()
 
 
 def log_cell_means(trials: pd.DataFrame, column: str = "estimate") -> pd.DataFrame:

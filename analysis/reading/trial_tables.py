@@ -131,3 +131,8 @@ def has_flag(frame: pd.DataFrame, *codes: str) -> pd.Series[bool]:
     ]
     lookup = np.array([*hits, False])
     return pd.Series(lookup[flags.cat.codes], index=frame.index)
+
+
+def factor_columns(trials: pd.DataFrame) -> list[str]:
+    """Return the columns with the levels of factors."""
+    return [name for name in map(str, trials.columns) if name.startswith(FACTOR)]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pandas as pd
 
-from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.reading.trial_tables import factor_columns
 from slipscale.analysis.tasks.declared.flat_table import flat
 from slipscale.analysis.tasks.estimation.statistics import PAIRWISE
 from slipscale.analysis.tasks.kind import Analysis
@@ -17,8 +17,7 @@ def tables(analysis: Analysis) -> dict[str, pd.DataFrame]:
     named = analysis.dataset.quantity.columns
     columns = ["participant_id", "session", "run", "trial", "amplitude_um_pp", "estimate"]
     trials = analysis.estimates
-    factors = (name for name in trials.columns if str(name).startswith(FACTOR))
-    columns += ["normalised", "response_time", "position", "before_um_pp", *factors]
+    columns += ["normalised", "response_time", "position", "before_um_pp", *factor_columns(trials)]
     if (trials["trial"].dropna() % 1 == 0).all():
         trials = trials.astype({"trial": "Int64"})
     kept = [name for name in columns if not trials[name].isna().all()]

@@ -12,7 +12,7 @@ import pandas as pd
 
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.reading.surface_labels import numbers_first
-from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.reading.trial_tables import FACTOR, factor_columns
 from slipscale.analysis.statistics.holm import holm
 from slipscale.analysis.statistics.not_computed import NotComputed
 from slipscale.analysis.statistics.psychometrics import psychometric_fit as likelihood
@@ -273,14 +273,10 @@ def _right(catches: pd.DataFrame, method: str) -> tuple[int, int]:
 
 def _counted(main: pd.DataFrame, model: Model) -> pd.DataFrame:
     """Return one row per participant, session, condition and level."""
-    keys = ["who", "session", *_crossed(main), "level_um_pp"]
+    keys = ["who", "session", *factor_columns(main), "level_um_pp"]
     counted = main.groupby(keys)["correct"].agg(["sum", "size"]).reset_index()
     u = likelihood.coordinates(model.curve, counted["level_um_pp"].to_numpy(float))
     return counted.assign(u=u)
-
-
-def _crossed(rows: pd.DataFrame) -> list[str]:
-    return [name for name in rows.columns if str(name).startswith(FACTOR)]
 
 
 def _combined(rows: pd.DataFrame, names: list[str]) -> pd.Series[str]:
@@ -291,7 +287,7 @@ def _combined(rows: pd.DataFrame, names: list[str]) -> pd.Series[str]:
 def _trials(counted: pd.DataFrame, design: Array, right: tuple[int, int]) -> Trials:
     return Trials(
         person=pd.factorize(counted["who"], sort=True)[0],
-        condition=pd.factorize(_combined(counted, ["session", *_crossed(counted)]))[0],
+        condition=pd.factorize(_combined(counted, ["session", *factor_columns(counted)]))[0],
         design=design,
         u=counted["u"].to_numpy(float),
         yes=counted["sum"].to_numpy(float),
@@ -309,7 +305,7 @@ def _factors(
     group_of: Mapping[str, str],
 ) -> Iterator[Factor]:
     """Yield thresholds by group, session or condition with at least `FEWEST` people per level."""
-    names = _crossed(counted)
+    names = factor_columns(counted)
     by = {"group": counted["who"].map(group_of), "session": counted["session"]}
     by |= {name.removeprefix(FACTOR): counted[name].astype(str) for name in names}
     if len(names) > 1:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.reading.trial_tables import factor_columns
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
     mean_over_participants,
@@ -100,7 +100,7 @@ def reversals(
     before = rule.tracks[0]
     if not isinstance(before, UpDownTrack):
         return NotComputed("QUEST+ has no reversals")
-    factors = [name for name in main if str(name).startswith(FACTOR)]
+    factors = factor_columns(main)
     names = main[factors].astype(str).agg(" ".join, axis=1) if factors else main["task"].map(_plain)
     return Reversals(
         last=last,

@@ -20,7 +20,7 @@ from slipscale.analysis.preprocessing.log_transform import Prepared
 from slipscale.analysis.preprocessing.normalisation import cell_means
 from slipscale.analysis.preprocessing.sufficiency import FEWEST, few
 from slipscale.analysis.reading.surface_labels import numbers_first
-from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.reading.trial_tables import FACTOR, factor_columns
 from slipscale.analysis.statistics.confidence_interval import ConfidenceInterval
 from slipscale.analysis.statistics.mean_over_participants import (
     MeanOverParticipants,
@@ -141,7 +141,7 @@ def factor_effects(inputs: Inputs) -> tuple[FactorEffects, ...] | NotComputed:
     prepared = inputs.prepared
     if prepared is None:
         return NotComputed("no magnitude estimates")
-    named = [name for name in prepared.trials.columns if str(name).startswith(FACTOR)]
+    named = factor_columns(prepared.trials)
     crossed = [name for name in named if len(prepared.trials[name].unique()) > 1]
     if not crossed:
         return NotComputed("no factor is crossed with the levels")

@@ -12,7 +12,7 @@ from slipscale.analysis.reading.delimited import Problems, Source
 from slipscale.analysis.reading.labelled_tasks import Entries, add_counts
 from slipscale.analysis.reading.surface_labels import plain
 from slipscale.analysis.reading.task_tables import BEFORE_CONDITION, COMMON, task_trials
-from slipscale.analysis.reading.trial_tables import FACTOR
+from slipscale.analysis.reading.trial_tables import factor_columns
 from slipscale.analysis.tasks.similarity.reading import ITEMS, RATED
 
 TITLE = "free sorting"
@@ -22,8 +22,9 @@ RUN = [name for name in COMMON if name not in ("trial", "catch")]
 
 def separated(frame: pd.DataFrame, _problems: Problems) -> pd.DataFrame:
     """Convert sorted items to pairs. The last group of an item counts."""
-    factors = [name for name in frame if str(name).startswith(FACTOR) or name == BEFORE_CONDITION]
-    keys, rows = [*RUN, *factors], []
+    keys = [*RUN, *factor_columns(frame)]
+    keys += [BEFORE_CONDITION] if BEFORE_CONDITION in frame else []
+    rows = []
     answered = frame[frame["group"].notna() & (frame["item"] != "")].sort_values("trial")
     for whose, own in answered.groupby(keys, sort=True, dropna=False):
         last = own.groupby(own["item"].map(plain), sort=False)["group"].last().to_dict()
