@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import socket
 import threading
-import time
 from contextlib import suppress
 from typing import Self
 
@@ -20,8 +19,6 @@ class GeneratorServer:
     ----------
     make : str
         One of `slipscale.hardware.emulator.generators.MAKES`.
-    command_s : float
-        Time taken by the generator for each command.
 
     Attributes
     ----------
@@ -37,12 +34,11 @@ class GeneratorServer:
         Whether the server, after this line, also closes all later connections.
     """
 
-    def __init__(self, make: str, *, command_s: float = 0.0) -> None:
+    def __init__(self, make: str) -> None:
         self.generator = MAKES[make]()
         self.lines: list[str] = []
         self.drop_at: int | None = None
         self.for_good = False
-        self.command_s = command_s
         self._socket = socket.create_server(("127.0.0.1", 0))
         self.resource = f"TCPIP::127.0.0.1::{self._socket.getsockname()[1]}::SOCKET"
         self._over = False
@@ -84,7 +80,6 @@ class GeneratorServer:
                 self.lines.append(raw.decode().strip())
                 if len(self.lines) == self.drop_at:
                     return
-                time.sleep(self.command_s)
                 answer = self.generator.hear(self.lines[-1])
                 if answer is not None:
                     connection.sendall(answer.encode() + b"\n")

@@ -1,10 +1,11 @@
-"""Simulate the connection to a function generator, which can be lost."""
+"""Simulate the connection to a function generator, which can be slow or lost, in virtual time."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from slipscale.hardware.backends.generator_line import GeneratorLine
+from slipscale.hardware.backends.generator_line import TIMEOUT_MS, GeneratorLine
+from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import ConnectionLost, PlateNotFound, PlateTimeout
 
 if TYPE_CHECKING:
@@ -12,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class LocalLine(GeneratorLine):
-    """Connection to a simulated generator in this process, without delay.
+    """Connection to a simulated generator in this process.
 
     Parameters
     ----------
@@ -20,6 +21,10 @@ class LocalLine(GeneratorLine):
 
     Attributes
     ----------
+    clock : VirtualClock
+        Clock that advances while the connection waits for an answer.
+    command_s : float
+        Time that the generator takes for each command; commands that arrive earlier are queued.
     wire : list of str
         Commands that were sent.
     drop_at : int or None
@@ -30,6 +35,9 @@ class LocalLine(GeneratorLine):
     def __init__(self, generator: SimulatedGenerator) -> None:
         super().__init__("SIMULATED::INSTR")
         self.generator = generator
+        self.clock = VirtualClock()
+        self.command_s = 0.0
+        self._free_s = 0.0  # when the generator has executed all commands
         self.wire: list[str] = []
         self.drop_at: int | None = None
         self.for_good = False
@@ -57,7 +65,9 @@ class LocalLine(GeneratorLine):
     def ask(self, query: str) -> str:
         """Return the answer to a query."""
         answer = self._hear(query)
-        if answer is None:
+        wait_s = self._free_s - self.clock.now()
+        self.clock.sleep(min(wait_s, TIMEOUT_MS / 1000))
+        if answer is None or wait_s > TIMEOUT_MS / 1000:
             raise PlateTimeout(f"{self.resource}: no answer")
         return answer
 
@@ -65,6 +75,7 @@ class LocalLine(GeneratorLine):
         if not self._open:
             raise ConnectionLost(f"{self.resource}: not connected")
         self.wire.append(line)
+        self._free_s = max(self._free_s, self.clock.now()) + self.command_s
         if len(self.wire) == self.drop_at:
             self._open = False
             raise ConnectionLost(f"{self.resource}: the device went away")

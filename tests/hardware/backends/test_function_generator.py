@@ -4,7 +4,6 @@ import datetime as dt
 import itertools
 import math
 import re
-from types import SimpleNamespace
 
 import pytest
 
@@ -25,6 +24,7 @@ from slipscale.hardware.calibration.record import (
 )
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
 from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.emulator.generator_server import GeneratorServer
 from slipscale.hardware.emulator.generators import MAKES, Keysight
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -278,33 +278,48 @@ def test_a_port_that_is_not_there_is_a_fault_of_the_rig():
         plate.connect()
 
 
-# Makes, and drops of the line: generators simulated after their manuals, on a socket.
+# Makes, and drops of the line: generators simulated after their manuals.
 
 CHANNELS = [(make, channel) for make in DIALECTS for channel in (1, 2)]
 
 
-def on_the_bench(bench, monkeypatch, **options):
-    """A driver of a simulated generator that does not wait, but for a line that is gone."""
-    monkeypatch.setattr(generator_line, "TIMEOUT_MS", 60)
-    options.setdefault("calibration", calibration_of(bench))
-    line = GeneratorLine(bench.resource)
-    plate = FunctionGenerator(line, clock=VirtualClock(), **options)
-    plate._machine = VirtualClock()
+def local(make, line=(), **options):
+    """A driver and its simulated generator in this process, in virtual time."""
+    wire = LocalLine(MAKES[make]())
+    for name, value in dict(line).items():
+        setattr(wire, name, value)
+    return driver(wire, wire.generator, wire.clock, options), wire
+
+
+@pytest.fixture
+def on_a_socket(monkeypatch):
+    """Return a driver of a generator behind PyVISA and a socket of this machine, and its server."""
+    monkeypatch.setattr(generator_line, "TIMEOUT_MS", 60_000)
+    with GeneratorServer("keysight") as server:
+        server.generator.channel[1].on = True
+        line = GeneratorLine(server.resource)
+        yield driver(line, server.generator, VirtualClock(), {}), server
+
+
+def driver(line, generator, clock, options):
+    options.setdefault("calibration", calibration_of(generator))
+    plate = FunctionGenerator(line, clock=clock, **options)
+    plate._machine = clock
     return plate
 
 
-def calibration_of(bench):
+def calibration_of(generator):
     made = calibration(amplifier_gain=10)
-    serial = bench.generator.identity.split(",")[2]
+    serial = generator.identity.split(",")[2]
     return made.model_copy(update={"device": Device(backend="scpi", serial=serial)})
 
 
 @pytest.mark.parametrize("make, channel", CHANNELS)
-def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, make, channel):
-    rig = bench(make)
-    chosen, other = rig.generator.channel[channel], rig.generator.channel[3 - channel]
-    other.on = False
-    with on_the_bench(rig, monkeypatch, channel=channel) as plate:
+def test_every_make_gets_the_volts_on_the_channel_chosen(make, channel):
+    plate, wire = local(make, channel=channel)
+    chosen, other = wire.generator.channel[channel], wire.generator.channel[3 - channel]
+    chosen.on = True  # left on by the person who used it before
+    with plate:
         assert not chosen.on
         made = plate.present(surface(2.3))
         assert chosen.on
@@ -315,14 +330,23 @@ def test_every_make_gets_the_volts_on_the_channel_chosen(bench, monkeypatch, mak
         assert plate.present(surface(0)).readback.level == 0
         assert not chosen.on
         plate.present(surface(1.0))
-    assert not any(each.on for each in rig.generator.channel.values())
+    assert not any(each.on for each in wire.generator.channel.values())
     assert other.open_vpp == 0.2
-    assert rig.generator.errors == []
+    assert wire.generator.errors == []
 
 
-def test_a_generator_is_driven_where_its_resonance_was_tracked(bench, monkeypatch):
-    rig = bench("keysight")
-    with on_the_bench(rig, monkeypatch) as plate:
+def test_a_surface_is_presented_over_a_socket(on_a_socket):
+    plate, server = on_a_socket
+    with plate:
+        made = plate.present(surface(2.3))
+        assert made.readback.level == pytest.approx(2.3, rel=1e-3)
+        assert server.generator.channel[1].plate_vpp() == pytest.approx(3.0, rel=1e-5)
+    assert not server.generator.channel[1].on
+
+
+def test_a_generator_is_driven_where_its_resonance_was_tracked():
+    plate, rig = local("keysight")
+    with plate:
         moved_hz, half_hz = 30_450.0, 30_480 / 120
 
         def measured_um_pp():
@@ -335,25 +359,26 @@ def test_a_generator_is_driven_where_its_resonance_was_tracked(bench, monkeypatc
 
 
 @pytest.mark.parametrize("make", DIALECTS)
-def test_every_make_that_keeps_another_load_is_refused(bench, monkeypatch, make):
-    rig = bench(make)
+def test_every_make_that_keeps_another_load_is_refused(monkeypatch, make):
+    plate, rig = local(make)
+    rig.generator.channel[1].on = True
     obey = rig.generator.obey
     monkeypatch.setattr(
         rig.generator, "obey", lambda line: None if re.search("(INF|HZ)$", line) else obey(line)
     )
     with pytest.raises(PlateRefused, match=r"(LOAD|OUTP|IMP).* returns .*5"):
-        on_the_bench(rig, monkeypatch).connect()
+        plate.connect()
     assert rig.generator.channel[1].on is False
 
 
-def test_a_make_that_is_not_known_is_refused_with_the_remedy(bench, monkeypatch):
-    rig = bench("tektronix")
-    rig.generator.identity = "Nobody,F1,1,1"
+def test_a_make_that_is_not_known_is_refused_with_the_remedy():
+    plate, wire = local("tektronix")
+    wire.generator.identity = "Nobody,F1,1,1"
     with pytest.raises(WrongDevice, match=r"'Nobody F1'.*dialect=.*keysight, rigol"):
-        on_the_bench(rig, monkeypatch).connect()
-    named = on_the_bench(
-        rig, monkeypatch, calibration=None, amplifier_gain=10, dialect=DIALECTS["tektronix"]
-    )
+        plate.connect()
+    chosen = {"calibration": None, "amplifier_gain": 10, "dialect": DIALECTS["tektronix"]}
+    named, wire = local("tektronix", **chosen)
+    wire.generator.identity = "Nobody,F1,1,1"
     with named:
         assert named.identity.model == "F1"
 
@@ -378,17 +403,6 @@ def session(plate):
         plate.present(surface(0))
 
 
-def local(make, **line):
-    """A driver and its simulated generator in this process; nothing waits."""
-    wire = LocalLine(MAKES[make]())
-    for name, value in line.items():
-        setattr(wire, name, value)
-    rig = SimpleNamespace(generator=wire.generator)
-    plate = FunctionGenerator(wire, clock=VirtualClock(), calibration=calibration_of(rig))
-    plate._machine = VirtualClock()
-    return plate, wire
-
-
 def on(wire):
     return any(channel.on for channel in wire.generator.channel.values())
 
@@ -402,7 +416,7 @@ def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(make, for_go
     assert len(whole.wire) > 150
     unsaid, said = [], 0
     for position in range(1, len(whole.wire) + 1):
-        plate, wire = local(make, drop_at=position, for_good=for_good)
+        plate, wire = local(make, {"drop_at": position, "for_good": for_good})
         told = None
         try:
             session(plate)
@@ -419,33 +433,30 @@ def test_a_line_that_drops_at_any_command_leaves_no_plate_on_unsaid(make, for_go
     assert (said > 50) == for_good
 
 
-@pytest.mark.clock
 @pytest.mark.parametrize("for_good", [False, True], ids=["and comes back", "for good"])
 def test_a_socket_that_drops_while_the_plate_vibrates_is_opened_again_or_reported(
-    bench, monkeypatch, for_good
+    on_a_socket, monkeypatch, for_good
 ):
-    rig = bench("keysight")
-    plate = on_the_bench(rig, monkeypatch)
+    plate, server = on_a_socket
     plate.connect()
     plate.present(surface(1.2))
-    rig.drop_at, rig.for_good = len(rig.lines) + 1, for_good
+    server.drop_at, server.for_good = len(server.lines) + 1, for_good
+    plate._output.line._instrument.timeout = 60  # PyVISA waits even if the line is gone
+    if for_good:  # nothing answers any more, however long the driver waits
+        monkeypatch.setattr(generator_line, "TIMEOUT_MS", 60)
     expected = StillVibrating if for_good else (ConnectionLost, PlateTimeout)
     with pytest.raises(expected):
         plate.read_back()
-    assert rig.generator.channel[1].on == for_good
+    assert server.generator.channel[1].on == for_good
     assert plate.output is (Output.UNREACHABLE if for_good else Output.OFF)
 
 
-@pytest.mark.clock
 @pytest.mark.parametrize("within", [False, True], ids=["between commands", "within a command"])
-def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(
-    bench, monkeypatch, within
-):
-    rig = bench("keysight")
-    plate = on_the_bench(rig, monkeypatch)
+def test_who_interrupts_a_session_is_told_too_when_the_plate_is_out_of_reach(monkeypatch, within):
+    plate, wire = local("keysight")
 
     def interrupt():
-        rig.drop_at, rig.for_good = len(rig.lines) + 1, True
+        wire.drop_at, wire.for_good = len(wire.wire) + 1, True
         raise KeyboardInterrupt
 
     def interrupted():
@@ -572,16 +583,15 @@ def test_volts_that_no_generator_makes_are_refused_without_an_amplifier():
             plate.present(surface(2.3))
 
 
-@pytest.mark.clock
-def test_a_generator_that_takes_long_for_each_command_presents(bench, monkeypatch):
-    """As 80 ms for a command and a time-out of 1 s; ten commands queued would exceed it."""
-    monkeypatch.setattr(generator_line, "TIMEOUT_MS", 120)
-    rig = bench("keysight", command_s=0.01)
-    plate = FunctionGenerator(
-        GeneratorLine(rig.resource), clock=VirtualClock(), calibration=calibration_of(rig)
-    )
+def test_a_generator_that_takes_long_for_each_command_presents():
+    """At 80 ms for a command and a time-out of 1 s, a query behind 12 queued commands fails."""
+    plate, wire = local("keysight", {"command_s": 0.08})
     with plate:
         assert plate.present(surface(1.2)).readback.level == pytest.approx(1.2, rel=0.01)
+        for _ in range(12):
+            wire.write("VOLT?")
+        with pytest.raises(PlateTimeout):
+            wire.ask("VOLT?")
 
 
 def test_the_presentation_reports_the_predicted_voltage_beside_the_applied_one():
