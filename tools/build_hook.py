@@ -1,10 +1,10 @@
-"""Link the package's folders into ``src/slipscale`` when the checkout is installed for development.
+"""Replace links in ``src/slipscale`` that git could not check out, for an editable installation.
 
-An editable installation requires a single folder that contains the package. The repository keeps
-``analysis``, ``experiments`` and the other subpackages at its top level, so this hook links to
-them: with junctions on Windows, which need no special privileges, and with symbolic links
-elsewhere. Git does not track the links, because git cannot create them on all systems. A wheel
-needs no links, because `pyproject.toml` maps the folders into the package.
+The repository keeps ``analysis``, ``experiments`` and the other subpackages at its top level, and
+links to them in ``src/slipscale``, so that a clone can be imported without installation. Where git
+checks out links as text files (Windows), this hook replaces them with junctions, which require no
+special privileges. A wheel needs no links, because `pyproject.toml` maps the folders into the
+package.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ PACKAGE = Path("src", "slipscale")
 
 
 class LinkFolders(BuildHookInterface[BuilderConfig]):
-    """Link each folder that the wheel maps into the package."""
+    """Make the link to each folder that the wheel maps into the package."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:  # noqa: ARG002
         """Create missing links, for an editable installation only."""
@@ -29,12 +29,12 @@ class LinkFolders(BuildHookInterface[BuilderConfig]):
         root = Path(self.root)
         for source, target in self.build_config.sources.items():
             folder, link = root / source, root / "src" / target
-            if folder != root / PACKAGE and not link.exists():
+            if folder != root / PACKAGE and not link.is_dir():
                 link_folder(link, folder)
 
 
 def link_folder(link: Path, folder: Path) -> None:
-    """Make ``link`` point to ``folder``; replace a link to an earlier location."""
+    """Make ``link`` point to ``folder``, in place of the text file that git left there."""
     link.unlink(missing_ok=True)
     if sys.platform == "win32":
         from _winapi import CreateJunction  # noqa: PLC0415 - on Windows only

@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 VENV = ROOT / ".venv"
 BOOTSTRAP = ROOT / ".setup"
-#: Link created by the editable installation, without which imports fail.
+#: A link that git may check out as a text file; the installation then replaces it.
 LINK = ROOT / "src" / "slipscale" / "analysis"
 OLDEST = (3, 11)
 #: Newest Python (PsychoPy has no release for 3.13), and size and set-up time of each set.
@@ -48,7 +48,7 @@ def fingerprint(name: str) -> str:
 def is_ready(name: str) -> bool:
     """Return whether .venv contains this or a larger set of packages, with the current pins."""
     larger = list(SETS)[list(SETS).index(name) :]
-    return LINK.exists() and any(
+    return LINK.is_dir() and any(
         stamp(each).exists() and stamp(each).read_text() == fingerprint(each) for each in larger
     )
 
