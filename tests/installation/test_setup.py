@@ -69,7 +69,7 @@ def machine(tmp_path, monkeypatch):
     def run(command, **_options):
         commands.append(command)
         if "-e" in command:
-            setup.LINK.touch()
+            setup.LINK.mkdir(exist_ok=True)
             setup.VENV.mkdir(exist_ok=True)
         return SimpleNamespace(returncode=0)
 
