@@ -1,5 +1,5 @@
 # make pilot   the paper's whole study, simulated      make pilot ARGS="--participants 4 --seed 1"
-# make test    all tests
+# make test    all tests, in random order; in an earlier run's order: make test ARGS="--randomly-seed=N"
 # make lint    lint, types, import layers, how we write
 # make docs    the documentation site, in build/site: open build/site/index.html
 # make coverage  how much of some rooms their tests reach; all: make coverage COVERED="analysis experiments hardware stimuli"
@@ -15,6 +15,7 @@
 PYTHON ?= python3
 BIN = .venv/bin
 ARGS ?=
+WORKERS ?= logical
 
 .PHONY: set-pilot set-session set-test setup pilot test lint docs pictures torture windows fuzz soak reliability benchmarks coverage requirements sbom audit
 # Each set of packages contains the one before: pilot, session, test.
@@ -36,7 +37,7 @@ test:
 	$(PYTHON) tools/setup.py test || exit; \
 	[ -d .pytest_cache ] || $(BIN)/python -m pytest --collect-only -qq >/dev/null 2>&1; \
 	wait $$packages || exit; \
-	$(BIN)/python tools/run_tests.py $(ARGS)
+	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal --durations 30 --durations-min 1 $(ARGS)
 
 lint: set-test
 	$(BIN)/ruff check .
