@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
-from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.stimuli.quantity import Quantity
 
 #: Name of the shipped study that replicates the paper.

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Design, Scale
-from slipscale.analysis.reconstruction.table.rounding import RULES, Interval
+from slipscale.analysis.published.printed_numbers import RULES, Interval
 from slipscale.analysis.reconstruction.table.words import assumptions, in_words
 
 if TYPE_CHECKING:

@@ -18,7 +18,7 @@ import numpy as np
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
-    from slipscale.analysis.reconstruction.table.rounding import Printed
+    from slipscale.analysis.published.printed_numbers import Printed
 
 # Floating-point tolerance for comparisons with a published number.
 SLACK = 1e-9

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column
-    from slipscale.analysis.reconstruction.table.rounding import Printed
+    from slipscale.analysis.published.printed_numbers import Printed
 
 # Pairs of printed numbers of which the first must not exceed the second.
 ORDERED = (

@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import BeforeValidator, Field, InstanceOf
 
-from slipscale.analysis.reconstruction.table.rounding import Printed, plain_decimal
+from slipscale.analysis.published.printed_numbers import Printed, plain_decimal
 
 
 def _printed(value: object) -> Printed:

@@ -22,7 +22,7 @@ from slipscale.analysis.reconstruction.table.printed_fields import (
     Values,
     exact,
 )
-from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.faults.frozen_table import FrozenTable
 
 Convention = Literal["sample", "population"]

@@ -1,10 +1,16 @@
 """Driver for our plate, which answers "ok" to lines such as "A 1.200" on a serial port."""
 
-from slipscale.hardware import address as addresses
-from slipscale.hardware.backends.serial_board.serial_line import SerialLine
-from slipscale.hardware.driver import PlateDriver
-from slipscale.hardware.errors import GarbledReply, PlateTimeout, WrongDevice
-from slipscale.hardware.records import PlateIdentity, Presentation, Readback
+from slipscale.backend import (
+    GarbledReply,
+    PlateDriver,
+    PlateIdentity,
+    PlateTimeout,
+    Presentation,
+    Readback,
+    SerialLine,
+    WrongDevice,
+    opened,
+)
 
 RAMP_STEPS = 10
 RAMP_S = 0.03
@@ -83,5 +89,5 @@ class OurPlate(PlateDriver):
 def open_plate(address, *, clock, seed):  # noqa: ARG001 - only a simulated plate uses the seed
     """Return the driver; `address` contains the port and options given after "ourplate:"."""
     # If your backend has its own options, pass them to `opened` as a third argument.
-    port, _options, plate = addresses.opened(address, OurPlate.name)
+    port, _options, plate = opened(address, OurPlate.name)
     return OurPlate(port, clock=clock, plate=plate)

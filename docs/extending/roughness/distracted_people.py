@@ -2,8 +2,7 @@
 
 from types import MappingProxyType
 
-from slipscale.experiments.participants.simulated_people.own_behaviour import Behaviour
-from slipscale.experiments.steps.steps import Explore
+from slipscale.protocol import Behaviour, Explore
 
 DISTRACTED = 0.2
 

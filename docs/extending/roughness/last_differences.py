@@ -2,9 +2,7 @@
 
 import pandas as pd
 
-from slipscale.analysis.statistics.not_computed import NotComputed
-from slipscale.analysis.tasks.outside.short_form import OwnResult, own_analysis
-from slipscale.figure_style import styled
+from slipscale.task import NotComputed, OwnResult, own_analysis, styled
 
 LAST = 4
 

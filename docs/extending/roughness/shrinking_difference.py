@@ -4,20 +4,27 @@ from typing import NamedTuple
 
 from pydantic import Field
 
-from slipscale.experiments.protocol_parts.base import (
+from slipscale.protocol import (
     Amplitude,
+    Ask,
     AtLeastOne,
+    ChoiceQuestion,
     Column,
+    ComparisonQuestion,
+    EndTrial,
+    Instruct,
+    PacedOptions,
     Positive,
+    Present,
     Protocol,
+    Repeating,
+    Silence,
+    Trial,
+    any_choice,
+    compared,
+    part_over,
+    rounded,
 )
-from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions
-from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
-from slipscale.experiments.protocol_parts.simulated_answers import any_choice, compared
-from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion
-from slipscale.experiments.steps.rounding import rounded
-from slipscale.experiments.steps.steps import Ask, EndTrial, Instruct, Present, Silence
-from slipscale.experiments.steps.trial import Trial
 
 TEXTS = {
     "en": {

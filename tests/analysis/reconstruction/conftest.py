@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import t
 
 from slipscale.analysis.reconstruction.table.published_table import Column, Scale
-from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.published.printed_numbers import Printed
 
 NAMES = (
     "mean_percent",

@@ -17,7 +17,7 @@ from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multi
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed, witness
 from slipscale.analysis.reconstruction.report import column_json, column_lines
-from slipscale.analysis.reconstruction.table.rounding import Printed
+from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.analysis.reconstruction.table.table_files import from_csv
 from slipscale.faults import UserError
 

@@ -1,0 +1,132 @@
+"""Public names for packages that add a protocol or simulated people.
+
+Import these names from here: their modules may move. See docs/extending/adding-a-protocol.md.
+"""
+
+from slipscale.experiments.participants.simulated_people.own_behaviour import Behaviour
+from slipscale.experiments.protocol_parts.base import (
+    Amplitude,
+    AtLeastOne,
+    Column,
+    Context,
+    Count,
+    IntervalRecord,
+    Label,
+    Options,
+    Positive,
+    Protocol,
+    Seconds,
+    Switch,
+    TrialRecord,
+    Words,
+    truth,
+)
+from slipscale.experiments.protocol_parts.building_blocks.pacing import PacedOptions, RestedOptions
+from slipscale.experiments.protocol_parts.building_blocks.repeating import Repeating, part_over
+from slipscale.experiments.protocol_parts.simulated_answers import (
+    SimulatedAnswer,
+    SimulatedPerson,
+    any_choice,
+    compared,
+    notices_difference,
+    until_equal,
+    until_number,
+)
+from slipscale.experiments.steps.questions import (
+    ChoiceQuestion,
+    ComparisonQuestion,
+    NumberQuestion,
+    PointingQuestion,
+    Question,
+    Selection,
+    TextQuestion,
+    VisualAnalogueQuestion,
+    WholeNumberQuestion,
+    YesNoQuestion,
+)
+from slipscale.experiments.steps.replies import Adjusted, Answer, Presented, Reply, Voided
+from slipscale.experiments.steps.rounding import rounded
+from slipscale.experiments.steps.steps import (
+    Adjust,
+    Ask,
+    EndBlock,
+    EndTrial,
+    Explore,
+    Feedback,
+    Instruct,
+    Present,
+    Rest,
+    Silence,
+    Step,
+    Steps,
+)
+from slipscale.experiments.steps.trial import Trial, Value
+from slipscale.faults import UserError
+from slipscale.faults.frozen_table import setting
+from slipscale.stimuli.quantity import PLATE_AMPLITUDE, Quantity
+from slipscale.stimuli.surface import VirtualSurface
+
+__all__ = [
+    "PLATE_AMPLITUDE",
+    "Adjust",
+    "Adjusted",
+    "Amplitude",
+    "Answer",
+    "Ask",
+    "AtLeastOne",
+    "Behaviour",
+    "ChoiceQuestion",
+    "Column",
+    "ComparisonQuestion",
+    "Context",
+    "Count",
+    "EndBlock",
+    "EndTrial",
+    "Explore",
+    "Feedback",
+    "Instruct",
+    "IntervalRecord",
+    "Label",
+    "NumberQuestion",
+    "Options",
+    "PacedOptions",
+    "PointingQuestion",
+    "Positive",
+    "Present",
+    "Presented",
+    "Protocol",
+    "Quantity",
+    "Question",
+    "Repeating",
+    "Reply",
+    "Rest",
+    "RestedOptions",
+    "Seconds",
+    "Selection",
+    "Silence",
+    "SimulatedAnswer",
+    "SimulatedPerson",
+    "Step",
+    "Steps",
+    "Switch",
+    "TextQuestion",
+    "Trial",
+    "TrialRecord",
+    "UserError",
+    "Value",
+    "VirtualSurface",
+    "VisualAnalogueQuestion",
+    "Voided",
+    "WholeNumberQuestion",
+    "Words",
+    "YesNoQuestion",
+    "any_choice",
+    "compared",
+    "notices_difference",
+    "part_over",
+    "rounded",
+    "setting",
+    "truth",
+    "until_equal",
+    "until_number",
+]
