@@ -1,71 +1,49 @@
-"""The Python API reference: one page per package, rendered by mkdocstrings."""
+"""The reference of the public Python names: one page per public module, by mkdocstrings."""
 
 from __future__ import annotations
 
-import ast
-from pathlib import Path
-
+import slipscale
 from tools.site.tables import table
 
-ROOT = Path(__file__).parents[2]
-WINGS = ("analysis", "experiments", "hardware", "stimuli", "figure_style", "faults")
-# Commands have a separate reference, and the participant's window is not meant for import.
-LEFT_OUT = ("cli", "psychopy_window")
+#: Public modules, each with its purpose.
+PUBLIC = {
+    "slipscale": "read, analyse, simulate and plan in scripts and notebooks",
+    "slipscale.protocol": "protocols and simulated people in a package",
+    "slipscale.backend": "drivers for other plates in a package",
+    "slipscale.task": "analyses in a package",
+    "slipscale.experiments.psychopy_plate": "the plate in PsychoPy Coder",
+}
 INTRODUCTION = """# Python API
 
-This page is generated from the docstrings of public names, with their units, shapes and errors.
-For how they work together, see [the analysis in Python](../../how-to/in-python.md). Other names may
-change without notice.
+These modules are public; [Plug-ins](../../extending/plug-ins.md#what-stays-stable) describes what
+that promises. For an example, see [the analysis in Python](../../how-to/in-python.md).
 """
 
 
 def pages() -> dict[str, str]:
-    """Return one page per package, and the index."""
-    made = {
-        f"reference/python/{package_name(package)}.md": page(package)
-        for wing in WINGS
-        for package in packages(ROOT / wing)
-    }
-    rows = [
-        [
-            f"[{Path(path).stem}]({Path(path).name})",
-            summary(ROOT.joinpath("src", *Path(path).stem.split("."))),
-        ]
-        for path in made
-    ]
-    index = f"{INTRODUCTION}\n{table(['package', 'what it holds'], rows)}\n"
+    """Return one page per public module, and the index."""
+    made = {f"reference/python/{name}.md": page(name) for name in PUBLIC}
+    rows = [[f"[{name}]({name}.md)", purpose] for name, purpose in PUBLIC.items()]
+    index = f"{INTRODUCTION}\n{table(['module', 'for'], rows)}\n"
     return {"reference/python/index.md": index, **made}
 
 
-def packages(folder: Path) -> list[Path]:
-    """Return a package and its subpackages that contain public modules or names."""
-    found = [
-        path.parent
-        for path in sorted(folder.rglob("__init__.py"))
-        if not set(path.relative_to(ROOT).parts) & set(LEFT_OUT)
-    ]
-    return [package for package in found if modules(package) or package.parent == ROOT]
+def page(name: str) -> str:
+    """Return the page of a module: each public name, as it is imported."""
+    title = f"# {name}\n\n{PUBLIC[name].capitalize()}.\n\n"
+    return title + "\n\n".join(
+        f"::: {where}\n    options:\n      heading: {shown}\n      toc_label: {shown}\n"
+        for where, shown in entries(name)
+    )
 
 
-def modules(package: Path) -> list[Path]:
-    """Return the public modules of a package."""
-    return sorted(path for path in package.glob("*.py") if not path.stem.startswith("_"))
-
-
-def package_name(folder: Path) -> str:
-    """Return the name with which a package is imported."""
-    return ".".join(["slipscale", *folder.relative_to(ROOT).parts])
-
-
-def summary(package: Path) -> str:
-    """Return the first line of a package's docstring."""
-    tree = ast.parse((package / "__init__.py").read_text(encoding="utf-8"))
-    return (ast.get_docstring(tree) or "").partition("\n")[0]
-
-
-def page(package: Path) -> str:
-    """Return a package's page: the package itself if it defines anything, then its modules."""
-    name = package_name(package)
-    found = modules(package)
-    blocks = [f"::: {name}.{path.stem}" for path in found] if found else [f"::: {name}"]
-    return f"# {name}\n\n{summary(package)}\n\n" + "\n\n".join(blocks) + "\n"
+def entries(name: str) -> list[tuple[str, str]]:
+    """Return (identifier, heading) for everything on a module's page."""
+    if name == "slipscale":
+        return [
+            (f"{module}.{function}", f"slipscale.{function}")
+            for function, module in slipscale.FUNCTIONS.items()
+        ]
+    module = __import__(name, fromlist=["__all__"])
+    public = getattr(module, "__all__", None)
+    return [(name, name)] if public is None else [(f"{name}.{each}", each) for each in public]
