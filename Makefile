@@ -6,7 +6,7 @@
 # make torture  the campaign of kills and disk faults (minutes)
 # make sbom    what the environment holds: versions and licences, for an audit
 # make audit   known vulnerabilities of the pinned versions (network)
-# make fuzz     10,000 texts of every kind that we read: make fuzz TEXTS=100000 ARGS=--write
+# make fuzz     10,000 changed files of every kind that we read: make fuzz FILES=100000
 # make benchmarks  each quick benchmark's ratio beside the recorded one
 # make windows  signals and lost displays in real windows: make windows ARGS="--signals 5000"
 # make soak     an eight-hour day in one process, in short: make soak ARGS="--hours 8"
@@ -69,10 +69,10 @@ torture: set-test
 windows: set-test
 	$(BIN)/python -m tools.torture.windows $(ARGS)
 
-# Each of TEXTS inputs per kind of file must be used or rejected; docs/validation/index.md.
-TEXTS = 10000
+# Each of FILES changed files per kind must be used or rejected; a failure is shrunk and kept.
+FILES = 10000
 fuzz: set-test
-	$(BIN)/python -m tools.fuzzing --texts $(TEXTS) $(ARGS)
+	FUZZED_FILES=$(FILES) $(BIN)/python -m pytest -n $(WORKERS) tests/fuzzing $(ARGS)
 
 # Sessions over the emulated board, one after another in one process.
 soak: set-test

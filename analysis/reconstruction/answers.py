@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.published.printed_numbers import RULES, Interval
 from slipscale.analysis.reconstruction.data_sets.marginals import Marginals, marginals
 from slipscale.analysis.reconstruction.table.published_table import CONVENTIONS, Design, Scale
-from slipscale.analysis.published.printed_numbers import RULES, Interval
 from slipscale.analysis.reconstruction.table.words import assumptions, in_words
 
 if TYPE_CHECKING:

@@ -57,7 +57,9 @@ def test_a_clone_collects_its_tests(clone):
 
 
 def test_mypy_finds_the_modules_of_a_clone(clone):
-    told = python(clone, "-m", "mypy", "--cache-dir", os.devnull, "src/slipscale/faults/suggestions.py")
+    told = python(
+        clone, "-m", "mypy", "--cache-dir", os.devnull, "src/slipscale/faults/suggestions.py"
+    )
     assert told.startswith("Success")
 
 

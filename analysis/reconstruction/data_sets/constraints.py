@@ -14,9 +14,9 @@ from fractions import Fraction
 from math import isqrt
 from typing import TYPE_CHECKING
 
+from slipscale.analysis.published.printed_numbers import Interval
 from slipscale.analysis.reconstruction.counts.partition import Moments, Wanted
 from slipscale.analysis.reconstruction.table.contradictions import impossible, occurrences
-from slipscale.analysis.published.printed_numbers import Interval
 
 if TYPE_CHECKING:
     from slipscale.analysis.reconstruction.table.published_table import Column

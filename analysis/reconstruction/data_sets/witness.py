@@ -23,9 +23,9 @@ from slipscale.analysis.reconstruction.counts.partition import Part, Wanted, par
 from slipscale.analysis.reconstruction.table.quartiles import are_met
 
 if TYPE_CHECKING:
+    from slipscale.analysis.published.printed_numbers import Printed
     from slipscale.analysis.reconstruction.data_sets.constraints import Targets
     from slipscale.analysis.reconstruction.table.published_table import Column
-    from slipscale.analysis.published.printed_numbers import Printed
 
 # Maximum number of pairs of sum and sum of squares to try, and of parts to try per pair.
 TRIED = 8

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from slipscale.analysis.published.printed_numbers import Printed
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
-    from slipscale.analysis.published.printed_numbers import Printed
 
 # Floating-point tolerance for comparisons with a published number.
 SLACK = 1e-9

@@ -7,8 +7,8 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from slipscale.analysis.reconstruction.table.published_table import Column
     from slipscale.analysis.published.printed_numbers import Printed
+    from slipscale.analysis.reconstruction.table.published_table import Column
 
 # Pairs of printed numbers of which the first must not exceed the second.
 ORDERED = (

@@ -14,6 +14,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import BeforeValidator, Field, field_validator, model_validator
 
+from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.analysis.reconstruction.table.printed_fields import (
     AsPrinted,
     Counts,
@@ -22,7 +23,6 @@ from slipscale.analysis.reconstruction.table.printed_fields import (
     Values,
     exact,
 )
-from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.faults.frozen_table import FrozenTable
 
 Convention = Literal["sample", "population"]

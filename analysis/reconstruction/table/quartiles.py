@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
+    from slipscale.analysis.published.printed_numbers import Interval
     from slipscale.analysis.reconstruction.counts.state_table import Array
     from slipscale.analysis.reconstruction.table.published_table import Column
-    from slipscale.analysis.published.printed_numbers import Interval
 
 
 def lower_places(n: int) -> dict[str, Fraction]:

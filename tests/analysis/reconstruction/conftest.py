@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import t
 
-from slipscale.analysis.reconstruction.table.published_table import Column, Scale
 from slipscale.analysis.published.printed_numbers import Printed
+from slipscale.analysis.reconstruction.table.published_table import Column, Scale
 
 NAMES = (
     "mean_percent",

@@ -9,6 +9,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.analysis.reconstruction.answers import column_answer
 from slipscale.analysis.reconstruction.counts.partition import Moments
 from slipscale.analysis.reconstruction.counts.problem import seconds_to_count
@@ -17,7 +18,6 @@ from slipscale.analysis.reconstruction.data_sets.saddle_point import log10_multi
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.data_sets.witness import gives_what_is_printed, witness
 from slipscale.analysis.reconstruction.report import column_json, column_lines
-from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.analysis.reconstruction.table.table_files import from_csv
 from slipscale.faults import UserError
 
@@ -53,7 +53,7 @@ def test_ratings_that_the_sd_excludes_cost_nothing(column):
 @pytest.mark.parametrize("mean", ["13", "12.7500"])
 def test_a_fine_scale_is_answered_within_the_memory_of_few_ratings(column, step, mean, more):
     """Listed whole, what is printed would fill gigabytes, and the process may have 500 MB."""
-    from tools.fuzzing.bounds import limited_memory  # noqa: PLC0415 - POSIX only
+    from tests.fuzzing.bounds import limited_memory  # noqa: PLC0415 - POSIX only
 
     shares = tuple((Fraction(v), Printed(share)) for v, share in more.get("percentages", ()))
     fine = column(12, mean, mean, step=step, **{**more, "percentages": shares})

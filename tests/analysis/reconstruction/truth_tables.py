@@ -13,11 +13,11 @@ from itertools import permutations, product
 import numpy as np
 from scipy import stats
 
+from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.analysis.reconstruction.data_sets.solutions import Solutions
 from slipscale.analysis.reconstruction.inference.printed_test_answers import answer
 from slipscale.analysis.reconstruction.table.printed_tests import PrintedTest
 from slipscale.analysis.reconstruction.table.published_table import Column, Scale
-from slipscale.analysis.published.printed_numbers import Printed
 from slipscale.analysis.statistics.repeated_measures import batched
 
 PAIRED = ("paired_t", "correlation", "rm_f")

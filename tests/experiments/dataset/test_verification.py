@@ -14,7 +14,7 @@ from slipscale.experiments.dataset.tsv import cell
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.record import Record, decode, encode, sealed
 from slipscale.experiments.study.file import study_text
-from tools.fuzzing.recorded import record
+from tests.fuzzing.recorded import record
 
 TABLE = "sub-01/beh/sub-01_task-magnitudeestimation_run-01_beh.tsv"
 JOURNAL = "sourcedata/sub-01/sub-01_run-01_journal.jsonl"

@@ -5,7 +5,7 @@ import pytest
 from slipscale.faults import UserError
 from slipscale.hardware.calibration.record import to_toml
 from slipscale.hardware.calibration.stored import read_calibration
-from tools.fuzzing.calibrations import whole_calibration
+from tests.fuzzing.calibrations import whole_calibration
 
 
 @pytest.mark.parametrize("name", ["frequency_hz", "voltage_v", "amplitude_um_pp"])

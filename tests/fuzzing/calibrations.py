@@ -23,8 +23,8 @@ from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sw
 from slipscale.hardware.cli.calibrate import measured
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.limits import PlateLimits
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
 
 TODAY = dt.date(2026, 3, 1)
 

@@ -9,8 +9,8 @@ from random import Random
 from slipscale.experiments.lab.folder import FILE, LabFile, read_lab, rendered
 from slipscale.faults import UserError
 from slipscale.hardware.registry import backend_names
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
 
 GIVEN = {"plate": "serial:COM3", "language": "fr", "screen": "1", "backup": "copies"}
 

@@ -12,9 +12,9 @@ from slipscale.faults import RigError, UserError
 from slipscale.hardware import plate_file
 from slipscale.hardware.calibration.record import to_toml
 from slipscale.hardware.plate_file import Identity, Wiring, new_plate, open_plate_file, sign
-from tools.fuzzing.calibrations import TODAY, whole_calibration
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.calibrations import TODAY, whole_calibration
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
 
 CALIBRATION = "calibration.toml"
 

@@ -8,8 +8,8 @@ from random import Random
 
 from slipscale.analysis.tasks.difference.verbal_coding import OTHER, SHIPPED, load_codebook
 from slipscale.faults import UserError
-from tools.fuzzing.changes import changed_file, characters
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.changes import changed_file, characters
+from tests.fuzzing.kind import Case, Kind
 
 REPORTS = ("", "moins glissant, plus rugueux", "less slippery", "x" * 5000)
 

@@ -19,9 +19,9 @@ from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.journal.record import Record, decode, sealed
 from slipscale.experiments.running.pilot import run_simulated
 from slipscale.faults import RigError, UserError
-from tools.fuzzing.changes import changed_file, characters
-from tools.fuzzing.kind import Case, Kind
-from tools.fuzzing.recorded import record
+from tests.fuzzing.changes import changed_file, characters
+from tests.fuzzing.kind import Case, Kind
+from tests.fuzzing.recorded import record
 
 if TYPE_CHECKING:
     from slipscale.experiments.study.run_plan import RunPlan

@@ -11,8 +11,8 @@ import tomlkit
 from slipscale.experiments.running import study_commands
 from slipscale.experiments.study.file import shipped_studies, study_text
 from slipscale.faults import UserError
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
 from tools.torture.pilots import EVERY_OPTION
 
 # The protocol that presents textures.

@@ -13,7 +13,7 @@ from random import Random
 from slipscale.analysis.load import load
 from slipscale.analysis.reading.mapping import TableMapping, parse_mapping
 from slipscale.faults import UserError
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.kind import Case, Kind
 
 NAMES = ("participant_id", "amplitude_um_pp", "estimate")
 OTHER_NAMES = (

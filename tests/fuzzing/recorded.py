@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.running.pilot import pilot_plans, run_simulated
-from tools.fuzzing.study_files import short_studies
+from tests.fuzzing.study_files import short_studies
 from tools.torture.pilots import looked_up_once
 
 if TYPE_CHECKING:

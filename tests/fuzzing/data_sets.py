@@ -18,9 +18,9 @@ from slipscale.experiments.dataset import verification
 from slipscale.experiments.dataset.bids import build_dataset
 from slipscale.experiments.dataset.journals import Problem, Run, read_runs
 from slipscale.faults import UserError
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
-from tools.fuzzing.recorded import record
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
+from tests.fuzzing.recorded import record
 
 JOURNALS = "sourcedata"
 

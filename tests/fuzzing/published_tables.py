@@ -9,8 +9,8 @@ from random import Random
 from slipscale.analysis.reconstruction.data_sets.constraints import targets
 from slipscale.analysis.reconstruction.table.table_files import SHIPPED, read
 from slipscale.faults import UserError
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
 
 CSV = """label,n,mean,sd,scale_minimum,scale_maximum,maximum_deviation,rounding,median
 0 um,12,12.75,12.75,0,100,27.25,,

@@ -9,8 +9,8 @@ from random import Random
 from slipscale.analysis.load import load
 from slipscale.analysis.reading.mapping import NAME
 from slipscale.faults import UserError
-from tools.fuzzing.changes import changed_file
-from tools.fuzzing.kind import Case, Kind
+from tests.fuzzing.changes import changed_file
+from tests.fuzzing.kind import Case, Kind
 
 LONG = """person,level,rating,felt,run,sex
 a,0,12.5,yes,1,f
