@@ -5,6 +5,22 @@ end.** A command outside the limits raises an error and does not change the plat
 silences the plate. Backends implement the methods that begin with an underscore; callers use the
 public methods.
 
+The plate is switched off in these places:
+
+=====================================  ===========================================================
+when                                   where
+=====================================  ===========================================================
+a command or a check raises any error  `GuardedOutput._silent_on_fault`
+too long on, or on too often           `GuardedOutput.check`
+the ``with`` block ends, however       `GuardedOutput.__exit__`, which calls `close`
+a step of the protocol ends            `slipscale.experiments.session.surface_state.SurfaceState`
+a session ends or is stopped           `slipscale.experiments.session.session.Session.run`
+SIGINT, SIGTERM or SIGHUP              `slipscale.hardware.signals.signals_raise`: they raise, and
+                                       the ``with`` block ends
+the process is killed or hangs         the board's watchdog (``docs/reference/board-protocol.md``);
+                                       a function generator has none
+=====================================  ===========================================================
+
 A presentation succeeds only if the reported amplitude (measured or applied) matches the command,
 and if the reported voltage is within `PlateLimits.voltage_band` of the calibration's prediction.
 Readbacks of kind "commanded" or "none" cannot reveal a wrong amplitude.
