@@ -8,6 +8,15 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 AT_MOST = 20
+# Folders that contain one file or folder per thing, as CONTRIBUTING promises: they may grow.
+LISTS = {
+    "analysis/tasks",
+    "analysis/tasks/effects",
+    "docs/decisions",
+    "experiments/protocols",
+    "experiments/studies",
+    "hardware/backends",
+}
 
 
 @pytest.fixture(scope="module")
@@ -29,5 +38,10 @@ def children():
 
 def test_a_folder_has_at_most_20_children(children):
     assert len(children) > 100
-    too_many = {name: len(names) for name, names in children.items() if len(names) > AT_MOST}
+    assert LISTS <= set(children)
+    too_many = {
+        name: len(names)
+        for name, names in children.items()
+        if len(names) > AT_MOST and name not in LISTS
+    }
     assert too_many == {}
