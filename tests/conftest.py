@@ -17,6 +17,7 @@ import pytest
 from hypothesis import settings
 
 from tools.rehearsal.emulator_process import EmulatorProcess
+from tools.rehearsal.virtual_time import VirtualHost
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
 settings.register_profile("slipscale", deadline=None, max_examples=15)
@@ -91,6 +92,18 @@ def emulate():
     """Start emulated boards, each in its own process; all end with the test."""
     with ExitStack() as stack:
         yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
+
+
+@pytest.fixture
+def host(monkeypatch):
+    """Let drivers and commands run on a computer in virtual time, to which boards can be connected.
+
+    ``host.plug_in(...)`` has the arguments of ``slipscale plate emulate``.
+    """
+    host = VirtualHost()
+    monkeypatch.setattr("slipscale.hardware.backends.serial_board.host.SystemHost", lambda: host)
+    monkeypatch.setattr("slipscale.hardware.clock.SystemClock", lambda: host)
+    return host
 
 
 @contextmanager
