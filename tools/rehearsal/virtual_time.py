@@ -1,7 +1,7 @@
-"""A computer and its driver boards in virtual time, in one process.
+"""A computer with its driver boards and sensors in virtual time, in one process.
 
 Time advances only while the driver or a test waits: in ticks of a millisecond, in each of which all
-boards run. Regular calls of the driver, such as its heartbeat, run when they are due during
+devices run. Regular calls of the driver, such as its heartbeat, run when they are due during
 `VirtualTime.sleep`. A time-out of 60 ms is therefore 60 virtual milliseconds on every machine.
 """
 
@@ -17,6 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
+from slipscale.hardware.backends.serial_board.serial_line import BAUD
 from slipscale.hardware.cli import emulate
 from slipscale.hardware.emulator import compiled, console
 from slipscale.hardware.errors import ConnectionLost, PlateBusy, PlateNotFound
@@ -25,10 +26,12 @@ from tools.rehearsal.controlled_board import ControlledBoard
 if TYPE_CHECKING:
     from ctypes import CDLL
 
+    from slipscale.hardware.backends.serial_board.link import Line
     from slipscale.hardware.emulator.emulator import Emulator
 
 TICKS_PER_S = 1000
 ROUNDING = 1e-6  # of ticks
+SENSOR_S = 0.01  # interval between a sensor's lines
 
 
 def ticks(duration_s: float) -> int:
@@ -37,7 +40,7 @@ def ticks(duration_s: float) -> int:
 
 
 class VirtualTime(ABC):
-    """A clock that runs boards and regular calls while it advances."""
+    """A clock that runs devices and regular calls while it advances."""
 
     def __init__(self) -> None:
         self._tick = 0
@@ -59,7 +62,7 @@ class VirtualTime(ABC):
     def advance(self) -> None:
         """Advance the time by one tick, as during a read: a driver then makes no other calls."""
         self._tick += 1
-        self._run_boards()
+        self._run_devices()
 
     def repeat(self, step: Callable[[], bool], interval_s: float) -> Callable[[], None]:
         """Call a function regularly until it returns False; return a function that ends this."""
@@ -68,8 +71,8 @@ class VirtualTime(ABC):
         return lambda: self._end(call)
 
     @abstractmethod
-    def _run_boards(self) -> None:
-        """Advance all boards to the current time."""
+    def _run_devices(self) -> None:
+        """Advance all devices to the current time."""
 
     def _make(self, call: _RegularCall) -> None:
         call.due = math.inf  # A call that waits is not made again.
@@ -194,31 +197,77 @@ class VirtualBoard(ControlledBoard):
         return answer
 
 
+class VirtualSensor:
+    """Sensor that sends lines of numbers, and the port to which it is connected.
+
+    Attributes
+    ----------
+    port : str
+        Name of the port.
+    sends : bool
+        Whether to send lines.
+    """
+
+    def __init__(self, host: VirtualHost, port: str, line: Callable[[float], bytes]) -> None:
+        self.port = port
+        self.sends = True
+        self._host = host
+        self._line = line
+        self._sent_s = host.now()
+
+    def open_line(self) -> VirtualSensor:
+        """Open the port."""
+        return self
+
+    def write(self, data: bytes) -> None:
+        """Ignore bytes from the host."""
+
+    def read(self) -> bytes:
+        """Return the lines sent since the last call."""
+        sent = b""
+        while self._sent_s + SENSOR_S <= self._host.now():
+            self._sent_s += SENSOR_S
+            sent += self._line(self._sent_s) if self.sends else b""
+        return sent
+
+    def close(self) -> None:
+        """Release the port."""
+
+
 class VirtualHost(VirtualTime):
-    """A computer to which emulated boards can be connected."""
+    """A computer to which emulated boards and sensors can be connected."""
 
     def __init__(self) -> None:
         super().__init__()
-        self._ports: dict[str, VirtualPort] = {}
+        self._ports: dict[str, VirtualPort | VirtualSensor] = {}
         self._boards: list[VirtualBoard] = []
 
     def plug_in(self, *arguments: str) -> VirtualBoard:
         """Connect an emulated board; the arguments are those of ``slipscale plate emulate``."""
-        port = VirtualPort(self, f"virtual{len(self._ports)}")
+        port = VirtualPort(self, self._free_name())
         self._ports[port.name] = port
         board = VirtualBoard(port, *arguments)
         self._boards.append(board)
         return board
 
-    def open_line(self, port: str) -> VirtualLine:
+    def plug_in_sensor(self, line: Callable[[float], bytes]) -> VirtualSensor:
+        """Connect a sensor that sends a line 100 times per second, as `EmulatedLine` does."""
+        sensor = VirtualSensor(self, self._free_name(), line)
+        self._ports[sensor.port] = sensor
+        return sensor
+
+    def open_line(self, port: str, *, baud: int = BAUD) -> Line:  # noqa: ARG002 - bytes take no time
         """Open a serial port. Raises `PlateNotFound` or `PlateBusy`."""
         if port not in self._ports:
             raise PlateNotFound(f"{port}: no such port", level_free=True)
         return self._ports[port].open_line()
 
-    def _run_boards(self) -> None:
+    def _run_devices(self) -> None:
         for each in self._boards:
             each.emulator.advance()
+
+    def _free_name(self) -> str:
+        return f"virtual{len(self._ports)}"
 
 
 @cache

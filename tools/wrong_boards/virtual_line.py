@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from slipscale.hardware.backends.serial_board.serial_line import BAUD
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from tools.rehearsal.virtual_time import TICKS_PER_S, VirtualTime, ticks
 
@@ -25,7 +26,7 @@ class VirtualLine(VirtualTime):
         self.board = board
         self.told = b""
 
-    def open_line(self, port: str) -> VirtualLine:  # noqa: ARG002 - there is only one
+    def open_line(self, port: str, *, baud: int = BAUD) -> VirtualLine:  # noqa: ARG002 - the only one
         """Open the port."""
         return self
 
@@ -44,7 +45,7 @@ class VirtualLine(VirtualTime):
         data, self.told = self.told, b""
         return data
 
-    def _run_boards(self) -> None:
+    def _run_devices(self) -> None:
         self.board.tick(self.now())
 
 

@@ -1,6 +1,6 @@
-"""Provide what a board's driver requires from its computer: time, serial ports and regular calls.
+"""Provide what drivers of serial devices require from the computer: time, ports, regular calls.
 
-Everything that depends on real time is here, so tests can run the driver in virtual time.
+Everything that depends on real time is here, so tests can run drivers in virtual time.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from threading import Event, Thread
 from typing import Protocol
 
 from slipscale.hardware.backends.serial_board.link import Line
-from slipscale.hardware.backends.serial_board.serial_line import SerialLine
+from slipscale.hardware.backends.serial_board.serial_line import BAUD, SerialLine
 from slipscale.hardware.clock import Clock, SystemClock
 
 
 class Host(Clock, Protocol):
-    """Interface for the computer to which a board is connected."""
+    """Interface for the computer to which a device is connected."""
 
-    def open_line(self, port: str) -> Line:
+    def open_line(self, port: str, *, baud: int = BAUD) -> Line:
         """Open a serial port. Raises `PlateFault`."""
 
     def repeat(self, step: Callable[[], bool], interval_s: float) -> Callable[[], None]:
@@ -27,9 +27,9 @@ class Host(Clock, Protocol):
 class SystemHost(SystemClock):
     """Computer on which the program runs."""
 
-    def open_line(self, port: str) -> Line:
+    def open_line(self, port: str, *, baud: int = BAUD) -> Line:
         """Open a serial port. Raises `PlateFault`."""
-        return SerialLine(port)
+        return SerialLine(port, baud=baud)
 
     def repeat(self, step: Callable[[], bool], interval_s: float) -> Callable[[], None]:
         """Call a function regularly in a thread until it returns False.
@@ -45,7 +45,7 @@ class SystemHost(SystemClock):
             while not ended.wait(interval_s) and step():
                 pass
 
-        thread = Thread(target=run, name="plate heartbeat", daemon=True)
+        thread = Thread(target=run, name="serial device", daemon=True)
         thread.start()
 
         def end() -> None:
