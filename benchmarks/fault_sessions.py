@@ -33,7 +33,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from slipscale.experiments.journal.plan_and_progress import read_plan
-from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.clock import SystemClock, VirtualClock
 from slipscale.hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
 from slipscale.hardware.errors import PlateFault
 from tools.board_sessions import (
@@ -122,7 +122,7 @@ def session(board: EmulatorProcess, number: int, faults: list[str], folder: Path
         with no_longer_than(HANGS_S):
             return run_on_board(
                 board, board_plan(TEXTURED, seed=number), folder, Participant(board, clock), clock,
-                operator=PatientOperator(BACK_S, retries=12), connected=connected,
+                operator=PatientOperator(BACK_S, SystemClock(), retries=12), connected=connected,
             )  # fmt: skip
     except HangsError:
         return "hanging"

@@ -93,6 +93,20 @@ def emulate():
         yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
 
 
+@pytest.fixture
+def host(monkeypatch):
+    """Let drivers and commands run on a computer in virtual time, to which boards can be connected.
+
+    ``host.plug_in(...)`` has the arguments of ``slipscale plate emulate``.
+    """
+    from tools.rehearsal.virtual_time import VirtualHost  # noqa: PLC0415 - not for every test
+
+    host = VirtualHost()
+    monkeypatch.setattr("slipscale.hardware.backends.serial_board.host.SystemHost", lambda: host)
+    monkeypatch.setattr("slipscale.hardware.clock.SystemClock", lambda: host)
+    return host
+
+
 @contextmanager
 def _without_simulated_fits():
     """Leave out goodness of fit, from 1,000 simulated data sets per threshold."""

@@ -1,9 +1,8 @@
-"""Complete sessions on emulated boards over a pseudo-terminal, shared by tests and benchmarks."""
+"""Complete sessions on emulated boards, shared by tests and benchmarks."""
 
 from __future__ import annotations
 
 import csv
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Participant
     from slipscale.experiments.session.session import RunOutcome
     from slipscale.hardware.clock import Clock
-    from tools.rehearsal.emulator_process import EmulatorProcess
+    from tools.rehearsal.controlled_board import ControlledBoard
 
 STUDY = """
 name = "wire"
@@ -66,7 +65,7 @@ def board_plan(text: str, *, seed: int) -> RunPlan:
     )
 
 
-def felt(board: EmulatorProcess) -> float:
+def felt(board: ControlledBoard) -> float:
     """Return ten times the plate's true amplitude or, for a texture, ten times its mean plus 100.
 
     Tests use this as the estimate, to check that each estimate is in the row of its surface.
@@ -84,21 +83,32 @@ def due(texture: str, amplitude_um_pp: float) -> tuple[float, float]:
 
 
 class PatientOperator(UnattendedOperator):
-    """An operator who waits until the board is plugged in again before retrying."""
+    """An operator who waits until the board is plugged in again before retrying.
 
-    def __init__(self, back_s: float, retries: int = 3) -> None:
+    Parameters
+    ----------
+    back_s : float
+        Time after which the board is plugged in again.
+    clock : Clock
+        The board's clock.
+    retries : int
+        Number of retries.
+    """
+
+    def __init__(self, back_s: float, clock: Clock, retries: int = 3) -> None:
         super().__init__(retries=retries)
         self._back_s = back_s
+        self._clock = clock
 
     def poll(self) -> Request | None:
         """Request a retry after a while."""
         if self._state == "fault":
-            time.sleep(1.2 * self._back_s)
+            self._clock.sleep(1.2 * self._back_s)
         return super().poll()
 
 
 def run_on_board(
-    board: EmulatorProcess,
+    board: ControlledBoard,
     plan: RunPlan,
     folder: Path,
     person: Participant,
@@ -108,7 +118,7 @@ def run_on_board(
     connected: Callable[[], object] = lambda: None,
     first: str = "",
 ) -> RunOutcome:
-    """Run a session over the pseudo-terminal; ``connected`` is called once the plate is connected.
+    """Run a session on the board; ``connected`` is called once the plate is connected.
 
     If ``first`` is the SPEC of another plate, the board is the second of two actuators.
 

@@ -64,16 +64,16 @@ def run(arguments: Namespace) -> int:
 @contextmanager
 def _bench(port: str, *, long: bool) -> Iterator[Bench]:
     from slipscale.hardware.backends.serial_board import protocol as wire  # noqa: PLC0415 - loads pyserial
-    from slipscale.hardware.backends.serial_board.serial_line import SerialLine  # noqa: PLC0415
-    from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
+    from slipscale.hardware.backends.serial_board.host import SystemHost  # noqa: PLC0415
     from slipscale.hardware.conformance.bench import Bench  # noqa: PLC0415
     from slipscale.hardware.errors import PlateFault  # noqa: PLC0415
     from slipscale.hardware.signals import signals_raise  # noqa: PLC0415
 
-    line = SerialLine(port)
+    host = SystemHost()
+    line = host.open_line(port)
     try:
         with signals_raise():
-            yield Bench(line, SystemClock(), long=long)
+            yield Bench(line, host, long=long)
     finally:
         with suppress(PlateFault):
             line.write(wire.STOP)

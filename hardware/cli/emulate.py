@@ -5,17 +5,26 @@ from __future__ import annotations
 import tempfile
 import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from math import isfinite
 from pathlib import Path
+from typing import TYPE_CHECKING, TextIO
 
 from slipscale.faults import DONE, UserError
 from slipscale.hardware.backends.fault_injection import parse_injections
 from slipscale.hardware.backends.serial_board.protocol import BoardLimits
 from slipscale.hardware.emulator.generators import MAKES
 from slipscale.hardware.emulator.response_faults import EMULATED_ONLY, FAULT_NAMES, PHASES
+
+if TYPE_CHECKING:
+    from ctypes import CDLL
+
+    from slipscale.hardware.backends.fault_injection import Injection
+    from slipscale.hardware.clock import Clock
+    from slipscale.hardware.emulator.emulator import Emulator, Plug
 
 SHOWN_S = 0.05
 
@@ -114,71 +123,98 @@ def run(arguments: Namespace) -> int:
     """Emulate a board or a generator until interrupted."""
     if arguments.generator:
         return _serve_generator(arguments.generator)
-    parse = partial(parse_injections, faults=FAULT_NAMES, phases=PHASES)
     try:
-        orders = [each for text in arguments.fault for each in parse(text)]
-    except ValueError as error:
-        raise UserError(f"--fault: {error}") from None
-    try:
-        import tty  # noqa: F401, PLC0415 - there are no pseudo-terminals without it
+        from slipscale.hardware.emulator import pty  # noqa: PLC0415 - missing on Windows
     except ImportError:
         raise UserError(
             "plate emulate requires pseudo-terminals, which exist only on Linux and macOS"
         ) from None
     from slipscale.hardware.clock import SystemClock  # noqa: PLC0415
-    from slipscale.hardware.emulator import compiled, console, pty  # noqa: PLC0415
-    from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
-    from slipscale.hardware.plate.twin import Twin  # noqa: PLC0415
+    from slipscale.hardware.emulator import compiled, console  # noqa: PLC0415
     from slipscale.hardware.signals import EndedBySignal, signals_raise  # noqa: PLC0415
 
-    _check_numbers(arguments)
-    limits, unit = _made_by(arguments)
-    resonator = Resonator()
-    if arguments.gain is not None:
-        resonator = replace(resonator, gain_um_pp_per_v=arguments.gain)
+    terminal = pty.PseudoTerminal()
     with ExitStack() as stack:
-        firmware = None
-        if arguments.firmware:
-            only_emulated = {each.fault for each in orders} & set(EMULATED_ONLY)
-            if only_emulated:
-                raise UserError(
-                    f"--fault: {', '.join(sorted(only_emulated))}: the reference firmware has "
-                    "no such fault; omit --firmware"
-                )
+        stack.callback(terminal.close)
+
+        def firmware() -> CDLL:
             folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="slipscale-firmware-"))
-            firmware = partial(
-                compiled.CompiledBoard, code=compiled.load(compiled.build(Path(folder)))
-            )
-        log = None
-        if arguments.log:
-            try:
-                log = stack.enter_context(arguments.log.open("x", encoding="utf-8"))
-            except OSError as error:
-                raise UserError(f"--log: {arguments.log}: {error.strerror}") from None
-        emulator = pty.Emulator(
-            clock=SystemClock(),
-            injections=orders,
-            twin=Twin(
-                seed=arguments.seed,
-                resonator=resonator,
-                noise_um=arguments.noise,
-                sensor=arguments.sensor,
-                finger=console.FINGER if arguments.finger else NO_FINGER,
-            ),
-            back_s=arguments.back_after,
-            dtr=not arguments.no_dtr,
-            watchdog_ms=arguments.watchdog,
-            log=log,
-            firmware=firmware,
-            limits=limits,
-            unit=unit,
-        )
+            return compiled.load(compiled.build(Path(folder)))
+
+        log = stack.enter_context(_log(arguments.log)) if arguments.log else None
+        emulator = emulated(arguments, terminal, clock=SystemClock(), firmware=firmware, log=log)
         try:
             with signals_raise():
-                console.run(emulator)
+                console.run(emulator, terminal)
         except EndedBySignal:
             pass  # Users stop the emulator with a signal, such as Ctrl-C.
     return DONE
+
+
+def emulated(
+    arguments: Namespace,
+    plug: Plug,
+    *,
+    clock: Clock,
+    firmware: Callable[[], CDLL],
+    log: TextIO | None,
+) -> Emulator:
+    """Return the emulated board that the command's arguments describe, and plug it in.
+
+    ``firmware`` returns the library for ``--firmware``. Raises `UserError`.
+    """
+    from slipscale.hardware.emulator import compiled, console  # noqa: PLC0415
+    from slipscale.hardware.emulator.emulator import Emulator  # noqa: PLC0415
+    from slipscale.hardware.plate.dynamics import NO_FINGER, Resonator  # noqa: PLC0415
+    from slipscale.hardware.plate.twin import Twin  # noqa: PLC0415
+
+    _check_numbers(arguments)
+    orders, (limits, unit) = _orders(arguments), _made_by(arguments)
+    resonator = Resonator()
+    if arguments.gain is not None:
+        resonator = replace(resonator, gain_um_pp_per_v=arguments.gain)
+    return Emulator(
+        plug,
+        clock=clock,
+        injections=orders,
+        twin=Twin(
+            seed=arguments.seed,
+            resonator=resonator,
+            noise_um=arguments.noise,
+            sensor=arguments.sensor,
+            finger=console.FINGER if arguments.finger else NO_FINGER,
+        ),
+        back_s=arguments.back_after,
+        dtr=not arguments.no_dtr,
+        watchdog_ms=arguments.watchdog,
+        log=log,
+        firmware=partial(compiled.CompiledBoard, code=firmware()) if arguments.firmware else None,
+        limits=limits,
+        unit=unit,
+    )
+
+
+def _orders(arguments: Namespace) -> list[Injection]:
+    """Return the faults to inject. Raises `UserError`."""
+    parse = partial(parse_injections, faults=FAULT_NAMES, phases=PHASES)
+    try:
+        orders = [each for text in arguments.fault for each in parse(text)]
+    except ValueError as error:
+        raise UserError(f"--fault: {error}") from None
+    only_emulated = {each.fault for each in orders} & set(EMULATED_ONLY)
+    if arguments.firmware and only_emulated:
+        raise UserError(
+            f"--fault: {', '.join(sorted(only_emulated))}: the reference firmware has "
+            "no such fault; omit --firmware"
+        )
+    return orders
+
+
+def _log(path: Path) -> TextIO:
+    try:
+        return path.open("x", encoding="utf-8")
+    except OSError as error:
+        raise UserError(f"--log: {path}: {error.strerror}") from None
 
 
 def _serve_generator(make: str) -> int:

@@ -25,13 +25,15 @@ import math
 import re
 from collections import deque
 from collections.abc import Callable
+from functools import partial
 from statistics import fmean
-from threading import Event, Thread
 from typing import ClassVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
-from slipscale.hardware.backends.serial_board.serial_line import BAUD, SerialLine
+from slipscale.hardware.backends.serial_board import host as computers
+from slipscale.hardware.backends.serial_board.link import Line
+from slipscale.hardware.backends.serial_board.serial_line import BAUD
 from slipscale.hardware.clock import Clock
 from slipscale.hardware.contact.source import (
     FORCE,
@@ -118,9 +120,10 @@ class SerialColumns(ContactSource):
         self._tare_s = tare_s
         self._tared = False
         self._baud = baud
-        self._line: SerialLine | None = None
-        self._thread: Thread | None = None
-        self._stop = Event()
+        self._host: computers.Host = computers.SystemHost()
+        self._line: Line | None = None
+        self._end_reading: Callable[[], None] | None = None
+        self._buffer = b""  # the beginning of a line
         self._samples: deque[Sample] = deque(maxlen=KEPT)
         self._fault: PlateFault | None = None
         self._heard_s = 0.0
@@ -135,11 +138,10 @@ class SerialColumns(ContactSource):
         self.close()
         self._fault = None
         self._samples.clear()
-        self._line = line = SerialLine(self.port, baud=self._baud)
+        self._line = line = self._host.open_line(self.port, baud=self._baud)
         self._heard_s = self._clock.now() + FIRST_S - SILENT_S
-        self._stop.clear()
-        self._thread = Thread(target=self._read, args=(line,), name=self.kind, daemon=True)
-        self._thread.start()
+        self._buffer = b""
+        self._end_reading = self._host.repeat(partial(self._read, line), 0.0)
         while not self._samples:
             self._check()
             self._clock.sleep(TARE_TRIES_S)
@@ -159,12 +161,11 @@ class SerialColumns(ContactSource):
 
     def close(self) -> None:
         """Close the port."""
-        self._stop.set()
-        if self._thread is not None:
-            self._thread.join()
+        if self._end_reading is not None:
+            self._end_reading()
         if self._line is not None:
             self._line.close()
-        self._line = self._thread = None
+        self._line = self._end_reading = None
 
     def describe(self) -> dict[str, object]:
         """Return the sensor's name, port, columns, scales and zeros, as JSON data."""
@@ -199,23 +200,21 @@ class SerialColumns(ContactSource):
             channel.zero += fmean(each.values[number] for each in taken) / channel.scale
         self._tared = True
 
-    def _read(self, line: SerialLine) -> None:
-        """Read lines until stopped. Store a fault, which `take` then raises."""
-        buffer = b""
-        while not self._stop.is_set():
-            try:
-                buffer += line.read()
-            except PlateFault as fault:
-                self._fault = SensorFault(fault.message)
-                return
-            *lines, buffer = buffer.split(b"\n")
-            buffer = buffer[-LONGEST_LINE:]
-            now_s = self._clock.now()
-            for each in lines:
-                values = self._values(each)
-                if values is not None:
-                    self._samples.append(Sample(now_s, values))
-                    self._heard_s = max(now_s, self._heard_s)
+    def _read(self, line: Line) -> bool:
+        """Read lines. Store a fault, which `take` then raises; return whether to go on."""
+        try:
+            *lines, rest = (self._buffer + line.read()).split(b"\n")
+        except PlateFault as fault:
+            self._fault = SensorFault(fault.message)
+            return False
+        self._buffer = rest[-LONGEST_LINE:]
+        now_s = self._clock.now()
+        for each in lines:
+            values = self._values(each)
+            if values is not None:
+                self._samples.append(Sample(now_s, values))
+                self._heard_s = max(now_s, self._heard_s)
+        return True
 
     def _values(self, line: bytes) -> tuple[float, ...] | None:
         """Return the readings in a line, in mm or N. Invalid lines are counted and return None."""

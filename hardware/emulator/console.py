@@ -25,7 +25,8 @@ from typing import TYPE_CHECKING
 from slipscale.hardware.plate.dynamics import FingerLoad
 
 if TYPE_CHECKING:
-    from slipscale.hardware.emulator.pty import Emulator
+    from slipscale.hardware.emulator.emulator import Emulator
+    from slipscale.hardware.emulator.pty import PseudoTerminal
 
 FINGER = FingerLoad(loss=1 / 300)  # reduces the plate's Q from 60 to 50
 
@@ -39,14 +40,14 @@ ACTS: dict[str, Callable[[Emulator], None]] = {
 }
 
 
-def run(emulator: Emulator) -> None:
+def run(emulator: Emulator, terminal: PseudoTerminal) -> None:
     """Print the name of the port, and emulate the board until interrupted."""
-    print(emulator.port, flush=True)
+    print(terminal.port, flush=True)
     control: int | None = sys.stdin.fileno()
     buffer = b""
     try:
         while True:
-            if not emulator.turn(control):
+            if not terminal.turn(emulator, control):
                 continue
             data = os.read(sys.stdin.fileno(), 4096)
             if not data:
@@ -55,12 +56,13 @@ def run(emulator: Emulator) -> None:
             for line in lines:
                 if line.strip() == b"quit":
                     return
-                print(_answer(emulator, line.decode("utf-8", "replace").strip()), flush=True)
+                print(answer(emulator, line.decode("utf-8", "replace").strip()), flush=True)
     finally:
-        emulator.close()
+        emulator.unplug()
 
 
-def _answer(emulator: Emulator, line: str) -> str:
+def answer(emulator: Emulator, line: str) -> str:
+    """Carry out a line of input, and return the answer as one line of JSON."""
     word, _, rest = line.partition(" ")
     try:
         if word == "fault":

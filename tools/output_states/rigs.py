@@ -8,7 +8,6 @@ import random
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection
 from functools import cache, partial
-from threading import Thread
 from typing import TYPE_CHECKING, Any
 from unittest import mock
 
@@ -20,9 +19,7 @@ from slipscale.hardware.backends.daq_output import DaqOutput
 from slipscale.hardware.backends.function_generator import FunctionGenerator
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.backends.pair import PlatePair
-from slipscale.hardware.backends.serial_board import supervision as watch
 from slipscale.hardware.backends.serial_board.driver import SerialBoard
-from slipscale.hardware.backends.serial_board.link import BoardLink
 from slipscale.hardware.backends.sound_card.driver import SoundCard
 from slipscale.hardware.calibration.record import Calibration, Device, DriveChain, Provenance
 from slipscale.hardware.calibration.sweep import SweepPlan, calibration_from, sweep
@@ -142,26 +139,6 @@ class GeneratorRig(Rig):
         return _ideal(self._channel.frequency_hz, self._channel.plate_vpp() * AMPLIFIER / 2)
 
 
-class Beating(SerialBoard):
-    """Board driver whose checks replace the heartbeat thread, which cannot run in virtual time."""
-
-    def __init__(self, line: VirtualLine, calibration: Calibration) -> None:
-        super().__init__("virtual", clock=line, calibration=calibration)
-        self.virtual = line
-        self._machine = line
-
-    def _open_line(self) -> tuple[VirtualLine, BoardLink]:
-        return self.virtual, BoardLink(self.virtual, self.virtual)
-
-    def _start_heart(self, link: BoardLink) -> Thread | None:  # noqa: ARG002
-        return None
-
-    def _check(self) -> None:
-        status = self._status(self._attend())
-        if self._active is not None:
-            watch.check_status(status, self._active, self.limits, port=self.port)
-
-
 class Plug(VirtualLine):
     """A line that also powers its board and can be unplugged."""
 
@@ -187,7 +164,12 @@ class BoardRig(Rig):
         self.twin = Twin(noise_um=0.002)
         self.line = Plug(Board(self.twin, boot=1))
         serial = self.line.board.identity.split(",")[2]
-        self.plate = Beating(self.line, calibration("serial", serial, 1.0))
+        self.plate = SerialBoard(
+            self.line.port,
+            clock=self.line,
+            calibration=calibration("serial", serial, 1.0),
+            host=self.line,
+        )
         self.happenings = {
             "unplugged": self._unplug,
             "plugged in": lambda: setattr(self.line, "down", False),

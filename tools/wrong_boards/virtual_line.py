@@ -2,44 +2,37 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING
 
-from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.backends.serial_board.serial_line import BAUD
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
+from tools.rehearsal.virtual_time import TICKS_PER_S, VirtualTime, ticks
 
 if TYPE_CHECKING:
     from slipscale.hardware.conformance.bench import Bench
     from slipscale.hardware.emulator.firmware import Board
 
-TICK_S = 0.001
 ALIVE_TICKS = 100
 LOAD = FingerLoad(loss=1 / 300)  # Q from 60 to 50
 
 
-class VirtualLine:
-    """Serial line to a board, in virtual time that advances only during waits."""
+class VirtualLine(VirtualTime):
+    """Serial line to a board, and the host to whose only port it belongs."""
 
     port = "virtual"
 
     def __init__(self, board: Board) -> None:
+        super().__init__()
         self.board = board
-        self.clock = VirtualClock()
         self.told = b""
 
-    def now(self) -> float:
-        """Return the virtual time in seconds."""
-        return self.clock.now()
-
-    def sleep(self, duration_s: float) -> None:
-        """Advance the virtual time in ticks of the board."""
-        for _ in range(math.ceil(duration_s / TICK_S)):
-            self.clock.sleep(TICK_S)
-            self.board.tick(self.clock.now())
+    def open_line(self, port: str, *, baud: int = BAUD) -> VirtualLine:  # noqa: ARG002 - the only one
+        """Open the port."""
+        return self
 
     def write(self, data: bytes) -> None:
         """Send bytes to the board."""
-        for _, reply in self.board.receive(data, self.clock.now()):
+        for _, reply in self.board.receive(data, self.now()):
             self.told += reply
 
     def close(self) -> None:
@@ -48,9 +41,12 @@ class VirtualLine:
     def read(self) -> bytes:
         """Return the bytes that the board has sent."""
         if not self.told:
-            self.sleep(TICK_S)
+            self.advance()
         data, self.told = self.told, b""
         return data
+
+    def _run_devices(self) -> None:
+        self.board.tick(self.now())
 
 
 class Operator:
@@ -72,8 +68,8 @@ class Operator:
     def swing(self, duration_s: float) -> tuple[float, float]:
         """Return the smallest and the largest true amplitude within ``duration_s``."""
         seen = []
-        for tick in range(math.ceil(duration_s / TICK_S)):
-            self._line.sleep(TICK_S)
+        for tick in range(ticks(duration_s)):
+            self._line.sleep(1 / TICKS_PER_S)
             if tick % ALIVE_TICKS == 0:
                 self._bench.status()
             seen.append(self.level())

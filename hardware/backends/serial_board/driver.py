@@ -9,8 +9,9 @@ SPEC: ``serial:PORT`` or ``serial:PORT,option=value,...`` with
                   long, it is assumed to hang and the plate is silenced; 0: never
 ================  ===============================================================
 
-A heartbeat thread queries the board's status ten times per second. The board silences the plate if
-it receives nothing for its watchdog time. Faults detected by the heartbeat are raised by `check`.
+A heartbeat queries the board's status ten times per second, in a separate thread. The board
+silences the plate if it receives nothing for its watchdog time. Faults detected by the heartbeat
+are raised by `check`.
 
 For textures, the board receives and plays a list of amplitudes. Textures are rejected if the
 firmware is too old to support lists.
@@ -20,17 +21,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from functools import partial
 from statistics import fmean
-from threading import Event, Thread
 from typing import TYPE_CHECKING, TypeVar
 
 from slipscale.faults import UserError
 from slipscale.hardware import address as addresses
+from slipscale.hardware.backends.serial_board import host as computers
 from slipscale.hardware.backends.serial_board import protocol as wire
 from slipscale.hardware.backends.serial_board import supervision as watch
 from slipscale.hardware.backends.serial_board.link import BoardLink, Line, NotKnown
-from slipscale.hardware.backends.serial_board.serial_line import SerialLine
-from slipscale.hardware.clock import Clock, SystemClock
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.driver import PlateDriver
 from slipscale.hardware.errors import (
     ConnectionLost,
@@ -81,7 +82,7 @@ class SerialBoard(PlateDriver):
     port : str
         Name of the serial port.
     clock : Clock
-        Clock for the time stamps of readbacks. Time-outs use the computer's clock.
+        Clock for the time stamps of readbacks. Time-outs use the clock of ``host``.
     limits : PlateLimits
         Limits of the plate, which `connect` narrows to those of the board.
     calibration : Calibration
@@ -90,6 +91,8 @@ class SerialBoard(PlateDriver):
         Plate file, which is stored with the data.
     attention_s : float
         Time without a command or `check` after which the heartbeat stops; 0 means never.
+    host : Host
+        Computer to which the board is connected; by default, this computer.
     """
 
     name = "serial"
@@ -104,18 +107,20 @@ class SerialBoard(PlateDriver):
         calibration: Calibration | None = None,
         plate_file: PlateFile | None = None,
         attention_s: float = ATTENTION_S,
+        host: computers.Host | None = None,
     ) -> None:
         super().__init__(clock=clock, limits=limits, calibration=calibration, plate_file=plate_file)
         self.port = port
         self.watchdog_s: float | None = None
         self._attention_s = attention_s
-        self._machine: Clock = SystemClock()
+        self._host = host or computers.SystemHost()
         self._attended_s = 0.0
         self._line: Line | None = None
         self._link: BoardLink | None = None
-        self._heart: Thread | None = None
-        self._stop_heart = Event()
+        self._stop_heart: Callable[[], None] | None = None
         self._active: watch.ActivePresentation | None = None
+        self._watched: watch.ActivePresentation | None = None
+        self._reached_s = 0.0  # time at which the watched presentation began or was last confirmed
         self._fault: PlateFault | None = None
 
     def check_supported(self, surface: Surface, *, sensors: Collection[Sensor] = ()) -> Loop | None:
@@ -136,38 +141,28 @@ class SerialBoard(PlateDriver):
     def _connect(self) -> PlateIdentity:
         self._close()
         self._fault = self._active = None
-        self._line, self._link = self._open_line()
-        link = self._link
+        self._line = self._host.open_line(self.port)
+        self._link = link = BoardLink(self._line, self._host)
         identity = _identity(link.greet(), self.port)
         self._learn_lists(link, identity.firmware)
         link.ask("*RST")
         self._check_unit(link)
         self._narrow_limits(_parsed(wire.parse_limits, link.ask("LIM?")))
         self._attend()
-        self._stop_heart.clear()
-        self._heart = self._start_heart(link)
+        self._watched = None
+        self._stop_heart = self._host.repeat(partial(self._beat, link), HEARTBEAT_S)
         return identity
-
-    def _open_line(self) -> tuple[Line, BoardLink]:
-        """Open the port. Tests replace this method to connect a simulated board."""
-        line = SerialLine(self.port)
-        return line, BoardLink(line)
-
-    def _start_heart(self, link: BoardLink) -> Thread | None:
-        heart = Thread(target=self._beat, args=(link,), name="plate heartbeat", daemon=True)
-        heart.start()
-        return heart
 
     def _drive(self, level: float) -> Presentation:
         link = self._attend()
-        begun_s = self._machine.now()
+        begun_s = self._host.now()
         self._active = None
         link.ask(wire.amplitude_command(level))
         status = self._status(link)
         while status.state == "RAMP" or self._rings(level, status):
-            if self._machine.now() - begun_s > LONGEST_SETTLING_S:
+            if self._host.now() - begun_s > LONGEST_SETTLING_S:
                 raise PlateTimeout(f"the plate did not settle within {LONGEST_SETTLING_S:g} s")
-            self._machine.sleep(POLL_S)
+            self._host.sleep(POLL_S)
             status = self._status(self._attend())
         if level > 0:
             active = watch.ActivePresentation(level, predicted_v=self._predicted_v(level))
@@ -179,7 +174,7 @@ class SerialBoard(PlateDriver):
             commanded_level=level,
             readback=self._readback(status),
             settled_by="readback",
-            settle_time_s=self._machine.now() - begun_s,
+            settle_time_s=self._host.now() - begun_s,
         )
 
     def _predicted_v(self, level: float) -> float | None:
@@ -215,20 +210,20 @@ class SerialBoard(PlateDriver):
         link = self._attend()
         self._active = None
         link.ask(f"DRIV {frequency_hz:.1f},{voltage_v:.3f}")
-        self._machine.sleep(OPEN_LOOP_SETTLING_S)
+        self._host.sleep(OPEN_LOOP_SETTLING_S)
         return self._readback(self._status(link))
 
     def _read_back(self) -> Readback:
         """Return the board's reading; during a texture, first let the board correct the mean."""
-        begun_s, active = self._machine.now(), self._active
+        begun_s, active = self._host.now(), self._active
         status = self._status(self._attend())
         while active is not None and active.state == status.state == "LIST":
             mean_level, measured_level = active.level, status.level
-            if measured_level is None or self._machine.now() - begun_s > active.resettling_s:
+            if measured_level is None or self._host.now() - begun_s > active.resettling_s:
                 break
             if abs(measured_level - mean_level) <= self.limits.allowed_level(mean_level):
                 break
-            self._machine.sleep(HEARTBEAT_S)
+            self._host.sleep(HEARTBEAT_S)
             status = self._status(self._attend())
         return self._readback(status)
 
@@ -242,40 +237,36 @@ class SerialBoard(PlateDriver):
         self._attend()
 
     def _close(self) -> None:
-        self._stop_heart.set()
-        if self._heart is not None:
-            self._heart.join()
+        if self._stop_heart is not None:
+            self._stop_heart()
         if self._line is not None:
             self._line.close()
-        self._line = self._link = self._heart = None
+        self._line = self._link = self._stop_heart = None
 
-    def _beat(self, link: BoardLink) -> None:
-        """Query the status repeatedly. Store the first fault, which `check` then raises."""
-        watched, reached_s = None, 0.0
-        while not self._stop_heart.wait(HEARTBEAT_S):
-            now_s = self._machine.now()
-            if self._attention_s and now_s - self._attended_s > self._attention_s:
-                continue
-            active = self._active
-            if active is not watched:
-                watched, reached_s = active, now_s
-            try:
-                status = self._status(link)
-                # If the presentation changed during the query, the status may describe either one.
-                if active is not None and active is self._active:
-                    watch.check_status(status, active, self.limits, port=self.port)
-                reached_s = now_s
-            except (NotReached, OffCalibration) as fault:
-                if active is None or now_s - reached_s > active.resettling_s:
-                    self._fault = fault
-                    return
-            except PlateFault as fault:
+    def _beat(self, link: BoardLink) -> bool:
+        """Query the status. Store a fault, which `check` then raises; return whether to go on."""
+        now_s = self._host.now()
+        if self._attention_s and now_s - self._attended_s > self._attention_s:
+            return True
+        active = self._active
+        if active is not self._watched:
+            self._watched, self._reached_s = active, now_s
+        try:
+            status = self._status(link)
+            # If the presentation changed during the query, the status may describe either one.
+            if active is not None and active is self._active:
+                watch.check_status(status, active, self.limits, port=self.port)
+            self._reached_s = now_s
+        except (NotReached, OffCalibration) as fault:
+            if active is None or now_s - self._reached_s > active.resettling_s:
                 self._fault = fault
-                return
+        except PlateFault as fault:
+            self._fault = fault
+        return self._fault is None
 
     def _attend(self) -> BoardLink:
         """Record that the session is alive. Return the connection, or raise the stored fault."""
-        self._attended_s = self._machine.now()
+        self._attended_s = self._host.now()
         if self._fault is not None:
             raise self._fault
         if self._link is None:

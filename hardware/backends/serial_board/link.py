@@ -11,7 +11,7 @@ from threading import Lock
 from typing import Protocol
 
 from slipscale.hardware.backends.serial_board import protocol as wire
-from slipscale.hardware.clock import Clock, SystemClock
+from slipscale.hardware.clock import Clock
 from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
@@ -64,12 +64,12 @@ class BoardLink:
     line : Line
         An open line.
     clock : Clock
-        Clock for time-outs; by default, the computer's clock.
+        Clock for time-outs.
     """
 
-    def __init__(self, line: Line, clock: Clock | None = None) -> None:
+    def __init__(self, line: Line, clock: Clock) -> None:
         self._line = line
-        self._clock = clock or SystemClock()
+        self._clock = clock
         self._lock = Lock()
         self._sequence = 0
         self._boot: str | None = None

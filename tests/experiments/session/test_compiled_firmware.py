@@ -1,4 +1,4 @@
-"""Whole sessions on the compiled firmware: the real driver, a pseudo-terminal, a simulated plate.
+"""Whole sessions on the compiled firmware: the real driver, a simulated plate, in virtual time.
 
 The plate has what the emulator's ideal once left out: a finger that lowers its Q from 60 to 50 and
 comes and goes, drift, and a noisy sensor. Its gain leaves the voltage that the finger takes: at the
@@ -14,13 +14,11 @@ from slipscale.experiments.participants.simulated_people.in_session import Simul
 from slipscale.experiments.participants.simulated_people.respondent import respondent_of
 from slipscale.experiments.steps.steps import Explore
 from slipscale.experiments.study.file import study_text
-from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import NotReached
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from tools.board_sessions import STUDY, board_plan, rows_of, run_on_board
-
-pytestmark = pytest.mark.clock
 
 SHORT = STUDY.replace("[0.5, 1.2, 2.3]", "[0.0, 0.5, 2.3]")
 TOUCH_S = 0.25  # two heartbeats
@@ -36,17 +34,17 @@ class TouchingParticipant(SimulatedParticipant):
             feel=lambda: board.state()["amplitude_um_pp"],
             clock=VirtualClock(),  # does not let anybody wait
         )
-        self.board, self.machine = board, SystemClock()
+        self.board, self.host = board, board.host
         self.touched = 0
 
     def perform(self, step, watch):
         if isinstance(step, Explore):
             for on in (True, False):
                 self.board.finger(on=on)
-                end_s = self.machine.now() + TOUCH_S
-                while self.machine.now() < end_s:
+                end_s = self.host.now() + TOUCH_S
+                while self.host.now() < end_s:
                     watch()
-                    self.machine.sleep(0.005)
+                    self.host.sleep(0.005)
             self.touched += 1
         return super().perform(step, watch)
 
@@ -74,25 +72,25 @@ def check_records(records):
 
 
 @pytest.mark.parametrize("options", [("--finger",), ("--noise", "0.01")])
-def test_the_shipped_study_is_completed_without_a_fault(emulate, tmp_path, options):
-    """No pause is waited for: session time is virtual. Wire and plate are in real time."""
-    board = emulate(*BOARD, *options)
+def test_the_shipped_study_is_completed_without_a_fault(host, tmp_path, options):
+    """No pause is waited for: the session has its own clock."""
+    board = host.plug_in(*BOARD, *options)
     person, records = run_session(board, study_text("biet2007"), VirtualClock(), tmp_path)
     assert person.touched > 10
     assert len(check_records(records)) > 10
 
 
-def test_a_short_study_is_completed_in_real_time(emulate, tmp_path):
-    board = emulate(*BOARD)
-    person, records = run_session(board, SHORT, SystemClock(), tmp_path)
+def test_a_short_study_is_completed_in_the_boards_own_time(host, tmp_path):
+    board = host.plug_in(*BOARD)
+    person, records = run_session(board, SHORT, host, tmp_path)
     assert person.touched >= 3
     assert len(check_records(records)) >= 3
 
 
-def test_a_finger_that_the_voltage_does_not_suffice_for_is_told(emulate):
+def test_a_finger_that_the_voltage_does_not_suffice_for_is_told(host):
     """At the paper's gain: 2.3 µm would need 18 V."""
-    board = emulate("--firmware", "--finger", "--noise", "0")
-    plate = open_plate(f"serial:{board.port}", clock=SystemClock())
+    board = host.plug_in("--firmware", "--finger", "--noise", "0")
+    plate = open_plate(f"serial:{board.port}", clock=host)
     said = r"2\.3 µm p-p was commanded, but the plate reaches (\d\.\d{3}) µm p-p at 16\.5 V"
     with plate, pytest.raises(NotReached, match=said) as refused:
         plate.present(VirtualSurface(level=2.3))

@@ -1,11 +1,13 @@
 """Every fault in every phase of a trial: a whole session over the emulated board, byte for byte.
 
+Board and driver run in virtual time. The session has its own clock, so no pause of a study is
+waited for.
+
 The participant answers with ten times the amplitude that the emulated plate truly vibrates with
 at that moment: an estimate that does not fit its row was given to another surface.
 """
 
 import re
-import time
 from dataclasses import replace
 
 import pytest
@@ -26,16 +28,13 @@ from tools.board_sessions import (
     rows_of,
     run_on_board,
 )
-from tools.rehearsal.emulator_process import EmulatorProcess
 from tools.rehearsal.scripted import ScriptedParticipant
 
-pytestmark = pytest.mark.clock
 SEED_TEXTURED = 8  # the trial with the fault presents the ridges
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}
 
 BACK_S = 0.1
-# The longest watchdog of a board: on a loaded machine a session may stand still for half a second.
-OPTIONS = ("--back-after", str(BACK_S), "--noise", "0", "--watchdog", "2000")
+OPTIONS = ("--back-after", str(BACK_S), "--noise", "0")
 FAULTY_TRIAL = 2
 
 ENDING = ["unplug", "unplug_mid_read", "reset", "reset_after", "busy", "hot", "deaf", "trickle"]
@@ -55,16 +54,14 @@ PLAYING += [(fault, "starting") for fault in REPAIRED] + [("delayed", "reconnect
 PHASES = ["presenting", "reading", "exploring", "answering", "silencing", "reconnecting"]
 
 
-@pytest.fixture(scope="module")
-def board():
-    with EmulatorProcess(*OPTIONS) as board:
-        yield board
+@pytest.fixture
+def board(host):
+    return host.plug_in(*OPTIONS)
 
 
-@pytest.fixture(scope="module")
-def compiled_board():
-    with EmulatorProcess(*OPTIONS, "--firmware") as board:
-        yield board
+@pytest.fixture
+def compiled_board(host):
+    return host.plug_in(*OPTIONS, "--firmware")
 
 
 class Participant(ScriptedParticipant):
@@ -99,10 +96,11 @@ class Participant(ScriptedParticipant):
     def perform(self, step, watch):
         if self.fail_at(step):
             # A few heartbeats; what ends the trial comes up by then, and sooner.
-            end_s = time.monotonic() + (2.0 if self.ends else 0.25)
-            while time.monotonic() < end_s:
+            host = self.board.host
+            end_s = host.now() + (2.0 if self.ends else 0.25)
+            while host.now() < end_s:
                 watch()
-                time.sleep(0.005)
+                host.sleep(0.005)
         reply = super().perform(step, watch)
         if isinstance(step, Ask):
             self.given.append(reply.value)
@@ -112,7 +110,7 @@ class Participant(ScriptedParticipant):
 def run_session(board, fault, phase, folder, *, study=STUDY, seed=1, **plates):
     plan, clock = board_plan(study, seed=seed), VirtualClock()
     person = Participant(board, fault, phase, clock)
-    operator = PatientOperator(BACK_S)
+    operator = PatientOperator(BACK_S, board.host)
     outcome = run_on_board(board, plan, folder, person, clock, operator=operator, **plates)
     return outcome, person, read_plan(plan.journal_path(folder))[1], rows_of(folder)
 
@@ -229,11 +227,11 @@ def test_a_fault_on_the_compiled_firmware_costs_no_answer(compiled_board, tmp_pa
     assert bool([r for r in records if r.kind == "fault"]) == (fault in ENDING)
 
 
-def test_a_board_that_never_comes_back_stops_the_session_resumable(tmp_path):
-    with EmulatorProcess("--back-after", "0", "--noise", "0") as board:
-        with pytest.raises(PlateFault):
-            run_session(board, "unplug", "answering", tmp_path)
-        assert not board.state()["vibrates"]
+def test_a_board_that_never_comes_back_stops_the_session_resumable(host, tmp_path):
+    board = host.plug_in("--back-after", "0", "--noise", "0")
+    with pytest.raises(PlateFault):
+        run_session(board, "unplug", "answering", tmp_path)
+    assert not board.state()["vibrates"]
     (path,) = tmp_path.glob("sourcedata/sub-01/**/*_journal.jsonl")
     records = read_plan(path)[1]
     assert records[-1].kind == "stop"
@@ -249,14 +247,14 @@ def test_the_check_before_a_session_tells_of_the_plate_and_leaves_it_silent(boar
     assert not board.state()["vibrates"]
 
 
-def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(tmp_path):
-    with EmulatorProcess("--fault", "old_firmware") as board:
-        planned = PlannedSession(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
-        assert "; plays no textures" in CHECKS["plate"](planned).detail
-        with pytest.raises(
-            UserError, match=r"'T1': the board's firmware \(1\.0\) can only hold a constant ampl"
-        ):
-            CHECKS["plate"](replace(planned, study="textures_demo"))
+def test_the_check_tells_that_a_board_with_older_firmware_plays_no_textures(host, tmp_path):
+    board = host.plug_in("--fault", "old_firmware")
+    planned = PlannedSession(study="biet2007", plate=f"serial:{board.port}", out=tmp_path)
+    assert "; plays no textures" in CHECKS["plate"](planned).detail
+    with pytest.raises(
+        UserError, match=r"'T1': the board's firmware \(1\.0\) can only hold a constant ampl"
+    ):
+        CHECKS["plate"](replace(planned, study="textures_demo"))
 
 
 @pytest.mark.parametrize(

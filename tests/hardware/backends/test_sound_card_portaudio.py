@@ -22,10 +22,12 @@ import json, sys
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.errors import PlateFault
+from tools.rehearsal.patient_host import PatientHost
 
 told = []
 for spec in sys.argv[1:]:
     plate = open_plate(spec, clock=SystemClock())
+    plate._machine = PatientHost()
     try:
         with plate:
             about = plate.identity.model
@@ -51,7 +53,7 @@ def plays(folder, *specs):
         capture_output=True,
         text=True,
         check=False,
-        timeout=120,
+        timeout=600,
     )
     if "PortAudio library not found" in done.stderr:
         pytest.skip("PortAudio is not installed")

@@ -8,7 +8,6 @@ from serial.tools.list_ports_common import ListPortInfo
 from slipscale import commands
 from slipscale.hardware.cli.plate import SUBCOMMANDS
 from slipscale.hardware.cli.ports import as_text, listing
-from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 
@@ -85,27 +84,27 @@ def test_the_emulator_is_controlled_line_by_line(emulate):
     assert board.unplug()["plugged"] is False
 
 
-def test_faults_on_order_can_be_forgotten(emulate):
-    board = emulate()
+def test_faults_on_order_can_be_forgotten(host):
+    board = host.plug_in()
     board.fault("unplug@present")
     board.no_faults()
-    with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
+    with open_plate(f"serial:{board.port}", clock=host) as plate:
         plate.present(VirtualSurface(level=1.0))
     assert board.state()["presented_levels"] == [1.0]
 
 
-def test_a_board_comes_back_when_told(emulate):
-    board = emulate("--back-after", "0")
+def test_a_board_comes_back_when_told(host):
+    board = host.plug_in("--back-after", "0")
     assert board.unplug()["plugged"] is False
     assert board.back()["plugged"] is True
-    with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
+    with open_plate(f"serial:{board.port}", clock=host) as plate:
         plate.present(VirtualSurface(level=1.0))
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
-def test_an_emulated_board_has_the_watchdog_that_was_wanted(emulate, options):
-    board = emulate("--watchdog", "1200", *options)
-    with open_plate(f"serial:{board.port}", clock=SystemClock()) as plate:
+def test_an_emulated_board_has_the_watchdog_that_was_wanted(host, options):
+    board = host.plug_in("--watchdog", "1200", *options)
+    with open_plate(f"serial:{board.port}", clock=host) as plate:
         assert plate.watchdog_s == 1.2
 
 

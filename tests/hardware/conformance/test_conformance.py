@@ -2,8 +2,6 @@
 
 import json
 import os
-import threading
-import time
 from contextlib import nullcontext
 from dataclasses import replace
 
@@ -12,9 +10,8 @@ import pytest
 from slipscale import commands
 from slipscale.hardware.backends.mock import MockPlate
 from slipscale.hardware.backends.serial_board.protocol import BoardLimits
-from slipscale.hardware.backends.serial_board.serial_line import SerialLine
-from slipscale.hardware.clock import SystemClock, VirtualClock
-from slipscale.hardware.conformance.bench import Bench, Departure
+from slipscale.hardware.clock import VirtualClock
+from slipscale.hardware.conformance.bench import ALIVE_S, Bench, Departure
 from slipscale.hardware.conformance.contract import RULES as CONTRACT
 from slipscale.hardware.conformance.contract import Rig, examine_backend
 from slipscale.hardware.conformance.guided import STEPS, Terminal
@@ -28,8 +25,6 @@ from tools.wrong_boards.variants import GUIDED_ONLY, WRONG
 from tools.wrong_boards.verdicts import guided_departures
 from tools.wrong_boards.virtual_line import Operator, VirtualLine
 
-pytestmark = pytest.mark.clock
-
 
 def departures(board):
     line = VirtualLine(board)
@@ -42,9 +37,6 @@ def code(tmp_path_factory):
     return compiled.load(compiled.build(tmp_path_factory.mktemp("firmware")))
 
 
-EXAMINATIONS = 5
-# A ramp lasts 25 ms, and is looked for within it. The board's process can be later than this one.
-NAP_S, LATE_S = 0.002, 0.005
 PLATES = {
     "a free plate": {},
     "a plate with a finger": {"finger": FingerLoad(loss=1 / 300)},
@@ -75,55 +67,17 @@ def test_a_board_without_lists_conforms_and_is_told_what_does_not_apply():
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
-def test_a_board_on_a_real_port_conforms(emulate, options, capsys):
-    """In real time: what departs while this machine kept its own time is a departure.
-
-    Above, in virtual time, no rule departs even once. Where the machine was late by itself, it is
-    examined again: neither the board nor the bench was on time then.
-    """
-    board = emulate(*options)
-    departs = {}
-    for _ in range(EXAMINATIONS):
-        with Lateness() as machine:
-            status = commands.main(["plate", "conform", f"serial:{board.port}", "--json"])
-        verdicts = json.loads(capsys.readouterr().out)
-        found = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] == "departs"}
-        assert status == bool(found)
-        assert not board.state()["vibrates"]
-        if not found:
-            assert [each["rule"] for each in verdicts] == [rule for rule, _ in RULES]
-            return
-        assert machine.worst_s > LATE_S, f"departs, and the machine was never late: {found}"
-        departs |= found
-    pytest.fail(f"never conforms in {EXAMINATIONS} examinations on a late machine: {departs}")
+def test_the_command_examines_a_board_at_a_port(host, options, capsys):
+    board = host.plug_in(*options)
+    assert commands.main(["plate", "conform", f"serial:{board.port}", "--json"]) == 0
+    verdicts = json.loads(capsys.readouterr().out)
+    assert [each["rule"] for each in verdicts] == [rule for rule, _ in RULES]
+    assert [each for each in verdicts if each["outcome"] == "departs"] == []
+    assert not board.state()["vibrates"]
 
 
-class Lateness:
-    """Finds out how late this machine wakes a thread that sleeps, at the worst."""
-
-    def __init__(self):
-        self.worst_s = 0.0
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._look)
-
-    def _look(self):
-        before_s = time.monotonic()
-        while not self._over.wait(NAP_S):
-            now_s = time.monotonic()
-            self.worst_s = max(self.worst_s, now_s - before_s - NAP_S)
-            before_s = now_s
-
-    def __enter__(self):
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_):
-        self._over.set()
-        self._thread.join()
-
-
-def test_a_board_that_departs_is_a_no(emulate, capsys):
-    board = emulate("--fault", "deaf", "--back-after", "0")
+def test_a_board_that_departs_is_a_no(host, capsys):
+    board = host.plug_in("--fault", "deaf", "--back-after", "0")
     assert commands.main(["plate", "conform", f"serial:{board.port}"]) == 1
     assert "departs         the board answers and reports its limits" in capsys.readouterr().out
 
@@ -214,28 +168,32 @@ def test_every_step_of_the_guided_part_is_kept_by_the_correct_board():
     assert guided_departures(Board) == {}
 
 
-def test_the_guided_part_asks_at_the_terminal_and_keeps_the_board_alive(emulate, monkeypatch):
+def test_the_guided_part_asks_at_the_terminal_and_keeps_the_board_alive(board, monkeypatch):
     """The operator takes longer than the watchdog for each reading; nothing else speaks."""
-    board = emulate("--noise", "0")
     read, write = os.pipe()
+    bench = Bench(board.host.open_line(board.port), board.host)
+    asked = 0
 
-    def slowly(keyboard):
-        for reading in ("a lot", "1,02"):
-            time.sleep(0.8)
-            print(reading, file=keyboard, flush=True)
+    def status():
+        """Query the status, every 0.1 s; the operator types after 0.8 s."""
+        nonlocal asked
+        board.host.sleep(ALIVE_S)
+        asked += 1
+        if asked in TYPED:
+            print(TYPED[asked], file=keyboard, flush=True)
+        return Bench.status(bench)
 
-    line = SerialLine(board.port)
-    bench = Bench(line, SystemClock())
-    try:
-        with os.fdopen(read) as stdin, os.fdopen(write, "w") as keyboard:
-            monkeypatch.setattr("sys.stdin", stdin)
-            bench.greet()
-            bench.settle(1.0)
-            threading.Thread(target=slowly, args=(keyboard,)).start()
-            assert Terminal(bench).level() == 1.02
-        bench.expect_state("HOLD")
-    finally:
-        line.close()
+    with os.fdopen(read) as stdin, os.fdopen(write, "w") as keyboard:
+        monkeypatch.setattr("sys.stdin", stdin)
+        bench.greet()
+        bench.settle(1.0)
+        monkeypatch.setattr(bench, "status", status)
+        assert Terminal(bench).level() == 1.02
+    assert asked >= max(TYPED)
+    bench.expect_state("HOLD")
+
+
+TYPED = {8: "a lot", 16: "1,02"}
 
 
 def test_the_shipped_backends_keep_the_drivers_contract(capsys):

@@ -1,21 +1,18 @@
 """A board in C that was written from the protocol's page alone, held against it and driven."""
 
-import json
 import shutil
 import subprocess
-import time
 from pathlib import Path
 
 import pytest
 
-from slipscale import commands
 from slipscale.hardware.backends.serial_board.driver import SerialBoard
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.conformance.bench import Bench
+from slipscale.hardware.conformance.table import examine
 from slipscale.hardware.errors import PlateTimeout
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
-
-pytestmark = pytest.mark.clock
+from tools.wrong_boards.virtual_line import VirtualLine
 
 SOURCE = Path(__file__).with_name("third_board.c")
 TEXTURE = Grating(
@@ -29,7 +26,7 @@ def program(tmp_path_factory):
     if not compiler:
         pytest.skip("there is no C compiler")
     path = tmp_path_factory.mktemp("third") / "board"
-    warnings = ["-std=c99", "-D_XOPEN_SOURCE=600", "-Wall", "-Wextra", "-Werror", "-O1"]
+    warnings = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O1"]
     sanitizers = ["-fsanitize=address,undefined", "-fno-sanitize-recover=all"]
     subprocess.run(
         [compiler, *warnings, *sanitizers, "-o", str(path), str(SOURCE), "-lm"], check=True
@@ -37,30 +34,42 @@ def program(tmp_path_factory):
     return path
 
 
+class ThirdBoard:
+    """The program, which advances to the time at which it receives something."""
+
+    def __init__(self, process):
+        self.process = process
+
+    def receive(self, data, now_s):
+        self.process.stdin.write(f"{round(now_s * 1000)} {data.hex()}\n")
+        self.process.stdin.flush()
+        return [("", bytes.fromhex(self.process.stdout.readline()))]
+
+    def tick(self, now_s):
+        pass
+
+
 @pytest.fixture
-def port(program):
+def line(program):
     with subprocess.Popen(
         [program], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     ) as process:
-        yield process.stdout.readline().strip()
+        yield VirtualLine(ThirdBoard(process))
         process.stdin.close()
-        assert process.wait(10) == 0  # the sanitizers found nothing
+        assert process.wait() == 0  # the sanitizers found nothing
 
 
-def test_it_conforms_to_every_rule(port, capsys):
-    """Late answers of a loaded machine are no departures: what departs is looked at again."""
-    departs = {}
-    for _ in range(3):
-        commands.main(["plate", "conform", f"serial:{port}", "--json"])
-        verdicts = json.loads(capsys.readouterr().out)
-        departs = {v["rule"]: v["detail"] for v in verdicts if v["outcome"] == "departs"}
-        if not departs:
-            break
-    assert departs == {}
+def driver(line, **options):
+    return SerialBoard(line.port, clock=line, host=line, **options)
 
 
-def test_the_driver_presents_surfaces_and_textures_on_it_and_follows(port):
-    with SerialBoard(port, clock=SystemClock()) as plate:
+def test_it_conforms_to_every_rule(line):
+    verdicts = examine(Bench(line, line))
+    assert {v.rule: v.detail for v in verdicts if v.outcome == "departs"} == {}
+
+
+def test_the_driver_presents_surfaces_and_textures_on_it_and_follows(line):
+    with driver(line) as plate:
         assert plate.identity.manufacturer == "Third"
         assert plate.watchdog_s == 0.6
         for surface in (VirtualSurface(level=1.2), TEXTURE):
@@ -79,14 +88,14 @@ def test_the_driver_presents_surfaces_and_textures_on_it_and_follows(port):
 
 def checked_for(plate, duration_s):
     for _ in range(round(duration_s / 0.02)):
-        time.sleep(0.02)
+        plate.clock.sleep(0.02)
         plate.check()
 
 
-def test_a_host_that_hangs_is_noticed_by_its_watchdog(port):
-    with SerialBoard(port, clock=SystemClock(), attention_s=0.2) as plate:
+def test_a_host_that_hangs_is_noticed_by_its_watchdog(line):
+    with driver(line, attention_s=0.2) as plate:
         plate.present(VirtualSurface(level=1.2))
-        time.sleep(1.2)
+        line.sleep(1.2)
         plate.read_back()  # the heart beats again, and hears what happened
         with pytest.raises(PlateTimeout, match="received nothing"):
             checked_for(plate, 2.0)

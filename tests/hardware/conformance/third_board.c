@@ -1,21 +1,18 @@
 /* A driver board in C, written from docs/reference/board-protocol.md alone.
  *
  * It has neither vibration sensor nor thermometer, both of which the page allows, and plays lists.
- * It opens a pseudo-terminal, prints its name, and is a board there until its input is closed.
+ * It has no clock: each line of its input is a time in ms and the bytes, in hexadecimal, that arrive
+ * then. It answers each with one line: the bytes that it sends.
  *
- *     cc -std=c99 -D_XOPEN_SOURCE=600 -o third_board third_board.c -lm && ./third_board
+ *     cc -std=c99 -o third_board third_board.c -lm && echo "0 2a49444e3f0a" | ./third_board
  */
 
 #include <ctype.h>
-#include <fcntl.h>
 #include <math.h>
-#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <termios.h>
 #include <time.h>
-#include <unistd.h>
 
 #define LONGEST 96
 #define POINTS 64
@@ -31,7 +28,7 @@ static const double RESONANCE = 30500, VOLTS_PER_UM = 15 / 2.3, RAMP_S = 0.025, 
 enum state { OFF, RAMP, HOLD, LIST, OPEN, WDOG, LONGER };
 static const char *const NAMES[] = {"OFF", "RAMP", "HOLD", "LIST", "OPEN", "WDOG", "LONG"};
 
-static int port;
+static double now_s;
 static unsigned boot;
 static enum state state = OFF;
 static double target, from, begun_s, heard_s, commanded_s; /* of ramp, watchdog, on-time */
@@ -42,12 +39,6 @@ static double step_s, edge_s, mean, settled;
 static int errors[ERRORS], waiting;
 static char last_body[LONGEST + 1], last_answer[LONGEST + 60];
 static unsigned last_sequence;
-
-static double now(void) {
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return t.tv_sec + t.tv_nsec * 1e-9;
-}
 
 static const char *text(int code) {
     switch (code) {
@@ -101,12 +92,7 @@ static unsigned crc(const char *s, size_t n) {
 }
 
 static void send_all(const char *s) {
-    size_t n = strlen(s);
-    while (n) {
-        ssize_t k = write(port, s, n);
-        if (k <= 0) return;
-        s += k, n -= (size_t)k;
-    }
+    for (; *s; s++) printf("%02x", (unsigned)(unsigned char)*s);
 }
 
 /* A plain decimal: sign, up to seven digits, up to six after the point. */
@@ -166,7 +152,7 @@ static void status(char *value) {
     else if (state == LIST) {
         told = mean;
         for (int i = 0; i < played; i++) volts = fmax(volts, list[i] * VOLTS_PER_UM);
-    } else if (vibrates()) volts = due(now()) * VOLTS_PER_UM;
+    } else if (vibrates()) volts = due(now_s) * VOLTS_PER_UM;
     sprintf(value, "%s,%.4f,,%.1f,%.3f,", NAMES[state], told, hertz, volts);
 }
 
@@ -263,39 +249,29 @@ static void line(char *s, size_t n, double t) {
 }
 
 int main(void) {
-    static char buffer[LONGEST + 2];
+    static char buffer[LONGEST + 2], input[1 << 16];
     size_t n = 0;
     int too_long = 0;
-    struct termios raw;
-    boot = (unsigned)time(NULL) ^ (unsigned)getpid() << 16;
-    port = posix_openpt(O_RDWR | O_NOCTTY);
-    if (port < 0 || grantpt(port) || unlockpt(port)) return 1;
-    int theirs = open(ptsname(port), O_RDWR | O_NOCTTY); /* held open, so that hosts come and go */
-    if (theirs < 0 || tcgetattr(theirs, &raw)) return 1;
-    raw.c_lflag = raw.c_iflag = raw.c_oflag = 0;
-    tcsetattr(theirs, TCSANOW, &raw);
-    puts(ptsname(port));
-    fflush(stdout);
-    struct pollfd both[] = {{port, POLLIN, 0}, {0, POLLIN, 0}};
-    for (;;) {
-        char data[256];
-        poll(both, 2, 1);
-        pass(now());
-        if (both[1].revents && read(0, data, sizeof data) <= 0) return 0;
-        if (!(both[0].revents & POLLIN)) continue;
-        ssize_t count = read(port, data, sizeof data);
-        double t = now();
-        for (ssize_t i = 0; i < count; i++) {
-            if (data[i] == '!') {
+    unsigned long ms = 0;
+    unsigned byte;
+    boot = (unsigned)time(NULL);
+    while (fgets(input, sizeof input, stdin)) {
+        char *hex;
+        for (unsigned long end = strtoul(input, &hex, 10); ms < end; pass(now_s)) now_s = ++ms / 1000.0;
+        for (hex++; sscanf(hex, "%2x", &byte) == 1; hex += 2) {
+            if (byte == '!') {
                 off(OFF), n = 0, too_long = 0;
-            } else if (data[i] == '\n') {
-                if (!too_long) line(buffer, n, t);
+            } else if (byte == '\n') {
+                if (!too_long) line(buffer, n, now_s);
                 n = 0, too_long = 0;
             } else if (n == LONGEST) {
                 too_long = 1;
             } else {
-                buffer[n++] = data[i];
+                buffer[n++] = (char)byte;
             }
         }
+        putchar('\n');
+        fflush(stdout);
     }
+    return 0;
 }

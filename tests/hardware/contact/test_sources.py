@@ -2,22 +2,21 @@
 
 import math
 import sys
-import time
 from dataclasses import replace
 from types import SimpleNamespace
 
 import pytest
 
 from slipscale.faults import UserError
-from slipscale.hardware.clock import SystemClock, VirtualClock
+from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact import daq
-from slipscale.hardware.contact.emulated_line import EmulatedLine
+from slipscale.hardware.contact.emulated_line import EmulatedLine, stroking
 from slipscale.hardware.contact.registry import open_source
+from slipscale.hardware.contact.serial_columns import SILENT_S
 from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings, Touch
 from slipscale.stimuli.film.shared_load import band
 from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
-
-pytestmark = pytest.mark.clock
+from tools.rehearsal.patient_host import PatientHost
 
 
 class Moving:
@@ -36,12 +35,12 @@ def virtual(finger=None, vibration_um_pp=0.0):
     )
 
 
-def wait_for(source, count, limit_s=3.0):
+def wait_for(source, count, clock):
     """Return at least so many samples."""
-    found, end_s = [], time.monotonic() + limit_s
-    while len(found) < count and time.monotonic() < end_s:
+    found, end_s = [], clock.now() + 60
+    while len(found) < count and clock.now() < end_s:
         found += source.take()
-        time.sleep(0.01)
+        clock.sleep(0.01)
     return found
 
 
@@ -158,18 +157,18 @@ def test_under_a_shared_load_each_participant_has_a_skin_of_their_own_within_the
     assert all(0.8 * least <= each <= 0.8 * most for each in found)
 
 
-# Serial ---------------------------------------------------------------------------------------
+# Serial: first over a pseudo-terminal, without a time limit, then in virtual time ---------------
 
 
 def test_lasers_and_load_cells_are_read_from_a_port_in_their_units():
-    around = Surroundings(clock=SystemClock())
+    around = Surroundings(clock=PatientHost())
     with EmulatedLine() as line:
         spec = f"lasers:{line.port},x_scale=2,x_zero=-1"
         with open_source("position", spec, around) as source:
-            places = wait_for(source, 60)
+            places = wait_for(source, 60, around.clock)
         spec = f"load_cells:{line.port},normal=3,lateral=4"
         with open_source("force", spec, around) as source:
-            forces = wait_for(source, 20)
+            forces = wait_for(source, 20, around.clock)
     assert min(each.values[0] for each in places) < -20
     assert all(-38 - 0.1 <= each.values[0] <= 42.1 for each in places)
     assert [each.time_s for each in places] == sorted(each.time_s for each in places)
@@ -177,52 +176,50 @@ def test_lasers_and_load_cells_are_read_from_a_port_in_their_units():
     assert {each.values[0] for each in forces} == {0.5}
 
 
-def test_the_tare_is_taken_once_with_no_finger_on_the_plate():
-    around = Surroundings(clock=SystemClock())
-    with EmulatedLine(lambda _: b"7.5;-2\n") as line:
-        spec = f"load_cells:{line.port},tare=0.1,normal_scale=2"
-        with open_source("force", spec, around) as source:
-            forces = wait_for(source, 5)
+def test_a_sensor_that_is_unplugged_is_a_fault():
+    around = Surroundings(clock=PatientHost())
+    with EmulatedLine() as line, open_source("position", f"lasers:{line.port}", around) as source:
+        line.unplug()
+        with pytest.raises(SensorFault):
+            wait_for(source, 10_000, around.clock)
+
+
+def test_the_tare_is_taken_once_with_no_finger_on_the_plate(host):
+    line = host.plug_in_sensor(lambda _: b"7.5;-2\n")
+    spec = f"load_cells:{line.port},tare=0.1,normal_scale=2"
+    with open_source("force", spec, Surroundings(clock=host)) as source:
+        forces = wait_for(source, 5, host)
     assert {each.values for each in forces} == {(0.0, 0.0)}
 
 
-def test_lines_that_are_no_readings_are_left_out():
+def test_lines_that_are_no_readings_are_left_out(host):
     lines = [b"boot\n", b"1\n", b"nan,2\n", b"\xff\xfe\n", b"1 \t 2\r\n"]
-    around = Surroundings(clock=SystemClock())
-    with (
-        EmulatedLine(lambda t: lines[round(t * 100) % len(lines)]) as line,
-        open_source("position", f"lasers:{line.port}", around) as source,
-    ):
-        places = wait_for(source, 5)
+    line = host.plug_in_sensor(lambda t: lines[round(t * 100) % len(lines)])
+    with open_source("position", f"lasers:{line.port}", Surroundings(clock=host)) as source:
+        places = wait_for(source, 5, host)
         assert source.unreadable >= 4
     assert {each.values for each in places} == {(1.0, 2.0)}
 
 
-def test_a_sensor_that_falls_silent_is_a_fault_and_can_come_back():
-    around = Surroundings(clock=SystemClock())
-    with EmulatedLine() as line, open_source("position", f"lasers:{line.port}", around) as source:
+def test_a_sensor_that_falls_silent_is_a_fault_and_can_come_back(host):
+    line = host.plug_in_sensor(stroking)
+    with open_source("position", f"lasers:{line.port}", Surroundings(clock=host)) as source:
+        wait_for(source, 310, host)  # longer than a sensor may take to start
         line.sends = False
+        silent_s = host.now()
         with pytest.raises(SensorFault, match="sent no reading"):
-            wait_for(source, 10_000, limit_s=60)  # what was sent before may be read late
+            wait_for(source, 10_000, host)
+        assert host.now() - silent_s == pytest.approx(SILENT_S, abs=0.03)
         line.sends = True
         source.begin()
-        assert wait_for(source, 3)
+        assert len(wait_for(source, 3, host)) == 3
 
 
-def test_a_sensor_that_is_unplugged_is_a_fault():
-    around = Surroundings(clock=SystemClock())
-    with EmulatedLine() as line, open_source("position", f"lasers:{line.port}", around) as source:
-        line.unplug()
-        with pytest.raises(SensorFault):
-            wait_for(source, 10_000)
-
-
-def test_a_port_that_sends_no_numbers_is_told_with_what_it_sends():
-    around = Surroundings(clock=SystemClock())
+def test_a_port_that_sends_no_numbers_is_told_with_what_it_sends(host):
+    line = host.plug_in_sensor(lambda _: b"$GPGGA,no fix\n")
     with (
-        EmulatedLine(lambda _: b"$GPGGA,no fix\n") as line,
         pytest.raises(SensorFault, match=r"the last line was '\$GPGGA,no fix'"),
-        open_source("position", f"lasers:{line.port}", around),
+        open_source("position", f"lasers:{line.port}", Surroundings(clock=host)),
     ):
         pytest.fail("it was connected")
 

@@ -20,8 +20,6 @@ from slipscale.hardware.plate.twin import Surroundings, Twin
 from slipscale.stimuli.modulation import DEFAULT_MODULATOR, Loop
 from slipscale.stimuli.texture import Grating
 
-pytestmark = pytest.mark.clock
-
 ROOT = Path(__file__).parents[3]
 FIRMWARE = ROOT / "hardware" / "firmware"
 TRANSCRIPT = ROOT / "docs" / "reference" / "board-transcript.txt"

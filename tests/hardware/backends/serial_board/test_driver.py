@@ -1,18 +1,12 @@
-"""The real serial code against the emulated board, byte for byte over a pseudo-terminal."""
+"""The driver against the emulated board, byte for byte, in virtual time."""
 
 import csv
-import os
-import signal
-import subprocess
-import sys
-import time
 from contextlib import closing
 from dataclasses import replace
 from datetime import UTC, datetime
 
 import numpy as np
 import pytest
-import serial
 
 from slipscale.faults import UserError
 from slipscale.hardware.backends.serial_board import protocol as wire
@@ -21,13 +15,12 @@ from slipscale.hardware.backends.serial_board.link import BoardLink
 from slipscale.hardware.backends.serial_board.protocol import parse_status
 from slipscale.hardware.backends.serial_board.supervision import ActivePresentation, check_status
 from slipscale.hardware.calibration.record import Calibration
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.contact.followed_texture import SETTLES_S
 from slipscale.hardware.emulator.firmware import Board
 from slipscale.hardware.errors import (
     ConnectionLost,
     GarbledReply,
-    NoPermission,
     NotReached,
     OffCalibration,
     OverLimit,
@@ -47,8 +40,6 @@ from slipscale.stimuli.quantity import made_by_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
 from slipscale.stimuli.transient import Transient
-
-pytestmark = pytest.mark.clock
 
 SURFACE = VirtualSurface(level=1.2)
 TEXTURE = Grating(
@@ -90,26 +81,30 @@ MATRIX = [
 
 def serial_plate(board, **options):
     words = "".join(f",{key}={value}" for key, value in options.items())
-    return open_plate(f"serial:{board.port}{words}", clock=SystemClock())
+    return open_plate(f"serial:{board.port}{words}", clock=board.host)
 
 
-def wait_for(condition, *, at_most_s=60.0):
-    """Poll for something that another process does; the bound only ends a broken test."""
-    end_s = time.monotonic() + at_most_s
+def wait_for(board, condition, *, at_most_s=60.0):
+    """Wait for something that the board does; the bound only ends a broken test."""
+    end_s = board.host.now() + at_most_s
     while not condition():
-        assert time.monotonic() < end_s
-        time.sleep(0.01)
+        assert board.host.now() < end_s
+        board.host.sleep(0.01)
+
+
+def checked_for(plate, duration_s):
+    """Check like a session does, once a frame."""
+    for _ in range(round(duration_s / 0.005)):
+        plate.clock.sleep(0.005)
+        plate.check()
 
 
 def fault_within(plate, *, at_most_s=60.0):
-    """Check like a session does, once a frame, until the fault comes up."""
-    end_s = time.monotonic() + at_most_s
-    while time.monotonic() < end_s:
-        plate.check()
-        time.sleep(0.005)
+    """Check until the fault comes up."""
+    checked_for(plate, at_most_s)
 
 
-def presented_again(plate, surface):
+def presented_again(board, plate, surface):
     """Reconnect as the session does, close then connect, until the surface can be presented."""
 
     def presented():
@@ -120,20 +115,17 @@ def presented_again(plate, surface):
         except PlateFault:
             return None
 
-    wait_for(presented)
+    wait_for(board, presented)
 
 
-def test_a_surface_is_presented_held_and_silenced(emulate):
-    board = emulate("--noise", "0")
+def test_a_surface_is_presented_held_and_silenced(board):
     with serial_plate(board) as plate:
         assert plate.identity.model == "slipscale-plate-1"
         presentation = plate.present(SURFACE)
         assert presentation.readback.kind == "measured"
         assert presentation.readback.level == pytest.approx(1.2, abs=0.03)
         assert board.state()["amplitude_um_pp"] == pytest.approx(1.2, abs=1e-3)
-        for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
-            time.sleep(0.01)
-            plate.check()
+        checked_for(plate, 0.8)  # longer than the watchdog: the heartbeat keeps it up
         assert board.state()["state"] == "HOLD"
         assert plate.vibration_level() == pytest.approx(1.2, abs=0.03)
         plate.silence()
@@ -182,10 +174,10 @@ def _end_a_trial(board, plate, fault, phase):
 
     with pytest.raises(ENDING[fault]):
         trial()
-    wait_for(lambda: not board.state()["vibrates"])
+    wait_for(board, lambda: not board.state()["vibrates"])
     if fault in AWAY:
         board.back()
-    presented_again(plate, VirtualSurface(level=0.5))
+    presented_again(board, plate, VirtualSurface(level=0.5))
     state = board.state()
     assert state["target_level"] == 0.5, state
 
@@ -215,8 +207,8 @@ def test_after_a_fault_came_up_nothing_can_be_presented_before_one_connects_agai
             plate.present(SURFACE)
 
 
-def test_unplugged_for_good_is_told_as_not_there(emulate):
-    board = emulate("--back-after", "0")
+def test_unplugged_for_good_is_told_as_not_there(host):
+    board = host.plug_in("--back-after", "0")
     plate = serial_plate(board)
     plate.connect()
     plate.present(SURFACE)
@@ -233,8 +225,7 @@ def test_a_texture_is_held_watched_and_ended_by_the_next_surface(board):
         presentation = plate.present(TEXTURE)
         assert presentation.commanded_level == 1.2
         for _ in range(80):  # longer than the watchdog: the heartbeat keeps it up
-            time.sleep(0.01)
-            plate.check()
+            checked_for(plate, 0.01)
             assert plate.read_back().level == pytest.approx(1.2, abs=0.03)
         assert board.state()["state"] == "LIST"
         plate.present(SURFACE)
@@ -251,25 +242,25 @@ def test_a_change_is_played_at_once_ends_and_can_be_played_again(board):
         plate.present(VirtualSurface(level=0.5))
         for _ in range(2):
             plate.play(change.change(plate.modulator))
-            time.sleep(0.06)
+            plate.clock.sleep(0.06)
             state = board.state()
             assert (state["state"], round(state["amplitude_um_pp"], 1)) == ("LIST", 1.5)
-            time.sleep(0.13)
+            plate.clock.sleep(0.13)
             assert board.state()["amplitude_um_pp"] == pytest.approx(0.5, abs=0.05)
             plate.follow(change.final_level)
-            time.sleep(SETTLES_S)
+            plate.clock.sleep(SETTLES_S)
             plate.check()
 
 
 @pytest.mark.parametrize("waveform", ["sine", "square", "triangle", "sawtooth"])
-def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, waveform):
+def test_the_board_makes_the_envelope_that_the_mock_makes(host, tmp_path, waveform):
     """To 0.02 µm, wherever in the period each began."""
     texture = replace(TEXTURE, waveform=waveform, spatial_period_mm=3.3, depth_level=1.2)
     log = tmp_path / "plate.csv"
-    board = emulate("--log", str(log), "--noise", "0")
+    board = host.plug_in("--log", str(log), "--noise", "0")
     with serial_plate(board) as plate:
         plate.present(texture)
-        time.sleep(0.4)
+        board.host.sleep(0.4)
     board.close()
     with log.open(encoding="utf-8", newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["state"] == "LIST"]
@@ -298,8 +289,8 @@ def test_the_board_makes_the_envelope_that_the_mock_makes(emulate, tmp_path, wav
     assert np.abs(commanded - due).max() < 0.05
 
 
-def test_older_firmware_is_told_and_its_textures_refused_before_anything_moves(emulate):
-    board = emulate("--fault", "old_firmware")
+def test_older_firmware_is_told_and_its_textures_refused_before_anything_moves(host):
+    board = host.plug_in("--fault", "old_firmware")
     with serial_plate(board) as plate:
         plate.present(SURFACE)
         with pytest.raises(
@@ -386,7 +377,7 @@ def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
             ],
         }
     )
-    with SerialBoard(board.port, clock=SystemClock(), calibration=ringing) as plate:
+    with SerialBoard(board.port, clock=board.host, calibration=ringing) as plate:
         assert plate.modulator.edge_s == pytest.approx(3 * 600 / (np.pi * 30_500))
         with pytest.raises(
             UserError, match=r"the plate and its connection can follow at most 25\.4"
@@ -396,9 +387,9 @@ def test_the_plates_q_bounds_what_the_board_is_asked_for(board):
 
 def test_limits_are_narrowed_to_the_boards(board):
     wide = PlateLimits(level=9, voltage_v=99, frequency_max_hz=9e4, on_time_s=9e9)
-    with SerialBoard(board.port, clock=SystemClock(), limits=wide) as plate:
+    with SerialBoard(board.port, clock=board.host, limits=wide) as plate:
         assert plate.limits == PlateLimits()
-        assert plate.watchdog_s == 2.0
+        assert plate.watchdog_s == 0.5
         with pytest.raises(OverLimit):
             plate.present(VirtualSurface(level=2.6))
 
@@ -414,43 +405,20 @@ def test_the_plate_can_be_driven_at_a_frequency_and_voltage_of_ones_own(board):
 def test_a_session_that_hangs_lets_the_plate_fall_silent_and_is_told_when_it_wakes(board):
     with serial_plate(board, attention=0.2) as plate:
         plate.present(SURFACE)
-        wait_for(lambda: not board.state()["vibrates"])
+        wait_for(board, lambda: not board.state()["vibrates"])
         with pytest.raises(PlateTimeout, match="switched the plate off"):
             fault_within(plate)
 
 
-def test_no_such_port():
-    with pytest.raises(PlateNotFound, match="/dev/ttyNONE: no such port"):
-        open_plate("serial:/dev/ttyNONE", clock=SystemClock()).connect()
-
-
-@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="file permissions as Unix has them")
-def test_no_permission_names_the_group_to_join(monkeypatch):
-    def refuse(*args, **kwargs):
-        raise serial.SerialException(13, "could not open port: Permission denied")
-
-    monkeypatch.setattr(serial, "serial_for_url", refuse)  # root may open anything
-    with pytest.raises(NoPermission, match="dialout"):
-        open_plate("serial:/dev/ttyACM0", clock=SystemClock()).connect()
-
-
-def test_a_port_that_another_program_holds_is_busy(board):
-    with (
-        serial.Serial(board.port, exclusive=True),
-        pytest.raises(PlateBusy, match="another program"),
-    ):
-        serial_plate(board).connect()
-
-
 @pytest.mark.parametrize("fault", ["wrong_identity", "nmea"])
-def test_another_device_on_the_port_is_told_quickly(emulate, fault):
-    board = emulate("--fault", fault)
+def test_another_device_on_the_port_is_told_quickly(host, fault):
+    board = host.plug_in("--fault", fault)
     with pytest.raises(WrongDevice):
         serial_plate(board).connect()
 
 
-def test_a_port_on_which_nothing_answers_is_a_time_out(emulate):
-    board = emulate("--back-after", "0", "--fault", "deaf")
+def test_a_port_on_which_nothing_answers_is_a_time_out(host):
+    board = host.plug_in("--back-after", "0", "--fault", "deaf")
     with pytest.raises(PlateTimeout, match=r"the board did not answer \*IDN\?"):
         serial_plate(board).connect()
 
@@ -465,18 +433,18 @@ def test_a_value_that_cannot_be_read_is_garbled(board, monkeypatch):
 @pytest.mark.parametrize("spec", ["serial", "serial:", "serial:attention=3"])
 def test_a_spec_without_a_port_is_the_users_fault(spec):
     with pytest.raises(UserError, match="serial:PORT"):
-        open_plate(spec, clock=SystemClock())
+        open_plate(spec, clock=VirtualClock())
 
 
 def test_a_time_below_zero_would_stop_the_heartbeat_and_is_refused():
     with pytest.raises(UserError, match="attention is '-1', expected a number, 0 or more"):
-        open_plate("serial:COM3,attention=-1", clock=SystemClock())
+        open_plate("serial:COM3,attention=-1", clock=VirtualClock())
 
 
 def test_a_board_that_chatters_and_is_deaf_while_it_starts_is_greeted():
     """As an ESP32 is: its boot loader's lines, then 0.4 s of nothing."""
     line = ChatteringLine()
-    assert BoardLink(line).greet() == "Slipscale,slipscale-plate-1,EMULATED-1,1.2"
+    assert BoardLink(line, line.clock).greet() == "Slipscale,slipscale-plate-1,EMULATED-1,1.2"
     assert line.unheard > 0
 
 
@@ -488,7 +456,7 @@ class ChatteringLine:
     DEAF_S = 0.4
 
     def __init__(self):
-        self.clock = SystemClock()
+        self.clock = VirtualClock()
         self.board = Board(Twin(), boot=1)
         self.told = self.CHATTER
         self.unheard = 0
@@ -501,7 +469,7 @@ class ChatteringLine:
             self.told += reply
 
     def read(self):
-        time.sleep(0.001)
+        self.clock.sleep(0.001)
         data, self.told = self.told, b""
         return data
 
@@ -532,8 +500,8 @@ def test_impossible_limits_of_a_board_are_a_fault_before_a_session(
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
-def test_a_finger_that_rests_on_the_plate_costs_time_and_no_amplitude(emulate, options):
-    board = emulate("--finger", "--seed", "5", *options)
+def test_a_finger_that_rests_on_the_plate_costs_time_and_no_amplitude(host, options):
+    board = host.plug_in("--finger", "--seed", "5", *options)
     with serial_plate(board) as plate:
         for amplitude_um_pp in (0.5, 1.0, 1.5, 2.0):
             presentation = plate.present(VirtualSurface(level=amplitude_um_pp))
@@ -543,22 +511,20 @@ def test_a_finger_that_rests_on_the_plate_costs_time_and_no_amplitude(emulate, o
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
-def test_a_finger_that_comes_and_goes_is_no_fault(emulate, options):
-    board = emulate(*options)
+def test_a_finger_that_comes_and_goes_is_no_fault(host, options):
+    board = host.plug_in(*options)
     with serial_plate(board) as plate:
         plate.present(SURFACE)
         for on in (True, False, True, False):
             board.finger(on=on)
-            for _ in range(50):  # some heartbeats
-                time.sleep(0.01)
-                plate.check()
-            wait_for(lambda: board.state()["state"] == "HOLD")
+            checked_for(plate, 0.5)  # some heartbeats
+            wait_for(board, lambda: board.state()["state"] == "HOLD")
             assert board.state()["amplitude_um_pp"] == pytest.approx(1.2, rel=0.025)
 
 
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
-def test_a_plate_that_follows_goes_where_it_is_told_and_stays_on_in_a_groove_of_0(emulate, options):
-    board = emulate(*options)
+def test_a_plate_that_follows_goes_where_it_is_told_and_stays_on_in_a_groove_of_0(host, options):
+    board = host.plug_in(*options)
     with serial_plate(board) as plate:
         plate.present(SURFACE)
         for amplitude_um_pp in (2.0, 0.4, 0.0, 1.0):
@@ -572,8 +538,8 @@ def test_a_plate_that_follows_goes_where_it_is_told_and_stays_on_in_a_groove_of_
         assert plate.present(SURFACE).settled_by == "readback"
 
 
-def test_a_board_that_silences_itself_while_it_follows_is_a_fault(emulate):
-    board = emulate()
+def test_a_board_that_silences_itself_while_it_follows_is_a_fault(host):
+    board = host.plug_in()
     with serial_plate(board) as plate:
         plate.present(SURFACE)
         plate.follow(1.0)
@@ -582,16 +548,10 @@ def test_a_board_that_silences_itself_while_it_follows_is_a_fault(emulate):
             checked_for(plate, 2.0)
 
 
-def checked_for(plate, duration_s):
-    for _ in range(round(duration_s / 0.02)):
-        time.sleep(0.02)
-        plate.check()
-
-
 @pytest.mark.parametrize("options", [[], ["--firmware"]])
-def test_a_finger_on_a_slow_texture_is_no_fault_while_the_board_corrects_its_mean(emulate, options):
+def test_a_finger_on_a_slow_texture_is_no_fault_while_the_board_corrects_its_mean(host, options):
     """By 5 % a period: two a second take longer than the 0.3 s that one amplitude is given."""
-    board = emulate(*options)
+    board = host.plug_in(*options)
     with serial_plate(board) as plate:
         plate.present(replace(TEXTURE, spatial_period_mm=25.0, finger_speed_mm_s=50.0))
         checked_for(plate, 1.2)  # the first period tells nothing yet
@@ -635,57 +595,9 @@ def test_a_board_without_a_sensor_measures_nothing_and_says_so(board, monkeypatc
         plate.check()
 
 
-HOST = """
-import sys, time
-from slipscale.hardware.clock import SystemClock
-from slipscale.hardware.records import Output
-from slipscale.hardware.registry import open_plate
-from slipscale.hardware.signals import silent_on_signals
-from slipscale.stimuli.quantity import made_by_plate
-from slipscale.stimuli.surface import VirtualSurface
-
-plate = open_plate("serial:" + sys.argv[1], clock=SystemClock())
-with silent_on_signals(plate):
-    plate.connect()
-    plate.present(VirtualSurface(level=2.3))
-    print("presented", flush=True)
-    if sys.argv[2] == "raise":
-        raise ValueError
-    while True:
-        time.sleep(0.01)
-        plate.check()
-"""
-
-
-def host(board, way):
-    process = subprocess.Popen(
-        [sys.executable, "-c", HOST, board.port, way],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        text=True,
-    )
-    assert process.stdout.readline() == "presented\n"
-    return process
-
-
-@pytest.mark.parametrize("way", ["raise", "SIGINT", "SIGTERM", "SIGHUP", "SIGKILL", "SIGSTOP"])
-def test_however_the_host_ends_the_plate_falls_silent(emulate, way):
-    board = emulate("--no-dtr")  # nothing but the stop command and the watchdog helps
-    process = host(board, way)
-    try:
-        if way != "raise":
-            process.send_signal(getattr(signal, way))
-        wait_for(lambda: not board.state()["vibrates"])
-        stopped_by_watchdog = board.state()["state"] == "WDOG"
-        assert stopped_by_watchdog == (way in ("SIGKILL", "SIGSTOP"))
-    finally:
-        process.kill()
-        process.communicate()
-
-
 @pytest.mark.parametrize("sensor", [0.0, 0.5])
-def test_a_broken_sensor_never_drives_the_plate_to_its_voltage_limit(emulate, sensor):
-    board = emulate("--noise", "0", "--sensor", str(sensor))
+def test_a_broken_sensor_never_drives_the_plate_to_its_voltage_limit(host, sensor):
+    board = host.plug_in("--noise", "0", "--sensor", str(sensor))
     with serial_plate(board) as plate:
         with pytest.raises(NotReached, match=r"0\.5 µm"):
             plate.present(VirtualSurface(level=0.5))
@@ -705,15 +617,15 @@ def test_a_status_with_another_voltage_than_the_calibrations_is_a_fault():
     check_status(replace(status, voltage_v=9.4), active, PlateLimits(), port="COM3")
 
 
-def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(emulate, plate_in_volts):
+def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(host, plate_in_volts):
     file = plate_in_volts("serial")
-    board = emulate("--plate", str(file))
+    board = host.plug_in("--plate", str(file))
     with serial_plate(board, plate=file) as plate:
         made = plate.present(VirtualSurface(level=60.0))
         assert made.readback.level == pytest.approx(60.0, rel=0.025)
         with pytest.raises(OverLimit, match="voltage 131 V peak is outside 0 to 130"):
             plate.present(VirtualSurface(level=131.0))
-    wait_for(lambda: board.state()["state"] == "OFF")
+    wait_for(board, lambda: board.state()["state"] == "OFF")
     with pytest.raises(WrongDevice, match=r"in v_peak, but um_pp \(µm peak to peak\) was expected"):
         serial_plate(board).connect()
 
@@ -721,12 +633,12 @@ def test_a_board_in_volts_presents_volts_and_is_refused_for_micrometres(emulate,
 def test_levels_in_a_unit_that_a_board_reports_too_coarsely_are_refused_before_the_session():
     mm = made_by_plate("displacement", "mm", "peak to peak")
     limits = PlateLimits(level=0.0025, deviation_level=0.00005, quantity=mm)
-    plate = SerialBoard("COM3", clock=SystemClock(), limits=limits)
+    plate = SerialBoard("COM3", clock=VirtualClock(), limits=limits)
     assert plate.check_supported(VirtualSurface(level=0.0)) is None
     for level in (0.00004, 0.00115, 0.0023):
         with pytest.raises(UserError, match=f"COM3: .* for {level:g} mm p-p; use a smaller unit"):
             plate.check_supported(VirtualSurface(level=level))
-    in_um = SerialBoard("COM3", clock=SystemClock())
+    in_um = SerialBoard("COM3", clock=VirtualClock())
     for level in (0.02, 0.0346787, 2.3):
         assert in_um.check_supported(VirtualSurface(level=level)) is None
 
