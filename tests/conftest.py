@@ -63,8 +63,9 @@ def display():
         pytest.fail("Xvfb is missing: run python3 tools/system_packages.py")
     reading, writing = os.pipe()
     # The server outlives the tests and goes when this process does: Xlib ends a process whose
-    # server dies first.
-    xvfb = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    # server dies first. Keys do not repeat (-r), however late xdotool releases them.
+    xvfb = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-r"]
+    xvfb += ["-nolisten", "tcp"]
     server = subprocess.Popen(
         ["setpriv", "--pdeathsig", "TERM", *xvfb],
         pass_fds=[writing],
