@@ -102,9 +102,10 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
     writer += "from slipscale.experiments.journal.journal import Journal\n"
     writer += "from slipscale.hardware.clock import SystemClock\n"
     writer += "journal = Journal.reopen(Path(sys.argv[1]), SystemClock())\n"
-    writer += "print('locked', flush=True); time.sleep(60)"
+    writer += "print('locked', flush=True); time.sleep(3600)"
     other = subprocess.Popen([sys.executable, "-c", writer, path], stdout=subprocess.PIPE)
-    with other:
+    with other, ExitStack() as ending:
+        ending.callback(other.kill)
         assert other.stdout.readline() == b"locked\n"
         assert main(["run", *words]) == 2
         said = capsys.readouterr().err
@@ -116,7 +117,6 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
         assert (found.passed, "running now" in found.detail) == (False, True)
         assert main(["resume", str(path)]) == 2
         assert "another session is writing to it" in capsys.readouterr().err
-        other.kill()
     assert main(["run", *words]) == 2
     assert f"interrupted): {path}; To continue: slipscale resume {path}" in capsys.readouterr().err
 
