@@ -94,6 +94,15 @@ def emulate():
         yield lambda *arguments: stack.enter_context(EmulatorProcess(*arguments))
 
 
+@pytest.fixture
+def patient(monkeypatch):
+    """Let sessions wait a minute for a board or a sensor, which a busy machine can keep waiting."""
+    monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.REPLY_TIMEOUT_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.GREETING_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.contact.serial_columns.FIRST_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.contact.serial_columns.SILENT_S", 60.0)
+
+
 @contextmanager
 def _without_simulated_fits():
     """Leave out goodness of fit, from 1,000 simulated data sets per threshold."""

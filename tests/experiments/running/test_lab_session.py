@@ -270,6 +270,7 @@ def test_a_participants_run_never_goes_on_with_a_plate_that_nobody_feels(
         go_on(path, SETTING)
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_participants_run_on_an_emulated_board_is_refused_with_its_remedy(
     no_window, tmp_path, emulate
 ):
@@ -280,6 +281,7 @@ def test_a_participants_run_on_an_emulated_board_is_refused_with_its_remedy(
     assert list((tmp_path / "sourcedata").iterdir()) == []
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_rehearsal_on_an_emulated_board_is_a_pilot(window, tmp_path, emulate):
     board = emulate()
     path = stopped(tmp_path, window, setting=Setting(plate=f"serial:{board.port}"))
@@ -472,6 +474,7 @@ def test_a_simulated_plate_needs_no_tracking_and_one_that_follows_by_itself_refu
         tracking_of(tmp_path, board)
 
 
+@pytest.mark.usefixtures("patient")
 def test_tracking_reads_the_vibrometer_that_the_study_names(tmp_path):
     generator = SimpleNamespace(simulated=False, tracks=True, name="scpi")
     with EmulatedLine(lambda _: b"2.4\n") as line:
