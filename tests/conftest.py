@@ -63,8 +63,9 @@ def display():
         pytest.fail("Xvfb is missing: run python3 tools/system_packages.py")
     reading, writing = os.pipe()
     # The server outlives the tests and goes when this process does: Xlib ends a process whose
-    # server dies first.
-    xvfb = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-nolisten", "tcp"]
+    # server dies first. Keys do not repeat (-r), however late xdotool releases them.
+    xvfb = ["Xvfb", "-displayfd", str(writing), "-screen", "0", "1280x800x24", "-r"]
+    xvfb += ["-nolisten", "tcp"]
     server = subprocess.Popen(
         ["setpriv", "--pdeathsig", "TERM", *xvfb],
         pass_fds=[writing],
@@ -105,6 +106,15 @@ def host(monkeypatch):
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.host.SystemHost", lambda: host)
     monkeypatch.setattr("slipscale.hardware.clock.SystemClock", lambda: host)
     return host
+
+
+@pytest.fixture
+def patient(monkeypatch):
+    """Let sessions wait a minute for a board or a sensor, which a busy machine can keep waiting."""
+    monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.REPLY_TIMEOUT_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.backends.serial_board.link.GREETING_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.contact.serial_columns.FIRST_S", 60.0)
+    monkeypatch.setattr("slipscale.hardware.contact.serial_columns.SILENT_S", 60.0)
 
 
 @contextmanager

@@ -1,12 +1,9 @@
 """docs/tutorials/first-day.md, followed command by command in a scratch directory."""
 
-import os
 import re
 import shlex
 import shutil
-import subprocess
 import sys
-import time
 from contextlib import redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -15,15 +12,13 @@ import pandas as pd
 import pytest
 
 from slipscale import commands
+from tools.rehearsal.session_window import SessionWindow
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "tutorials" / "first-day.md"
-SLIPSCALE = Path(sys.executable).with_name("slipscale")
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```", re.MULTILINE | re.DOTALL)
-PATIENCE_S = 600.0  # of a machine that does much else; usually it takes seconds
 
 pytestmark = [
-    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.skipif(
         not sys.platform.startswith("linux") or not shutil.which("xdotool"),
@@ -32,34 +27,17 @@ pytestmark = [
 ]
 
 
-def participant(process):
-    """Press what answers any screen of the page's session, until it is over."""
-    deadline = time.monotonic() + PATIENCE_S
-    while process.poll() is None and time.monotonic() < deadline:
-        # A number where one is asked for; the space bar goes on; the rest is ignored.
-        subprocess.run(["xdotool", "key", "1", "2", "Return", "space"], check=True)
-        time.sleep(0.3)
-    process.kill()
-
-
 def follow(words, folder):
     """Run a command of the page: a session in its own process, others in this one."""
     if words[1] != "run":
         with redirect_stdout(StringIO()) as printed:
             assert commands.main(words[1:]) == 0, words
         return printed.getvalue()
-    with subprocess.Popen(
-        [SLIPSCALE, *words[1:]],
-        cwd=folder,
-        env=os.environ | {"HOME": str(folder)},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    ) as process:
-        participant(process)
-        said, complaint = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 0, f"{words}\n{said}\n{complaint}"
+    with SessionWindow(*words[1:], folder=folder) as participant:
+        while step := participant.next_step():
+            participant.answer(step)
+        status, said, complaint = participant.end()
+    assert status == 0, f"{words}\n{said}\n{complaint}"
     return said
 
 
@@ -81,4 +59,4 @@ def test_the_page_followed_literally_leads_to_a_report(display, tmp_path, monkey
     reports = "pilots/001", "pilots/mine", "my-data"
     assert all((tmp_path / each / "derivatives/slipscale/report.html").exists() for each in reports)
     answered = pd.read_csv(tmp_path / "my-data/derivatives/slipscale/estimates.csv")
-    assert list(answered["estimate"]) == [12.0] * 3
+    assert list(answered["estimate"]) == [12.5] * 3

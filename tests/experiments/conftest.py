@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from slipscale.experiments.journal.journal import Journal
+from slipscale.experiments.journal.keeper import Keeper
 from slipscale.experiments.journal.plan_and_progress import elapsed_s, read_plan
 from slipscale.experiments.participants.simulated_people.in_session import SimulatedParticipant
 from slipscale.experiments.participants.simulated_people.population import Population
@@ -119,7 +120,7 @@ class Laboratory:
 
 
 class SlowDisk:
-    """Takes 200 ms while it is busy, notes what it has, and fails at one of its waits."""
+    """Is busy until it is waited for, notes what it has, and fails at one of its waits."""
 
     def __init__(self):
         self.kept = b""
@@ -134,14 +135,16 @@ class SlowDisk:
             raise OSError(errno.EIO, os.strerror(errno.EIO))
         written = Path(f"/proc/self/fd/{descriptor}")
         content = written.read_bytes() if written.is_file() else self.kept
-        self.free.wait(0.2)
+        self.free.wait()
         self.kept = content
 
 
 @pytest.fixture
 def slow_disk(monkeypatch):
     disk = SlowDisk()
+    wait = Keeper.wait
     monkeypatch.setattr(os, "fsync", disk.fsync)
+    monkeypatch.setattr(Keeper, "wait", lambda *words: disk.free.set() or wait(*words))
     return disk
 
 

@@ -9,9 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.rehearsal.emulator_process import EmulatorProcess
-
-pytestmark = pytest.mark.clock
+from tools.rehearsal.reported_plate import ReportedPlate
 
 # What a person does in Builder's window: add a plate to the device manager, put the component
 # into a routine, save the script.
@@ -50,21 +48,18 @@ print(json.dumps(found), flush=True)
 
 
 @pytest.fixture(scope="module")
-def board():
-    # PsychoPy's first frames hold the interpreter for longer than the shipped watchdog waits on a
-    # busy machine.
-    with EmulatorProcess("--watchdog", "2000") as board:
-        yield board
+def reported(tmp_path_factory):
+    return ReportedPlate(tmp_path_factory.mktemp("reported"))
 
 
 @pytest.fixture(scope="module")
-def python(tmp_path_factory, display):
+def python(tmp_path_factory, display, reported):
     """Return a function that runs Python in a folder that is also the user's.
 
     PsychoPy keeps its list of devices in the user's folder.
     """
     home = tmp_path_factory.mktemp("builder")
-    env = {**os.environ, "HOME": str(home), "DISPLAY": display or ""}
+    env = {**os.environ, **reported.environment, "HOME": str(home), "DISPLAY": display or ""}
 
     def run(*words):
         command = [sys.executable, *words]
@@ -77,12 +72,11 @@ def python(tmp_path_factory, display):
 
 
 @pytest.fixture(scope="module")
-def built(python, board):
+def built(python, reported):
     """Build three experiments in one process, since Builder takes seconds; return what it found."""
-    serial = f"serial:{board.port}"
     scripts = [
-        ("plays.py", serial, "plate", "1.2"),
-        ("beyond.py", serial, "plate", "9"),
+        ("plays.py", reported.spec, "plate", "1.2"),
+        ("beyond.py", reported.spec, "plate", "9"),
         ("unknown.py", "mock", "other", "1.2"),
     ]
     done = python("-c", BUILD, json.dumps(scripts))
@@ -92,7 +86,7 @@ def built(python, board):
 
 
 def test_an_experiment_of_builder_moves_the_plate_records_it_and_leaves_it_silent(
-    board, built, python
+    reported, built, python
 ):
     assert built["in the dialog"]
     assert built["label"] == "Slipscale plate"
@@ -104,7 +98,7 @@ def test_an_experiment_of_builder_moves_the_plate_records_it_and_leaves_it_silen
         (row,) = csv.DictReader(stream)
     assert float(row["felt.amplitude_um_pp"]) == 1.2
     assert float(row["felt.readback_um_pp"]) == pytest.approx(1.2, abs=0.03)
-    assert not board.state()["vibrates"]
+    assert not reported.vibrates()
     # Builder looks for the icon in a folder for each of its themes.
     icon, plain = map(Path, built["icons"])
     for theme in ("light", "dark", "classic"):
@@ -113,7 +107,7 @@ def test_an_experiment_of_builder_moves_the_plate_records_it_and_leaves_it_silen
     assert icon.exists()
 
 
-def test_scripts_that_fail_say_why_and_leave_the_plate_silent(board, built, python):
+def test_scripts_that_fail_say_why_and_leave_the_plate_silent(reported, built, python):
     """A device that was never added, and an amplitude beyond the plate; PsychoPy takes seconds."""
     one_then_other = (
         "import runpy, traceback\n"
@@ -125,4 +119,4 @@ def test_scripts_that_fail_say_why_and_leave_the_plate_silent(board, built, pyth
     assert done.returncode != 0
     assert "add a Slipscale plate with that name in Builder's device manager" in done.stderr
     assert "OverLimit" in done.stderr.rpartition("Traceback")[2]
-    assert not board.state()["vibrates"]
+    assert not reported.vibrates()

@@ -1,14 +1,13 @@
 """The plate inside a PsychoPy script, which is a process of its own as it is for its users."""
 
 import json
+import os
 import subprocess
 import sys
 
 import pytest
 
-from tools.rehearsal.emulator_process import EmulatorProcess
-
-pytestmark = pytest.mark.clock
+from tools.rehearsal.reported_plate import ReportedPlate
 
 SCRIPT = """
 import json, sys
@@ -46,17 +45,17 @@ except Exception as error:
 """
 
 
-@pytest.fixture(scope="module")
-def board():
-    with EmulatorProcess() as board:
-        yield board
+@pytest.fixture
+def reported(tmp_path_factory):
+    return ReportedPlate(tmp_path_factory.mktemp("reported"))
 
 
-def run_script(board, tmp_path, way, plate):
+def run_script(reported, tmp_path, way, plate):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT, encoding="utf-8")
     return subprocess.run(
-        [sys.executable, script, f"serial:{board.port}", way, plate],
+        [sys.executable, script, reported.spec, way, plate],
+        env=os.environ | reported.environment,
         capture_output=True,
         text=True,
         check=False,
@@ -69,9 +68,9 @@ def told(done):
 
 
 def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(
-    board, tmp_path, plate_in_volts
+    reported, tmp_path, plate_in_volts
 ):
-    done = run_script(board, tmp_path, "end", plate_in_volts("mock", tolerance_v_peak=2.0))
+    done = run_script(reported, tmp_path, "end", plate_in_volts("mock", tolerance_v_peak=2.0))
     assert done.returncode == 0, done.stderr
     found, screen, refusal = told(done)
     assert found["class"] == "SlipscalePlate"
@@ -81,11 +80,11 @@ def test_a_psychopy_script_presents_a_surface_and_leaves_the_plate_silent(
     assert screen["voltage_v_peak"] == 40.0
     assert screen["readback_v_peak"] == pytest.approx(40.0, abs=1.5)
     assert refusal == "OverLimit"
-    assert not board.state()["vibrates"]
+    assert not reported.vibrates()
 
 
-def test_a_script_that_fails_leaves_the_plate_silent(board, tmp_path, plate_in_volts):
-    done = run_script(board, tmp_path, "error", plate_in_volts("mock", tolerance_v_peak=2.0))
+def test_a_script_that_fails_leaves_the_plate_silent(reported, tmp_path, plate_in_volts):
+    done = run_script(reported, tmp_path, "error", plate_in_volts("mock", tolerance_v_peak=2.0))
     assert done.returncode == 1
     assert told(done)[0]["readback"] == pytest.approx(1.2, abs=0.03)
-    assert not board.state()["vibrates"]
+    assert not reported.vibrates()

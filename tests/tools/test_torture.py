@@ -72,7 +72,6 @@ def test_a_label_that_a_withdrawal_leaves_is_found(monkeypatch):
     assert "names sub-01" in outcome.bad[0][1]
 
 
-@pytest.mark.clock
 @pytest.mark.window
 @pytest.mark.skipif(not shutil.which("Xvfb"), reason="needs a virtual display")
 def test_signals_and_a_lost_display_end_sessions_in_windows_as_faults_do(capfd):
@@ -141,6 +140,7 @@ def test_a_board_that_is_late_is_asked_again_but_not_for_ever(monkeypatch):
     assert len(asked) == soak.ASKED
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_session_of_the_soak_is_a_whole_one(tmp_path):
     with EmulatorProcess("--noise", "0") as board:
         plan = pilots.plans_of("biet2007", 1)[0]

@@ -65,7 +65,7 @@ TYPED, FRAMES = " 5\r1", 4
 LONGEST_S = 0.8  # longest time from the start of a command to the signal
 NAMES = ("SIGINT", "SIGTERM", "SIGHUP")
 CASES_OF_A_PROCESS = 100  # limited, because PsychoPy does not release windows fully
-PATIENCE_S = 60.0
+PATIENCE_S = 600.0
 
 
 @contextmanager

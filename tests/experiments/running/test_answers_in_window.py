@@ -17,11 +17,10 @@ from slipscale.experiments.session.operator import Request, UnattendedOperator
 from slipscale.experiments.session.question_sounds import ImaginedSounds
 from slipscale.experiments.steps.questions import ChoiceQuestion, ComparisonQuestion, NumberQuestion
 from slipscale.experiments.steps.steps import Ask, Feedback
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli import headphone_sounds
 
 pytestmark = [
-    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.usefixtures("display"),
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the display is an Xvfb"),
@@ -143,7 +142,7 @@ def test_a_session_is_answered_by_touch_alone_or_aloud(way, plan, tmp_path, monk
     keys, language, source = WAYS[way]
     monkeypatch.setattr(headphone_sounds, "TONE_S", 0.1)
     monkeypatch.setattr(headphone_sounds, "GAP_S", 0.0)
-    made, clock = plan(STUDY.format(keys=keys), language=language), SystemClock()
+    made, clock = plan(STUDY.format(keys=keys), language=language), VirtualClock()
     plate = plate_for(made, "mock", clock)
     window = Played(texts=made.texts(), clock=clock, pilot=True, full_screen=False)
     with Journal.create(made.journal_path(tmp_path), clock) as journal, plate, window:

@@ -102,9 +102,10 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
     writer += "from slipscale.experiments.journal.journal import Journal\n"
     writer += "from slipscale.hardware.clock import SystemClock\n"
     writer += "journal = Journal.reopen(Path(sys.argv[1]), SystemClock())\n"
-    writer += "print('locked', flush=True); time.sleep(60)"
+    writer += "print('locked', flush=True); time.sleep(3600)"
     other = subprocess.Popen([sys.executable, "-c", writer, path], stdout=subprocess.PIPE)
-    with other:
+    with other, ExitStack() as ending:
+        ending.callback(other.kill)
         assert other.stdout.readline() == b"locked\n"
         assert main(["run", *words]) == 2
         said = capsys.readouterr().err
@@ -116,7 +117,6 @@ def test_a_run_that_another_process_writes_is_running_and_not_interrupted(window
         assert (found.passed, "running now" in found.detail) == (False, True)
         assert main(["resume", str(path)]) == 2
         assert "another session is writing to it" in capsys.readouterr().err
-        other.kill()
     assert main(["run", *words]) == 2
     assert f"interrupted): {path}; To continue: slipscale resume {path}" in capsys.readouterr().err
 
@@ -270,6 +270,7 @@ def test_a_participants_run_never_goes_on_with_a_plate_that_nobody_feels(
         go_on(path, SETTING)
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_participants_run_on_an_emulated_board_is_refused_with_its_remedy(
     no_window, tmp_path, emulate
 ):
@@ -280,6 +281,7 @@ def test_a_participants_run_on_an_emulated_board_is_refused_with_its_remedy(
     assert list((tmp_path / "sourcedata").iterdir()) == []
 
 
+@pytest.mark.usefixtures("patient")
 def test_a_rehearsal_on_an_emulated_board_is_a_pilot(window, tmp_path, emulate):
     board = emulate()
     path = stopped(tmp_path, window, setting=Setting(plate=f"serial:{board.port}"))
@@ -472,6 +474,7 @@ def test_a_simulated_plate_needs_no_tracking_and_one_that_follows_by_itself_refu
         tracking_of(tmp_path, board)
 
 
+@pytest.mark.usefixtures("patient")
 def test_tracking_reads_the_vibrometer_that_the_study_names(tmp_path):
     generator = SimpleNamespace(simulated=False, tracks=True, name="scpi")
     with EmulatedLine(lambda _: b"2.4\n") as line:

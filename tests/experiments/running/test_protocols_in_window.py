@@ -20,11 +20,10 @@ from slipscale.experiments.steps.questions import (
 )
 from slipscale.experiments.steps.steps import Adjust, Ask, Feedback
 from slipscale.experiments.study.file import study_text
-from slipscale.hardware.clock import SystemClock
+from slipscale.hardware.clock import VirtualClock
 from slipscale.stimuli.field_names import in_um
 
 pytestmark = [
-    pytest.mark.clock,
     pytest.mark.window,
     pytest.mark.skipif(not sys.platform.startswith("linux"), reason="the display is an Xvfb"),
 ]
@@ -194,7 +193,7 @@ def test_a_protocol_is_played_to_its_end_in_the_window(name, display, plan, tmp_
     for long, short in changes.items():
         assert long in text
         text = text.replace(long, short)
-    made, clock = plan(text, language=language), SystemClock()
+    made, clock = plan(text, language=language), VirtualClock()
     path = made.journal_path(tmp_path)
     plate = plate_for(made, "mock", clock)
     window = Played(texts=made.texts(), clock=clock, pilot=True, full_screen=False)

@@ -8,23 +8,18 @@ from __future__ import annotations
 
 import os
 import shutil
-import signal
 import subprocess
 import sys
 import time
+from contextlib import ExitStack
 
 import pytest
 
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.study.file import study_text
-from tests.experiments.running.test_run_window import (  # noqa: F401 - a fixture
-    JOURNAL,
-    PATIENCE_S,
-    Hand,
-    start,
-    table_of,
-)
+from tests.experiments.running.test_run_window import JOURNAL, table_of
+from tools.rehearsal.session_window import SessionWindow
 
 pytestmark = [
     pytest.mark.window,
@@ -70,42 +65,45 @@ STUDIES = {
         5,
     ),
 }
+STROKE_S = 1.0  # the least time for which a person strokes a surface
+AIM_S = 0.5  # the least time between two places that a person points at
 CENTRE_PX, SCREEN_PX = (640, 400), 800
 
 
-class Person(Hand):
+class Person(SessionWindow):
     """Answers each kind of question by what it asks."""
 
     def answer(self, step):
         question = step.get("question") or {}
-        self.retry = None
+        if step["type"] == "Explore":
+            time.sleep(STROKE_S)
         if step["type"] != "Ask":
-            self.retry = "space"
-            self.press("key", "space")
+            self.press("space")
         elif "start_mm" in question:
             for place in ("start_mm", "target_mm"):
                 self.click(question[place], question["screen_height_mm"])
         elif "options" in question:
-            self.retry = "1"
-            self.press("key", "1")
+            self.press("1")
         elif "minimum" in question:
-            self.press("key", "2", "Return")
+            self.press("2", "Return")
         elif "positive" in question:
-            self.press("key", "1", "2", "Return")
+            self.press("1", "2", "Return")
         else:
-            self.retry = "y"
-            self.press("key", "y")
+            self.press("y")
 
     def click(self, place_mm, height_mm):
         x, y = (round(each / height_mm * SCREEN_PX) for each in place_mm)
-        (window,) = subprocess.run(
-            ["xdotool", "search", "--name", "^Slipscale$"], check=True, capture_output=True
-        ).stdout.split()
+        # The window fills the screen.
         at = (str(CENTRE_PX[0] + x), str(CENTRE_PX[1] - y))
-        self.press("mousemove", "--sync", "--window", window.decode(), *at)
-        time.sleep(0.3)
-        self.press("click", "1")
-        time.sleep(0.3)
+        subprocess.run(["xdotool", "mousemove", *at, "click", "1"], check=True)
+        time.sleep(AIM_S)
+
+
+@pytest.fixture
+def start(display):
+    """Start a command with a window; whatever happens, nothing is left running."""
+    with ExitStack() as started:
+        yield lambda *words, folder: started.enter_context(Person(*words, folder=folder))
 
 
 @pytest.fixture
@@ -136,7 +134,7 @@ def assert_the_stroke_decides(rows):
 
 
 @pytest.mark.parametrize("name", STUDIES)
-def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate, lines, tmp_path):  # noqa: F811
+def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate, lines, tmp_path):
     task, changes, trials = STUDIES[name]
     text = study_text(name)
     for old, new in changes.items():
@@ -148,26 +146,25 @@ def test_a_published_study_is_run_killed_resumed_and_whole(name, start, emulate,
     pointed = name == "pointing2023"
     paired = name == "vezzoli2015"
     position = {"pointing2023": "mouse:mm_per_pixel=0.375", "gueorguiev2017": "emulated_stage"}
-    process = start(
+    person = start(
         *("run", f"{name}.toml", "--participant", "01", "--windowed", "--out", ".", "--pilot"),
         *("--plate", f"pair:serial:{board.port}+mock" if paired else f"serial:{board.port}"),
         *("--position", position.get(name, f"lasers:{places}")),
         *("--force", f"load_cells:{forces},normal=3,lateral=4"),
         folder=tmp_path,
     )
-    person, seen, before = Person(process, tmp_path), 0, []
-    while step := person.step():
+    journal, seen, before = tmp_path / JOURNAL, 0, []
+    while step := person.next_step(journal):
         seen += step["trial"] is not None
         if seen == 3 and not before:
-            before = read_plan(person.journal)[1]
-            process.send_signal(signal.SIGKILL)
-            process.communicate()
-            person.process = process = start("resume", JOURNAL, "--windowed", folder=tmp_path)
+            person.kill()
+            before = read_plan(journal)[1]
+            person = start("resume", JOURNAL, "--windowed", folder=tmp_path)
             continue
         person.answer(step)
-    _, err = process.communicate(timeout=PATIENCE_S)
-    assert (process.returncode, err.count("Traceback")) == (0, 0), err
-    records = read_plan(person.journal)[1]
+    status, _, err = person.end()
+    assert (status, err.count("Traceback")) == (0, 0), err
+    records = read_plan(journal)[1]
     assert before
     assert records[: len(before)] == before
     assert records[-1].kind == "end"

@@ -185,14 +185,14 @@ def test_a_receiver_of_lab_streaming_layer_gets_event_and_trial(laboratory):
     pylsl = pytest.importorskip("pylsl")
     name = f"Slipscale-test-{os.getpid()}"
     with open_markers([f"lsl:{name}"]) as markers:
-        (found,) = pylsl.resolve_byprop("name", name, timeout=10)
+        (found,) = pylsl.resolve_byprop("name", name, timeout=300)
         assert (found.type(), found.channel_count()) == ("Markers", 2)
         inlet = pylsl.StreamInlet(found)
-        inlet.open_stream(10)
+        inlet.open_stream(300)
         laboratory.run(markers=markers)
         got, times = [], []
         while not got or got[-1][0] != "end":
-            sample, time_s = inlet.pull_sample(timeout=10)
+            sample, time_s = inlet.pull_sample(timeout=300)
             assert sample is not None
             got.append(sample)
             times.append(time_s)

@@ -1,5 +1,6 @@
 """The plate bench: its pages hold what moves the plate; letting go switches the plate off."""
 
+import os
 import re
 import signal
 import subprocess
@@ -15,10 +16,9 @@ from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.console.page_texts import page_texts
 from slipscale.experiments.lab.folder import read_lab
 from slipscale.hardware.plate_file import Identity
+from tools.rehearsal.reported_plate import ReportedPlate
 
-pytestmark = pytest.mark.clock
-
-PATIENCE_S = 60
+PATIENCE_S = 300
 TYPED = ("plate", "calibrate", "--plate=mock", "--prompt", "--steps", "--measure-only")
 WATCH = ("plate", "watch", "mock", "--amplitude=1", "--every=0.2")
 ASKED = {"by": "Ada", "instrument": "LDV"}
@@ -153,38 +153,41 @@ def test_verdicts_readings_and_failures_are_shown(visitor, words_of):
 
 
 def test_a_job_of_the_bench_ends_when_no_page_holds_it_any_more(lab, monkeypatch):
-    monkeypatch.setattr(job_file, "HOLD_S", 1.0)
+    monkeypatch.setattr(job_file, "HOLD_S", 2.0 * PATIENCE_S)
     job = Jobs(lab).start("calibrate", "the calibration", *TYPED, "--by=A", "--instrument=B")
     for answer in ("much", "0,25", "b"):
         assert within(PATIENCE_S, lambda: job.hold() or measured_so_far(job.steps()).asked)
         assert job.running
         job.type(answer)
     assert within(PATIENCE_S, lambda: job.hold() or any(" b" in step for step in job.steps()))
-    assert within(PATIENCE_S, lambda: not job.running)  # nobody renews the hold
+    assert job.running
+    monkeypatch.setattr(job_file, "HOLD_S", 0.0)  # nobody renews the hold any more
+    assert within(PATIENCE_S, lambda: not job.running)
     assert job.released
     assert job.status != -signal.SIGKILL
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="kills as POSIX does")
-def test_a_job_of_the_bench_ends_when_the_console_is_killed(lab, emulate):
+def test_a_job_of_the_bench_ends_when_the_console_is_killed(lab, tmp_path_factory):
     """The process has ended, too: nothing switches the plate on again."""
-    board = emulate()
-    words = ("surface", "the surface", "plate", "watch", f"serial:{board.port}", *WATCH[3:])
+    reported = ReportedPlate(tmp_path_factory.mktemp("reported"))
+    words = ("surface", "the surface", "plate", "watch", reported.spec, *WATCH[3:])
     start = f"Jobs(Path()).start(*{words!r}); time.sleep({PATIENCE_S})"
     imports = "import time; from pathlib import Path; from slipscale.experiments.lab.console.jobs"
-    with subprocess.Popen([sys.executable, "-c", f"{imports} import Jobs; {start}"]) as console:
+    command = [sys.executable, "-c", f"{imports} import Jobs; {start}"]
+    with subprocess.Popen(command, env=os.environ | reported.environment) as console:
         try:
-            assert within(PATIENCE_S, lambda: board.state()["vibrates"])
+            assert within(PATIENCE_S, reported.vibrates)
         finally:
             console.kill()
-    assert within(PATIENCE_S, lambda: not board.state()["vibrates"])
-    assert within(PATIENCE_S, lambda: not running(board.port))
+    assert within(PATIENCE_S, lambda: not reported.vibrates())
+    assert within(PATIENCE_S, lambda: not running(reported.spec))
 
 
-def running(port):
-    """Return whether a process has the port's name among its arguments."""
+def running(spec):
+    """Return whether a process has the plate's SPEC among its arguments."""
     listed = subprocess.run(["ps", "-eo", "args"], capture_output=True, text=True, check=True)
-    return any("watch" in line and port in line for line in listed.stdout.splitlines())
+    return any("watch" in line and spec in line for line in listed.stdout.splitlines())
 
 
 @pytest.mark.parametrize("language", ["en", "fr"])

@@ -24,6 +24,7 @@ from slipscale.faults import UserError
 
 PAGES = ("/", "/live", "/study", "/data", "/pilot", "/events", "/static/console.js")
 BODY = json.dumps({}).encode()
+PATIENCE_S = 300
 
 
 def test_only_this_computer_is_listened_to(visitor):
@@ -102,7 +103,7 @@ def _ask_as(user, address, told):
     "x".encode("idna")  # loaded while its file can be read
     os.setuid(user)
     host, _, path = address.removeprefix("http://").partition("/")
-    line = http.client.HTTPConnection(host, timeout=20)
+    line = http.client.HTTPConnection(host, timeout=PATIENCE_S)
     line.request("GET", f"/{path}")
     answer = line.getresponse()
     told.put((answer.status, answer.read().decode()))
@@ -117,7 +118,7 @@ def test_another_user_of_this_computer_is_refused_whatever_they_hold(served):
         told = context.Queue()
         asking = context.Process(target=_ask_as, args=(user, served, told))
         asking.start()
-        answers.append(told.get(timeout=60))
+        answers.append(told.get(timeout=PATIENCE_S))
         asking.join()
     assert answers[0] == (403, "This console belongs to another user.\n")
     assert answers[1][0] == 200
@@ -125,7 +126,7 @@ def test_another_user_of_this_computer_is_refused_whatever_they_hold(served):
 
 def test_a_connection_on_which_nothing_is_asked_is_closed(served, monkeypatch):
     host, _, port = served.removeprefix("http://").partition("/")[0].partition(":")
-    with socket.create_connection((host, int(port)), timeout=20) as idle:
+    with socket.create_connection((host, int(port)), timeout=PATIENCE_S) as idle:
         idle.sendall(b"GET / HTTP/1.1\r\n")
         assert idle.recv(1) == b""
 
@@ -342,12 +343,12 @@ def test_the_certificate_is_for_the_address_and_plain_http_is_not_served(lab, tm
             opener = urllib.request.build_opener(
                 urllib.request.HTTPSHandler(context=context), urllib.request.HTTPCookieProcessor()
             )
-            opener.open(request, timeout=20).close()
-            with opener.open(address.partition("?")[0], timeout=20) as answer:
+            opener.open(request, timeout=PATIENCE_S).close()
+            with opener.open(address.partition("?")[0], timeout=PATIENCE_S) as answer:
                 assert "read-only" in answer.read().decode()
             with (
                 pytest.raises(OSError, match=r".*"),
-                opener.open(address.replace("https", "http"), timeout=20) as plain,
+                opener.open(address.replace("https", "http"), timeout=PATIENCE_S) as plain,
             ):
                 plain.read()
         finally:

@@ -22,12 +22,18 @@ pytestmark = [
 ]
 
 
+PATIENCE_S = 60.0
+
+
 def moved_to(window, x, y):
-    """Move the pointer to a place of the screen, and let the window hear of it."""
+    """Move the pointer to a place of the screen, and wait until the window has heard of it."""
+    heard = []
+    window.display.handle.push_handlers(on_mouse_motion=lambda *_: heard.append(True))
     subprocess.run(["xdotool", "mousemove", str(x), str(y)], check=True)
-    end_s = time.monotonic() + 0.5
-    while time.monotonic() < end_s:
-        window.hold("", iter([False, True]).__next__)
+    end_s = time.monotonic() + PATIENCE_S
+    window.hold("", lambda: heard or time.monotonic() > end_s)
+    window.display.handle.pop_handlers()
+    assert heard
 
 
 def test_the_pointer_is_where_the_hand_moved_it(display):
