@@ -36,7 +36,7 @@ from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.hardware.clock import SystemClock, VirtualClock
 from slipscale.hardware.emulator.response_faults import ANSWER_FAULTS, COMMAND_FAULTS, EMULATED_ONLY
 from slipscale.hardware.errors import PlateFault
-from tools.board_sessions import (
+from tests.support.board_sessions import (
     TEXTURED,
     PatientOperator,
     board_plan,
@@ -45,8 +45,8 @@ from tools.board_sessions import (
     rows_of,
     run_on_board,
 )
-from tools.rehearsal.emulator_process import EmulatorProcess
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.emulator_process import EmulatorProcess
+from tests.support.scripted import ScriptedParticipant
 
 if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Watch

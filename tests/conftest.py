@@ -16,7 +16,7 @@ import portalocker
 import pytest
 from hypothesis import settings
 
-from tools.rehearsal.emulator_process import EmulatorProcess
+from tests.support.emulator_process import EmulatorProcess
 
 # Nothing is timed in a test: on a busy machine a deadline fails for no fault of the code.
 settings.register_profile("slipscale", deadline=None, max_examples=15)
@@ -100,7 +100,7 @@ def host(monkeypatch):
 
     ``host.plug_in(...)`` has the arguments of ``slipscale plate emulate``.
     """
-    from tools.rehearsal.virtual_time import VirtualHost  # noqa: PLC0415 - not for every test
+    from tests.support.virtual_time import VirtualHost  # noqa: PLC0415 - not for every test
 
     host = VirtualHost()
     monkeypatch.setattr("slipscale.hardware.backends.serial_board.host.SystemHost", lambda: host)

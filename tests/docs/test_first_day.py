@@ -12,7 +12,7 @@ import pandas as pd
 import pytest
 
 from slipscale import commands
-from tools.rehearsal.session_window import SessionWindow
+from tests.support.session_window import SessionWindow
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "tutorials" / "first-day.md"

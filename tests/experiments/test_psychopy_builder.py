@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from tools.rehearsal.reported_plate import ReportedPlate
+from tests.support.reported_plate import ReportedPlate
 
 # What a person does in Builder's window: add a plate to the device manager, put the component
 # into a routine, save the script.

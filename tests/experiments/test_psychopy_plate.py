@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from tools.rehearsal.reported_plate import ReportedPlate
+from tests.support.reported_plate import ReportedPlate
 
 SCRIPT = """
 import json, sys

@@ -11,7 +11,7 @@ from slipscale.experiments.dataset import withdrawal
 from slipscale.experiments.protocol_parts.registry import protocol_names
 from slipscale.experiments.study.file import read_study
 from slipscale.hardware.errors import PlateTimeout
-from tools.rehearsal.emulator_process import EmulatorProcess
+from tests.support.emulator_process import EmulatorProcess
 from tools.torture import __main__ as torture
 from tools.torture import pilots, soak, system_calls, upkeep, windows, writers
 from tools.torture.disk_faults import FAULTS, Journal

@@ -31,7 +31,7 @@ from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
 from slipscale.hardware.plate.twin import Twin
 from slipscale.hardware.records import Output
-from tools.rehearsal.local_line import LocalLine
+from tests.support.local_line import LocalLine
 from tools.wrong_boards.virtual_line import VirtualLine
 
 if TYPE_CHECKING:

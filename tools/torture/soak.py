@@ -40,9 +40,9 @@ from slipscale.experiments.steps.steps import Adjust, Ask
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateTimeout
 from slipscale.hardware.registry import open_plate
+from tests.support.emulator_process import EmulatorProcess
+from tests.support.scripted import ScriptedParticipant
 from tools.page_figures import put
-from tools.rehearsal.emulator_process import EmulatorProcess
-from tools.rehearsal.scripted import ScriptedParticipant
 from tools.torture.pilots import plans_of
 
 if TYPE_CHECKING:

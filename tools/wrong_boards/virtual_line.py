@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from slipscale.hardware.backends.serial_board.serial_line import BAUD
 from slipscale.hardware.plate.dynamics import NO_FINGER, FingerLoad
-from tools.rehearsal.virtual_time import TICKS_PER_S, VirtualTime, ticks
+from tests.support.virtual_time import TICKS_PER_S, VirtualTime, ticks
 
 if TYPE_CHECKING:
     from slipscale.hardware.conformance.bench import Bench

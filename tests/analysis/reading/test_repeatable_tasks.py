@@ -7,7 +7,7 @@ from slipscale.analysis.pipeline import analyse
 from slipscale.commands import main
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot
 from slipscale.faults import UserError
-from tools.board_sessions import STUDY
+from tests.support.board_sessions import STUDY
 
 pytestmark = pytest.mark.usefixtures("without_models")
 

@@ -16,7 +16,7 @@ from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, 
 from slipscale.experiments.study.file import study_text
 from slipscale.faults import UserError
 from slipscale.hardware.backends.mock import MockPlate
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 REPORT = 'it said "less" slippery;\tthen — collé, é'
 

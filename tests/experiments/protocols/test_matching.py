@@ -13,7 +13,7 @@ from slipscale.experiments.steps.replies import FEEL_AGAIN, Reply
 from slipscale.experiments.steps.steps import Adjust, Explore, Present
 from slipscale.experiments.steps.trial import Trial
 from slipscale.experiments.study.file import study_text
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 STUDY = (
     study_text("matching")

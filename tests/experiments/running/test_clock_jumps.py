@@ -15,7 +15,7 @@ from slipscale.experiments.running import lab_session
 from slipscale.experiments.running.lab_session import Setting, begin, go_on, make_plan
 from slipscale.experiments.steps.questions import NumberQuestion, TextQuestion, YesNoQuestion
 from slipscale.hardware.clock import VirtualClock
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 DAY = timedelta(days=1)
 

@@ -31,7 +31,7 @@ from slipscale.hardware.contact.emulated_line import EmulatedLine
 from slipscale.hardware.errors import PlateFault
 from slipscale.hardware.limits import PlateLimits
 from slipscale.hardware.signals import EndedBySignal
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 SETTING = Setting(plate="mock")
 

@@ -7,7 +7,7 @@ import pytest
 from slipscale.experiments.journal.plan_and_progress import last_plate, read_plan
 from slipscale.experiments.running.pilot import pilot_plans, run_pilot, run_simulated
 from slipscale.faults import UserError
-from tools.board_sessions import STUDY
+from tests.support.board_sessions import STUDY
 from tools.torture.pilots import content
 
 

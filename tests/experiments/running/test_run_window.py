@@ -14,7 +14,7 @@ import pytest
 from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.study.file import study_text
-from tools.rehearsal.session_window import SAID, SessionWindow
+from tests.support.session_window import SAID, SessionWindow
 
 pytestmark = [
     pytest.mark.window,

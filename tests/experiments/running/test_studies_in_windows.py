@@ -19,7 +19,7 @@ from slipscale.experiments.dataset.verification import verify
 from slipscale.experiments.journal.plan_and_progress import read_plan
 from slipscale.experiments.study.file import study_text
 from tests.experiments.running.test_run_window import JOURNAL, table_of
-from tools.rehearsal.session_window import SessionWindow
+from tests.support.session_window import SessionWindow
 
 pytestmark = [
     pytest.mark.window,

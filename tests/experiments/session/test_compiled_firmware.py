@@ -18,7 +18,7 @@ from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import NotReached
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
-from tools.board_sessions import STUDY, board_plan, rows_of, run_on_board
+from tests.support.board_sessions import STUDY, board_plan, rows_of, run_on_board
 
 SHORT = STUDY.replace("[0.5, 1.2, 2.3]", "[0.0, 0.5, 2.3]")
 TOUCH_S = 0.25  # two heartbeats

@@ -18,7 +18,7 @@ from slipscale.experiments.steps.steps import Ask, Explore
 from slipscale.faults import UserError
 from slipscale.hardware.clock import VirtualClock
 from slipscale.hardware.errors import PlateFault
-from tools.board_sessions import (
+from tests.support.board_sessions import (
     STUDY,
     TEXTURED,
     PatientOperator,
@@ -28,7 +28,7 @@ from tools.board_sessions import (
     rows_of,
     run_on_board,
 )
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 SEED_TEXTURED = 8  # the trial with the fault presents the ridges
 LARGEST = {"n/a": [0.5, 1.2, 2.3], "ridges": [1.8], "waves": [1.8]}

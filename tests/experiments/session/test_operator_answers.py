@@ -13,7 +13,7 @@ from slipscale.experiments.steps.questions import ChoiceQuestion, YesNoQuestion
 from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study, study_text
 from slipscale.faults import UserError
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 SPOKEN = study_text("biet2007") + '\n[keys]\nnumbers = "spoken"\n'
 

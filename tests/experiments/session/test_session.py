@@ -17,7 +17,7 @@ from slipscale.faults import UserError
 from slipscale.hardware.errors import GarbledReply, OverLimit, PlateFault, PlateRefused
 from slipscale.hardware.signals import EndedBySignal, signals_raise
 from tests.experiments.conftest import make_plan
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 linux = pytest.mark.skipif(sys.platform != "linux", reason="reads an open file by its number")
 

@@ -13,7 +13,7 @@ from slipscale.experiments.steps.steps import Ask
 from slipscale.experiments.study.file import parse_study
 from slipscale.experiments.study.headphone_test import HEADPHONES
 from slipscale.faults import UserError
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 STUDY = """name = "mine"
 title = "Mine"

@@ -15,7 +15,7 @@ from slipscale.experiments.steps.questions import CONSENT
 from slipscale.experiments.steps.steps import Ask, Instruct
 from slipscale.experiments.study.file import parse_study
 from slipscale.faults import UserError
-from tools.rehearsal.scripted import ScriptedParticipant
+from tests.support.scripted import ScriptedParticipant
 
 STUDY = """name = "mine"
 title = "Mine"

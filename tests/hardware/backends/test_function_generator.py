@@ -43,7 +43,7 @@ from slipscale.hardware.records import Output
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.resonance_tracking import track
 from slipscale.stimuli.surface import VirtualSurface
-from tools.rehearsal.local_line import LocalLine
+from tests.support.local_line import LocalLine
 
 RESOURCE = "TCPIP0::generator::inst0::INSTR"
 

@@ -22,7 +22,7 @@ import json, sys
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.registry import open_plate
 from slipscale.hardware.errors import PlateFault
-from tools.rehearsal.patient_host import PatientHost
+from tests.support.patient_host import PatientHost
 
 told = []
 for spec in sys.argv[1:]:

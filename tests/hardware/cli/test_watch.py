@@ -66,7 +66,7 @@ def test_the_amplitude_that_is_there_is_plotted_and_the_plate_silent_afterwards(
 @pytest.mark.parametrize("how", ["SIGINT", "SIGTERM"])
 def test_however_it_is_ended_the_plate_is_silent(emulate, how):
     board = emulate("--watchdog", "2000")
-    words = [sys.executable, "-m", "tools.rehearsal.patient_host", "plate", "watch"]
+    words = [sys.executable, "-m", "tests.support.patient_host", "plate", "watch"]
     words += [f"serial:{board.port}"]
     process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     process.stdout.readline()

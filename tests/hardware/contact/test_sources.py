@@ -16,7 +16,7 @@ from slipscale.hardware.contact.serial_columns import SILENT_S
 from slipscale.hardware.contact.source import Sample, SensorFault, Surroundings, Touch
 from slipscale.stimuli.film.shared_load import band
 from slipscale.stimuli.surface import VirtualSurface, peak_from_pp
-from tools.rehearsal.patient_host import PatientHost
+from tests.support.patient_host import PatientHost
 
 
 class Moving:

@@ -16,7 +16,7 @@ from slipscale.experiments.lab.console.jobs import Jobs
 from slipscale.experiments.lab.console.page_texts import page_texts
 from slipscale.experiments.lab.folder import read_lab
 from slipscale.hardware.plate_file import Identity
-from tools.rehearsal.reported_plate import ReportedPlate
+from tests.support.reported_plate import ReportedPlate
 
 PATIENCE_S = 300
 TYPED = ("plate", "calibrate", "--plate=mock", "--prompt", "--steps", "--measure-only")

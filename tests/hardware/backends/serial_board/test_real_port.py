@@ -19,7 +19,7 @@ from slipscale.hardware.errors import ConnectionLost, NoPermission, PlateBusy, P
 from slipscale.hardware.registry import open_plate
 from slipscale.stimuli.surface import VirtualSurface
 from slipscale.stimuli.texture import Grating
-from tools.rehearsal.patient_host import PatientHost
+from tests.support.patient_host import PatientHost
 
 SURFACE = VirtualSurface(level=1.2)
 TEXTURE = Grating(spatial_period_mm=2.5, waveform="square", mean_level=1.2, depth_level=0.8)
@@ -110,7 +110,7 @@ from slipscale.hardware.backends.serial_board.driver import SerialBoard
 from slipscale.hardware.clock import SystemClock
 from slipscale.hardware.signals import silent_on_signals
 from slipscale.stimuli.surface import VirtualSurface
-from tools.rehearsal.patient_host import PatientHost
+from tests.support.patient_host import PatientHost
 
 plate = SerialBoard(sys.argv[1], clock=SystemClock(), host=PatientHost())
 with silent_on_signals(plate):

@@ -1,6 +1,6 @@
 """A computer whose time-outs are long, for tests with real ports, which a busy machine delays.
 
-    python -m tools.rehearsal.patient_host plate watch serial:PORT
+    python -m tests.support.patient_host plate watch serial:PORT
 
 runs a command of Slipscale on it.
 """
@@ -24,5 +24,5 @@ class PatientHost(host.SystemHost):
 
 
 if __name__ == "__main__":
-    host.SystemHost = PatientHost  # type: ignore[misc]  # the host of every driver
+    host.SystemHost = PatientHost
     sys.exit(commands.main(sys.argv[1:]))

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from slipscale.experiments.participants.base import Participant
     from slipscale.experiments.session.session import RunOutcome
     from slipscale.hardware.clock import Clock
-    from tools.rehearsal.controlled_board import ControlledBoard
+    from tests.support.controlled_board import ControlledBoard
 
 STUDY = """
 name = "wire"

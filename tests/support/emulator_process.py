@@ -8,7 +8,7 @@ import sys
 from typing import Any, Self
 
 from slipscale.faults import RigError
-from tools.rehearsal.controlled_board import ControlledBoard
+from tests.support.controlled_board import ControlledBoard
 
 
 class EmulatorProcess(ControlledBoard):

@@ -21,7 +21,7 @@ from slipscale.hardware.backends.serial_board.serial_line import BAUD
 from slipscale.hardware.cli import emulate
 from slipscale.hardware.emulator import compiled, console
 from slipscale.hardware.errors import ConnectionLost, PlateBusy, PlateNotFound
-from tools.rehearsal.controlled_board import ControlledBoard
+from tests.support.controlled_board import ControlledBoard
 
 if TYPE_CHECKING:
     from ctypes import CDLL
