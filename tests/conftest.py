@@ -181,9 +181,9 @@ def shipped_pilot(made_once):
     return made
 
 
-@pytest.fixture(scope="module")
-def without_figures():
-    """Leave out the figures of reports, for modules whose tests are about something else."""
+@contextmanager
+def _without_figures():
+    """Leave out the figures of reports."""
     from matplotlib.figure import Figure  # noqa: PLC0415
 
     with pytest.MonkeyPatch.context() as patch:
@@ -193,12 +193,9 @@ def without_figures():
         yield
 
 
-@pytest.fixture(scope="module")
-def without_models():
-    """Leave out growth functions and the mixed model, most of the time of a small analysis.
-
-    For modules whose tests are about something else: `pytest.mark.usefixtures`.
-    """
+@contextmanager
+def _without_models():
+    """Leave out growth functions and the mixed model, most of the time of a small analysis."""
     from slipscale.analysis.statistics.not_computed import NotComputed  # noqa: PLC0415
     from slipscale.analysis.tasks.table import KINDS  # noqa: PLC0415
 
@@ -207,9 +204,32 @@ def without_models():
     assert len(slow) == 2
     for each in slow:  # frozen, as all that modules share
         object.__setattr__(each, "compute", lambda _: NotComputed("left out of this test"))
-    yield
-    for each, compute in slow.items():
-        object.__setattr__(each, "compute", compute)
+    try:
+        yield
+    finally:
+        for each, compute in slow.items():
+            object.__setattr__(each, "compute", compute)
+
+
+@pytest.fixture(scope="module")
+def without_figures():
+    """Leave out figures, for modules whose tests are about something else."""
+    with _without_figures():
+        yield
+
+
+@pytest.fixture(scope="module")
+def without_models():
+    """Leave out models, for modules whose tests are about something else."""
+    with _without_models():
+        yield
+
+
+@pytest.fixture
+def figures_and_models_left_out():
+    """Leave out figures and models of one test, in a module whose other tests need them."""
+    with _without_figures(), _without_models():
+        yield
 
 
 PLATE_IN_VOLTS = """

@@ -247,7 +247,7 @@ def test_a_simulated_plate_needs_no_serial_line(tmp_path):
     assert (done.stdout, done.stderr) == ("01\n", "")
 
 
-@pytest.mark.usefixtures("without_figures", "without_models")
+@pytest.mark.usefixtures("figures_and_models_left_out")
 def test_an_export_without_word_needs_no_word_package(tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "docx", None)
     table, out = tmp_path / "tidy.csv", tmp_path / "o"

@@ -126,7 +126,7 @@ EVERY_KIND = {
 FOREIGN = re.compile("µm|um_pp|mplitude")
 
 
-@pytest.mark.usefixtures("without_models")
+@pytest.mark.usefixtures("figures_and_models_left_out")
 @pytest.mark.parametrize("study", EVERY_KIND.values(), ids=EVERY_KIND)
 def test_every_kind_of_task_is_written_in_the_studys_quantity_alone(
     study, tmp_path, capsys, monkeypatch

@@ -307,13 +307,15 @@ def _around(free: Split, given: Given, number: int, once: bool) -> Iterator[_Mid
     held = {lower: 0, upper: 0} | {v: t for v, t in given if v in (lower, upper)}
     if below + above + sum(held.values()) < n - number:
         return  # No value can lie between the two middle ratings.
+    # Unless the two middle ratings differ, the same rating is needed once or, if n is even, twice.
+    needed = 1 if lower < upper else n - 2 * half
+    # Further fixed copies of the only middle rating may be below or above it, so none can be free.
+    once = once and (lower < upper or held[lower] <= needed)
     if once:
         centre = min(max(free.centre, lower + 1), upper)
         split = Split(low, min(lower, high), centre, max(upper, low), high, free.holes)
     else:
         split = Split(low, min(lower - 1, high), lower, max(upper + 1, low), high, free.holes)
-    # Unless the two middle ratings differ, the same rating is needed once or, if n is even, twice.
-    needed = 1 if lower < upper else n - 2 * half
     are_free = [low <= value <= high and value not in free.holes for value in held]
     most = half + 1 if lower < upper else number
     choices = []

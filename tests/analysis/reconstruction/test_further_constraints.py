@@ -7,7 +7,7 @@ from math import sqrt
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import t
 
@@ -73,6 +73,9 @@ def columns(draw):
 
 
 @settings(max_examples=50, deadline=None)
+@example(
+    facts={"n": 3, "maximum": 1, "mean": "0", "sd": None, "frequencies": [(0, 3)], "median": "0"}
+)
 @given(facts=columns())
 def test_what_is_printed_leaves_what_enumeration_leaves(column, all_multisets, orders, facts):
     c = column(**facts)

@@ -42,7 +42,7 @@ def test_no_model_of_amplitudes_depends_on_textures(textured):
     assert "random effects of participants on level and exponent" in told
 
 
-@pytest.mark.usefixtures("without_models")
+@pytest.mark.usefixtures("figures_and_models_left_out")
 @pytest.mark.parametrize("rule", [name for name in RULES if name != "standard_referenced"])
 def test_nothing_that_is_said_of_amplitudes_depends_on_textures(textured, rule):
     found = analyse(textured, normalise=rule)
