@@ -417,8 +417,8 @@ def test_a_study_in_a_language_of_its_own_has_its_texts_frozen(frozen, tmp_path)
     assert deviations(tmp_path) == []
 
 
-def test_an_exclusion_by_hand_is_a_deviation(copied):
-    decide(copied / "data", "02", excluded=True, reason="wore a glove", results_seen=True)
+def test_an_exclusion_by_hand_is_a_deviation(whole):
+    decide(whole / "data", "02", excluded=True, reason="wore a glove", results_seen=True)
     reason = "by hand, after results were shown: wore a glove"
     said = f"sub-02 was excluded {reason}. A plan cannot name participants."
-    assert ("exclusions", said) in deviations(copied)
+    assert ("exclusions", said) in deviations(whole)
